@@ -1,0 +1,26 @@
+// map_chunks: a subgraph run over tiles of pixels x samples, so that tens of millions of rays fit in bounded memory.
+#pragma once
+#include "host/graph/graph.hpp"
+
+namespace clerestory {
+
+/// The picture (batch of n) whose pixels are walked, and how much of it one chunk holds.
+struct ChunkDomain {
+  int n = 1, height = 0, width = 0, samples = 1;
+  int chunk_pixels = 4096, chunk_samples = 64;
+};
+
+/// What the body gives: a map {1, C, chunk_pixels, 1} whose columns land at the chunk's pixels of an {n, C, h, w} map,
+/// added over sample chunks; or a total of any shape, added over all chunks.
+struct ChunkOutput {
+  Value value;
+  bool total = false;
+};
+
+/// The body is called once, with an inner graph and one whole-map input per value of `inputs`; ray tensors inside have
+/// the shape {1, C, chunk_pixels, chunk_samples}, samples fastest. Ops read the chunk at hand from Launch::chunk and do
+/// nothing for pixels or samples beyond it. Sums are added in chunk order: same bits run to run.
+std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs,
+                              const std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>& body);
+
+}  // namespace clerestory

@@ -1,0 +1,102 @@
+// compile() turns a graph into a plan: which nodes run, in which order, and where every value lives in one arena.
+// An Executor owns the memory of a plan and runs it on one in-order queue.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/graph/graph.hpp"
+
+namespace clerestory {
+
+struct PlanOptions {
+  Precision precision = Precision::Single;
+  std::string gemm = "auto";  // packed | clblast | auto
+  bool prune = true;          // leave out nodes that no output needs
+  bool alias = true;          // views, in-place ops and concatenations without copies
+  bool reuse = true;          // values whose lives do not overlap share memory
+};
+
+/// The states of a model on one device: parameters, moments, running statistics. Shared by plans (training, validation).
+class States {
+ public:
+  States(Device device, Precision precision = Precision::Single);
+
+  /// Makes every state of the graph that does not exist yet, from its Init and the seed.
+  void initialise(const Graph& graph, std::uint64_t seed);
+  bool has(const std::string& name) const;
+  Tensor get(const std::string& name) const;
+  void set(const std::string& name, const Tensor& tensor);  // throws when the shape differs
+  std::vector<std::string> names() const;                   // sorted
+  TensorView view(const std::string& name) const;
+  Precision precision() const { return precision_; }
+
+ private:
+  friend class Executor;
+  mutable Device device_;
+  Precision precision_;
+  std::map<std::string, TensorView> states_;
+};
+
+/// Where a value lives.
+struct Placement {
+  enum class Where { Arena, Input, State, Constant } where = Where::Arena;
+  int slot = 0;              // arena: root; otherwise index into the plan's list
+  std::uint64_t offset = 0;  // elements, inside the root
+  int stride = 0;            // elements between batch items
+};
+
+struct Step {
+  const Node* node = nullptr;
+  std::vector<Placement> inputs, outputs;
+  Placement workspace;
+};
+
+struct Plan {
+  const Graph* graph = nullptr;
+  Device device;
+  PlanOptions options;
+  std::vector<Step> steps;
+  std::vector<const Node*> input_nodes, state_nodes, constant_nodes;
+  std::vector<Value> outputs;
+  std::vector<Placement> output_places;
+  std::vector<std::size_t> roots;  // byte offset of each root in the arena
+  std::size_t arena_bytes = 0;
+  std::vector<std::string> notes;  // what each pass did
+};
+
+/// A plan that computes `outputs` and, when `updates` is true, every state update of the graph.
+Plan compile(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options = {},
+             bool updates = false);
+
+class Executor {
+ public:
+  /// `states` may be null when the graph has none; it is shared, not copied.
+  Executor(Plan plan, std::shared_ptr<States> states = nullptr);
+
+  void feed(const std::string& input, const Tensor& tensor);        // kept until fed again
+  void feed(const std::string& input, std::span<const float> data);
+  void bind(const std::string& input, const TensorView& memory);    // uses memory of somebody else
+  void run(std::uint32_t seed = 0, const Chunk& chunk = {});
+  Tensor fetch(Value output);                                       // one of the plan's outputs, after run()
+  std::vector<float> fetch_floats(Value output);
+  TensorView view(Value output) const;
+
+  const Plan& plan() const { return plan_; }
+  std::size_t bytes() const;  // arena, inputs and constants
+  /// Steps with op, shapes, flops, bytes; with `profile`, one profiled run and seconds beside each op.
+  std::string explain(bool profile = false);
+
+ private:
+  TensorView resolve(const Placement& place, const Shape& shape, Type type) const;
+  Plan plan_;
+  std::shared_ptr<States> states_;
+  Buffer arena_;
+  std::vector<TensorView> inputs_, constants_;
+};
+
+/// Compiles and runs at once: the values of `outputs` for the given inputs. For tests and small jobs.
+std::vector<Tensor> evaluate(const Graph& graph, std::vector<Value> outputs, Device device,
+                             const std::map<std::string, Tensor>& feeds, const PlanOptions& options = {},
+                             std::uint32_t seed = 0, std::shared_ptr<States> states = nullptr);
+
+}  // namespace clerestory
