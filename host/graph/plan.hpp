@@ -88,6 +88,7 @@ class Executor {
 
  private:
   TensorView resolve(const Placement& place, const Shape& shape, Type type) const;
+  void run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<double>* seconds);  // seconds: one per step
   Plan plan_;
   std::shared_ptr<States> states_;
   Buffer arena_;

@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <chrono>
+
+#include "host/graph/plan.hpp"
+#include "host/graph/transfer.hpp"
+
+namespace clerestory {
+namespace {
+
+const std::string& name_of(const Node& input) { return static_cast<const InputOp&>(*input.op).input_name; }
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
+Executor::Executor(Plan plan, std::shared_ptr<States> states) : plan_(std::move(plan)), states_(std::move(states)) {
+  Device& device = plan_.device;
+  const Precision precision = plan_.options.precision;
+  if (!plan_.state_nodes.empty() && !states_)
+    throw Error(ErrorKind::Failed, "the plan has states, the executor was given none", "executor");
+  if (states_ && states_->precision() != precision)
+    throw Error(ErrorKind::Failed, "plan and states differ in precision", "executor");
+  if (plan_.arena_bytes > device.info().max_allocation)
+    throw Error(ErrorKind::Device, "the plan needs more memory in one piece than the device gives", device.info().name,
+                fmt::format("{} MiB", plan_.arena_bytes >> 20), fmt::format("at most {} MiB", device.info().max_allocation >> 20));
+  arena_ = device.allocate(plan_.arena_bytes);
+  const auto own = [&](const Signature& s) {
+    const std::size_t element = s.type == Type::Int ? 4 : real_size(precision);
+    return TensorView{device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0, static_cast<int>(s.shape.item()), s.shape, s.type};
+  };
+  inputs_.resize(plan_.input_nodes.size());  // allocated when first fed: many are bound to memory of others
+  for (const Node* node : plan_.constant_nodes) {
+    constants_.push_back(own(node->outputs[0]));
+    upload(device, constants_.back(), static_cast<const ConstantOp&>(*node->op).tensor, precision);
+  }
+}
+
+void Executor::feed(const std::string& input, const Tensor& tensor) {
+  for (std::size_t i = 0; i < plan_.input_nodes.size(); ++i) {
+    if (name_of(*plan_.input_nodes[i]) != input) continue;
+    const Signature& s = plan_.input_nodes[i]->outputs[0];
+    if (!(tensor.shape == s.shape))
+      throw Error(ErrorKind::Failed, "an input has another shape", input, tensor.shape.text(), s.shape.text());
+    if (!inputs_[i].buffer) {
+      const std::size_t element = s.type == Type::Int ? 4 : real_size(plan_.options.precision);
+      inputs_[i] = {plan_.device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0, static_cast<int>(s.shape.item()), s.shape, s.type};
+    }
+    upload(plan_.device, inputs_[i], tensor, plan_.options.precision);
+    return;
+  }
+  // An input that no output needs was pruned; only a name the graph does not know is a mistake.
+  for (const Node& node : plan_.graph->nodes())
+    if (dynamic_cast<const InputOp*>(node.op.get()) && name_of(node) == input) return;
+  throw Error(ErrorKind::Failed, "the graph has no such input", input);
+}
+
+void Executor::feed(const std::string& input, std::span<const float> data) {
+  for (const Node* node : plan_.input_nodes)
+    if (name_of(*node) == input) return feed(input, Tensor(node->outputs[0].shape, std::vector<double>(data.begin(), data.end())));
+  feed(input, Tensor());
+}
+
+void Executor::bind(const std::string& input, const TensorView& memory) {
+  for (std::size_t i = 0; i < plan_.input_nodes.size(); ++i) {
+    if (name_of(*plan_.input_nodes[i]) != input) continue;
+    const Signature& s = plan_.input_nodes[i]->outputs[0];
+    if (!(memory.shape == s.shape) || memory.type != s.type)
+      throw Error(ErrorKind::Failed, "an input has another shape", input, memory.shape.text(), s.shape.text());
+    inputs_[i] = memory;
+  }
+}
+
+TensorView Executor::resolve(const Placement& place, const Shape& shape, Type type) const {
+  TensorView view;
+  const std::size_t element = type == Type::Int ? 4 : real_size(plan_.options.precision);
+  switch (place.where) {
+    case Placement::Where::Arena:
+      return {arena_, plan_.roots[static_cast<std::size_t>(place.slot)] / element + place.offset, place.stride, shape, type};
+    case Placement::Where::Input: {
+      view = inputs_[static_cast<std::size_t>(place.slot)];
+      const Node& node = *plan_.input_nodes[static_cast<std::size_t>(place.slot)];
+      if (!view.buffer) throw Error(ErrorKind::Failed, "an input was not fed", name_of(node));
+      // A bound tensor may be strided; a value that is a view of it was placed as if it were contiguous.
+      if (view.stride != node.outputs[0].shape.item() && place.stride != node.outputs[0].shape.item())
+        throw Error(ErrorKind::Failed, "a view regroups a strided input", name_of(node));
+      if (place.stride == node.outputs[0].shape.item()) return {view.buffer, view.offset + place.offset, view.stride, shape, type};
+      return {view.buffer, view.offset + place.offset, place.stride, shape, type};
+    }
+    case Placement::Where::State:
+      view = states_->view(static_cast<const StateOp&>(*plan_.state_nodes[static_cast<std::size_t>(place.slot)]->op).state_name);
+      break;
+    case Placement::Where::Constant: view = constants_[static_cast<std::size_t>(place.slot)]; break;
+  }
+  return {view.buffer, view.offset + place.offset, place.stride, shape, type};
+}
+
+void Executor::run(std::uint32_t seed, const Chunk& chunk) { run_steps(seed, chunk, nullptr); }
+
+void Executor::run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<double>* seconds) {
+  Launch launch(plan_.device, plan_.options.precision, plan_.options.gemm);
+  launch.seed = seed, launch.chunk = chunk;
+  for (const Step& step : plan_.steps) {
+    const Node& node = *step.node;
+    launch.inputs.clear(), launch.outputs.clear();
+    for (std::size_t i = 0; i < step.inputs.size(); ++i)
+      launch.inputs.push_back(resolve(step.inputs[i], node.inputs[i].shape(), node.inputs[i].type()));
+    for (std::size_t o = 0; o < step.outputs.size(); ++o)
+      launch.outputs.push_back(resolve(step.outputs[o], node.outputs[o].shape, node.outputs[o].type));
+    launch.workspace = {};
+    if (const std::size_t elements = node.op->workspace(node))
+      launch.workspace = resolve(step.workspace, {1, 1, 1, static_cast<int>(std::min<std::size_t>(elements, 0x7fffffff))}, Type::Real);
+
+    // A view that memory allowed needs no work.
+    if (node.op->view_offset(node) >= 0 && launch.out().buffer.handle() == launch.in(0).buffer.handle() &&
+        launch.out().offset == launch.in(0).offset + static_cast<std::uint64_t>(node.op->view_offset(node))) {
+      if (seconds) seconds->push_back(0);
+      continue;
+    }
+    if (!seconds) {
+      node.op->launch(launch);
+      continue;
+    }
+    plan_.device.finish();
+    const double start = now();
+    node.op->launch(launch);
+    plan_.device.finish();
+    seconds->push_back(now() - start);
+  }
+}
+
+TensorView Executor::view(Value output) const {
+  for (std::size_t i = 0; i < plan_.outputs.size(); ++i)
+    if (plan_.outputs[i] == output) return resolve(plan_.output_places[i], output.shape(), output.type());
+  throw Error(ErrorKind::Failed, "this value is not an output of the plan", "fetch");
+}
+
+Tensor Executor::fetch(Value output) { return download(plan_.device, view(output), plan_.options.precision); }
+
+std::vector<float> Executor::fetch_floats(Value output) { return fetch(output).floats(); }
+
+std::size_t Executor::bytes() const {
+  std::size_t bytes = plan_.arena_bytes;
+  for (const TensorView& v : inputs_)
+    if (v.buffer) bytes += v.buffer.bytes();
+  for (const TensorView& v : constants_) bytes += v.buffer.bytes();
+  return bytes;
+}
+
+std::string Executor::explain(bool profile) {
+  std::vector<double> seconds;
+  if (profile) run_steps(0, {}, &seconds);
+  struct Row {
+    int count = 0;
+    Cost cost;
+    double seconds = 0;
+  };
+  std::map<std::string, Row> rows;
+  Row total;
+  for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
+    const Node& node = *plan_.steps[i].node;
+    const Cost cost = node.op->cost(node);
+    for (Row* row : {&rows[node.op->name()], &total}) {
+      ++row->count, row->cost.flops += cost.flops, row->cost.bytes += cost.bytes;
+      if (profile) row->seconds += seconds[i];
+    }
+  }
+  std::vector<std::pair<std::string, Row>> sorted(rows.begin(), rows.end());
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) {
+    return profile ? a.second.seconds > b.second.seconds : a.second.cost.flops > b.second.cost.flops;
+  });
+  sorted.emplace_back("total", total);
+  std::string text = fmt::format("{:24} {:>6} {:>10} {:>10} {:>10} {:>9} {:>8}\n", "op", "steps", "GFLOP", "MB", "ms", "GFLOP/s", "GB/s");
+  for (const auto& [name, row] : sorted) {
+    text += fmt::format("{:24} {:>6} {:>10.3f} {:>10.2f}", name, row.count, row.cost.flops * 1e-9, row.cost.bytes * 1e-6);
+    if (profile && row.seconds > 0)
+      text += fmt::format(" {:>10.3f} {:>9.1f} {:>8.1f}", row.seconds * 1e3, row.cost.flops * 1e-9 / row.seconds, row.cost.bytes * 1e-9 / row.seconds);
+    text += '\n';
+  }
+  for (const std::string& note : plan_.notes) text += note + '\n';
+  return text;
+}
+
+std::vector<Tensor> evaluate(const Graph& graph, std::vector<Value> outputs, Device device,
+                             const std::map<std::string, Tensor>& feeds, const PlanOptions& options, std::uint32_t seed,
+                             std::shared_ptr<States> states) {
+  Executor executor(compile(graph, outputs, std::move(device), options), std::move(states));
+  for (const auto& [name, tensor] : feeds) executor.feed(name, tensor);
+  executor.run(seed);
+  std::vector<Tensor> values;
+  for (const Value& v : outputs) values.push_back(executor.fetch(v));
+  return values;
+}
+
+}  // namespace clerestory

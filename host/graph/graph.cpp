@@ -1,0 +1,77 @@
+#include "host/graph/graph.hpp"
+
+#include <algorithm>
+
+namespace clerestory {
+
+const Shape& Value::shape() const { return node->outputs[static_cast<std::size_t>(output)].shape; }
+Type Value::type() const { return node->outputs[static_cast<std::size_t>(output)].type; }
+Graph& Value::graph() const { return *node->graph; }
+
+std::vector<Value> Op::adjoint(const Node& node, std::span<const Value>) const {
+  return std::vector<Value>(node.inputs.size());
+}
+
+Cost Op::cost(const Node& node) const {
+  double elements = 0;
+  for (const Value& v : node.inputs) elements += static_cast<double>(v.shape().count());
+  for (const Signature& s : node.outputs) elements += static_cast<double>(s.shape.count());
+  return {0, 4 * elements};
+}
+
+Value Graph::add(std::unique_ptr<const Op> op, std::vector<Value> inputs) {
+  for (const Value& v : inputs)
+    if (!v || v.node->graph != this)
+      throw Error(ErrorKind::Failed, "an input is empty or of another graph", "op " + op->name());
+  Node& node = nodes_.emplace_back();
+  node.id = static_cast<int>(nodes_.size()) - 1;
+  node.graph = this;
+  try {
+    node.outputs = op->infer(inputs);
+  } catch (...) {
+    nodes_.pop_back();
+    throw;
+  }
+  node.op = std::move(op);
+  node.inputs = std::move(inputs);
+  return node.value();
+}
+
+Value Graph::input(const std::string& name, const Shape& shape, Type type) {
+  if (inputs_.count(name)) throw Error(ErrorKind::Failed, "this graph has an input of that name already", name);
+  return inputs_[name] = make<InputOp>({}, name, Signature{shape, type});
+}
+
+Value Graph::state(const std::string& name, const Shape& shape, const Init& init) {
+  if (auto found = states_.find(name); found != states_.end()) {
+    if (!(found->second.shape() == shape))
+      throw Error(ErrorKind::Failed, "a state is asked for with two shapes", name, shape.text(),
+                  found->second.shape().text());
+    return found->second;
+  }
+  return states_[name] = make<StateOp>({}, name, shape, init);
+}
+
+Value Graph::constant(Tensor tensor) { return make<ConstantOp>({}, std::move(tensor)); }
+
+std::vector<Value> Graph::states() const {
+  std::vector<Value> found;
+  for (const Node& node : nodes_)
+    if (dynamic_cast<const StateOp*>(node.op.get())) found.push_back(node.value());
+  return found;
+}
+
+std::vector<Value> Graph::parameters() const {
+  std::vector<Value> found = states();
+  std::erase_if(found, [](const Value& v) { return !static_cast<const StateOp&>(*v.node->op).init.trainable; });
+  return found;
+}
+
+std::vector<Value> Graph::updates() const {
+  std::vector<Value> found;
+  for (const Node& node : nodes_)
+    if (!node.op->writes().empty()) found.push_back(node.value());
+  return found;
+}
+
+}  // namespace clerestory

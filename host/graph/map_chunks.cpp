@@ -1,0 +1,150 @@
+#include "host/graph/map_chunks.hpp"
+
+#include <algorithm>
+
+#include "host/graph/plan.hpp"
+
+namespace clerestory {
+namespace {
+
+using Body = std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>;
+
+/// The subgraph of one chunk, and an executor of it per precision.
+struct Inner {
+  Graph graph;
+  std::vector<Value> inputs;
+  std::vector<ChunkOutput> outputs;
+  std::map<Precision, std::unique_ptr<Executor>> executors;
+
+  Executor& executor(const Launch& l) {
+    std::unique_ptr<Executor>& found = executors[l.precision];
+    if (found) return *found;
+    std::vector<Value> values;
+    for (const ChunkOutput& o : outputs) values.push_back(o.value);
+    found = std::make_unique<Executor>(compile(graph, values, l.device, {.precision = l.precision, .gemm = l.gemm}));
+    return *found;
+  }
+};
+
+std::string input_name(std::size_t i) { return fmt::format("input{}", i); }
+
+/// The columns of a whole map that belong to the chunk at hand: how a gradient of a map enters the adjoint's chunks.
+struct TakeOp : Op {
+  int capacity;
+  explicit TakeOp(int c) : capacity(c) {}
+  std::string name() const override { return "place"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    return {{{1, in[0].shape().c, capacity, 1}, Type::Real}};
+  }
+  void launch(Launch& l) const override {
+    const Shape& whole = l.in(0).shape;
+    l.run("tensor/place.cl", "take", Range::of2(static_cast<std::size_t>(capacity), static_cast<std::size_t>(whole.c)),
+          l.in(0), l.out(), l.chunk.first_pixel, l.chunk.pixels, capacity, static_cast<int>(whole.plane()));
+  }
+};
+
+struct MapChunksOp : Op {
+  ChunkDomain domain;
+  Body body;
+  std::shared_ptr<Inner> inner = std::make_shared<Inner>();
+
+  MapChunksOp(const ChunkDomain& d, std::span<const Value> outer, Body b) : domain(d), body(std::move(b)) {
+    for (std::size_t i = 0; i < outer.size(); ++i)
+      inner->inputs.push_back(inner->graph.input(input_name(i), outer[i].shape(), outer[i].type()));
+    inner->outputs = body(inner->graph, inner->inputs);
+    for (const ChunkOutput& o : inner->outputs) {
+      const Shape& s = o.value.shape();
+      if (!o.total && (s.n != 1 || s.h != domain.chunk_pixels || s.w != 1))
+        throw Error(ErrorKind::Failed, "a chunk's map has another shape", "map_chunks", s.text(),
+                    fmt::format("1xCx{}x1", domain.chunk_pixels));
+    }
+  }
+
+  std::string name() const override { return "map_chunks"; }
+
+  std::vector<Signature> infer(std::span<const Value>) const override {
+    std::vector<Signature> signatures;
+    for (const ChunkOutput& o : inner->outputs)
+      signatures.push_back({o.total ? o.value.shape() : Shape{domain.n, o.value.shape().c, domain.height, domain.width}, Type::Real});
+    return signatures;
+  }
+
+  int pixels() const { return domain.n * domain.height * domain.width; }
+
+  void launch(Launch& l) const override {
+    Executor& executor = inner->executor(l);
+    for (std::size_t i = 0; i < l.inputs.size(); ++i) executor.bind(input_name(i), l.inputs[i]);
+    for (int pixel = 0; pixel < pixels(); pixel += domain.chunk_pixels)
+      for (int sample = 0; sample < domain.samples; sample += domain.chunk_samples) {
+        const Chunk chunk{pixel, std::min(domain.chunk_pixels, pixels() - pixel), sample,
+                          std::min(domain.chunk_samples, domain.samples - sample)};
+        executor.run(l.seed, chunk);
+        collect(l, executor, chunk);
+      }
+  }
+
+  void collect(Launch& l, const Executor& executor, const Chunk& chunk) const {
+    for (std::size_t o = 0; o < inner->outputs.size(); ++o) {
+      const TensorView part = executor.view(inner->outputs[o].value);
+      const TensorView& whole = l.outputs[o];
+      if (inner->outputs[o].total) {
+        const int count = static_cast<int>(whole.shape.count());
+        l.run("tensor/place.cl", "add_total", Range::of(static_cast<std::size_t>(count)), part, whole, count,
+              static_cast<int>(chunk.first_pixel > 0 || chunk.first_sample > 0));
+      } else {
+        l.run("tensor/place.cl", "place", Range::of2(static_cast<std::size_t>(chunk.pixels), static_cast<std::size_t>(part.shape.c)),
+              part, whole, chunk.first_pixel, chunk.pixels, domain.chunk_pixels, domain.height * domain.width,
+              static_cast<int>(chunk.first_sample > 0));
+      }
+    }
+  }
+
+  /// Another map_chunks over the same domain: it runs the body again from the same seeds, and adds up what every chunk
+  /// gives to the whole-map inputs. Nothing of the forward pass is stored.
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> gradients) const override {
+    Graph& graph = *node.graph;
+    std::vector<Value> outer = node.inputs;
+    std::vector<std::size_t> arrived;
+    for (std::size_t o = 0; o < gradients.size(); ++o)
+      if (gradients[o]) arrived.push_back(o), outer.push_back(gradients[o]);
+
+    const auto reached = std::make_shared<std::vector<std::size_t>>();  // inputs that have a gradient
+    const std::size_t maps_count = node.inputs.size();
+    const auto backward = [body = body, capacity = domain.chunk_pixels, arrived, reached, maps_count](
+                              Graph& g, std::span<const Value> in) {
+      const std::span<const Value> maps = in.first(maps_count);
+      const std::vector<ChunkOutput> forward = body(g, maps);
+      std::vector<Value> outputs, seeds;
+      for (std::size_t i = 0; i < arrived.size(); ++i) {
+        const ChunkOutput& o = forward[arrived[i]];
+        const Value whole = in[maps_count + i];
+        outputs.push_back(o.value);
+        seeds.push_back(o.total ? whole : g.make<TakeOp>({whole}, capacity));
+      }
+      const std::vector<Value> found = gradient(outputs, seeds, maps);
+      std::vector<ChunkOutput> totals;
+      reached->clear();
+      for (std::size_t i = 0; i < found.size(); ++i)
+        if (found[i]) totals.push_back({found[i], true}), reached->push_back(i);
+      return totals;
+    };
+    std::vector<Value> result(node.inputs.size());
+    const Value first = graph.make<MapChunksOp>(outer, domain, outer, backward);
+    for (std::size_t i = 0; i < reached->size(); ++i) result[(*reached)[i]] = first.node->value(static_cast<int>(i));
+    return result;
+  }
+};
+
+}  // namespace
+
+std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs, const Body& body) {
+  if (domain.n < 1 || domain.height < 1 || domain.width < 1 || domain.samples < 1 || domain.chunk_pixels < 1 || domain.chunk_samples < 1)
+    throw Error(ErrorKind::Failed, "an empty domain", "map_chunks");
+  const std::vector<Value> outer(inputs.begin(), inputs.end());
+  const Value first = graph.make<MapChunksOp>(outer, domain, inputs, body);
+  std::vector<Value> outputs;
+  for (std::size_t o = 0; o < first.node->outputs.size(); ++o) outputs.push_back(first.node->value(static_cast<int>(o)));
+  return outputs;
+}
+
+}  // namespace clerestory
