@@ -1,0 +1,17 @@
+// Another program, run to its end.
+#pragma once
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+struct ChildResult {
+  int status = 0;           // exit code, or 128 + signal
+  std::string out, errors;  // what it wrote to stdout and stderr
+};
+
+/// Starts `arguments[0]` from PATH without a shell, feeds it `input`, waits. Throws ErrorKind::Failed when it cannot be
+/// started.
+ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input);
+
+}  // namespace clerestory

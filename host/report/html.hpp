@@ -1,0 +1,60 @@
+// A report in one file: no network, no other files; light and dark; prints.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/report/plot.hpp"
+#include "host/report/preview.hpp"
+#include "host/report/provenance.hpp"
+#include "host/report/table.hpp"
+
+namespace clerestory {
+
+/// A picture as it goes into the page: PNG bytes and what it shows.
+struct Picture {
+  std::string title;  // a few words under the picture
+  std::string png;
+  std::string note;  // range, unit; small; may be empty
+};
+
+/// Of display values (preview.hpp).
+Picture picture_of(std::string title, const Image& display, std::string note = {});
+/// Of a PNG file. Throws ErrorKind::Usage.
+Picture picture_file(std::string title, const std::filesystem::path& png, std::string note = {});
+
+/// Built from top to bottom; every call adds one block. Text is plain text and is escaped.
+class HtmlReport {
+ public:
+  explicit HtmlReport(std::string title, std::string subtitle = {});
+
+  HtmlReport& section(const std::string& title, const std::string& text = {});
+  HtmlReport& paragraph(const std::string& text);
+  /// Name and value pairs: the figures one looks for first.
+  HtmlReport& facts(const std::vector<std::pair<std::string, std::string>>& facts);
+  /// Pictures side by side, as many in a row as the window allows; click to enlarge.
+  HtmlReport& pictures(const std::vector<Picture>& pictures, const std::string& caption = {});
+  /// Two linear pictures of one size and unit (3 channels) under one slider, with exposure control and difference.
+  /// Exposure is exact: the pages hold several exposures, and for a 1/2.2 curve a gain is a gain of the shown values.
+  HtmlReport& compare(const std::string& before_title, const Image& before, const std::string& after_title,
+                      const Image& after, const std::string& caption = {});
+  /// The best of each column that has a direction in bold, mean ± deviation.
+  HtmlReport& table(const Table& table, const std::string& caption = {});
+  HtmlReport& plot(const Plot& plot, const std::string& caption = {});
+  /// Folded: what was left out, why, and what that saved. Nothing when the list is empty.
+  HtmlReport& left_out(const std::vector<LeftOut>& list);
+  /// Folded text in a fixed-width face (a config, a log, the plan).
+  HtmlReport& details(const std::string& title, const std::string& text);
+  /// Device, commit and build, the command to repeat it; closes the page.
+  HtmlReport& footer(const Provenance& provenance);
+
+  std::string html() const;
+  void write(const std::filesystem::path& path) const;
+
+ private:
+  std::string title_, subtitle_, body_, footer_;
+  int comparisons_ = 0;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,32 @@
+// Line plots as SVG, drawn by gnuplot.
+#pragma once
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace clerestory {
+
+enum class Stroke { Line, LinePoints, Points, Dashed };
+
+struct Series {
+  std::string label;          // in the key; empty: not in the key
+  std::vector<double> x, y;   // equal lengths; points with NaN leave a gap
+  std::vector<double> error;  // half length of the error bar of each point; or empty
+  Stroke stroke = Stroke::Line;
+};
+
+struct Plot {
+  std::string title, x_label, y_label;
+  bool log_x = false, log_y = false;
+  std::optional<std::pair<double, double>> x_range, y_range;
+  std::vector<Series> series;
+  int width = 640, height = 360;  // of the SVG's view box
+};
+
+/// Throws ErrorKind::Failed when gnuplot is missing or complains, ErrorKind::Usage on series of unequal lengths or
+/// with nothing to draw. Points a log axis cannot show (<= 0) are left out.
+std::string plot_svg(const Plot& plot);
+void write_plot(const std::string& path, const Plot& plot);
+
+}  // namespace clerestory
