@@ -1,0 +1,47 @@
+// Whole files: read with a bound, written under a temporary name in the same folder and renamed, so that a reader never
+// sees half a file and a failure leaves the old one in place.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace clerestory {
+
+/// Bytes of a regular file. Throws usage_error when it is missing, a folder, unreadable, empty (unless allowed) or
+/// larger than `limit` (checked before memory is taken).
+std::string read_file(const std::filesystem::path& path, std::uint64_t limit = std::uint64_t{1} << 32,
+                      bool allow_empty = false);
+
+/// Creates a folder and those above it. Throws usage_error when a file stands in the way or the place is not writable.
+void make_directories(const std::filesystem::path& folder);
+
+/// A file being written: appears under its name on commit(), fsynced; without commit nothing remains.
+class AtomicFile {
+ public:
+  /// The folder must exist. Throws usage_error when `path` is a folder or its folder cannot be written.
+  explicit AtomicFile(const std::filesystem::path& path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// Throws Error (Failed) with the system's reason, such as a full disk.
+  void write(const void* data, std::size_t bytes);
+  void write(std::string_view text) { write(text.data(), text.size()); }
+  void commit();
+
+ private:
+  std::filesystem::path path_, temporary_;
+  int descriptor_ = -1;
+};
+
+/// AtomicFile in one call.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// FNV-1a, 64 bits: identity of files in provenance (against accident, not against malice).
+std::uint64_t content_hash(std::string_view bytes, std::uint64_t seed = 0xcbf29ce484222325u);
+/// content_hash of a file's bytes as 16 hexadecimal digits.
+std::string file_hash(const std::filesystem::path& path);
+
+}  // namespace clerestory
