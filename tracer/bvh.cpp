@@ -1,0 +1,166 @@
+#include "tracer/bvh.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+struct Box {
+  glm::vec3 lower, upper;
+};
+
+/// What Embree's callbacks build; it lives in Embree's arena until the tree is flattened.
+struct Tree {
+  int count = 0;
+  bool leaf = false;
+  Tree* child[kBvhWidth] = {};
+  Box box[kBvhWidth] = {};
+  unsigned triangle[kBvhWidth] = {};
+};
+
+Tree* new_tree(RTCThreadLocalAllocator allocator) { return new (rtcThreadLocalAlloc(allocator, sizeof(Tree), 16)) Tree; }
+
+void* create_node(RTCThreadLocalAllocator allocator, unsigned count, void*) {
+  Tree* tree = new_tree(allocator);
+  tree->count = static_cast<int>(count);
+  return tree;
+}
+
+void set_children(void* node, void** children, unsigned count, void*) {
+  for (unsigned i = 0; i < count; ++i) static_cast<Tree*>(node)->child[i] = static_cast<Tree*>(children[i]);
+}
+
+void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
+  for (unsigned i = 0; i < count; ++i) {
+    const RTCBounds& b = *bounds[i];
+    static_cast<Tree*>(node)->box[i] = {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+  }
+}
+
+void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, size_t count, void*) {
+  Tree* tree = new_tree(allocator);
+  tree->leaf = true;
+  tree->count = static_cast<int>(count);
+  for (size_t i = 0; i < count; ++i) tree->triangle[i] = primitives[i].primID;
+  // The order inside a leaf decides ties between equal distances; make it independent of Embree's threads.
+  std::sort(tree->triangle, tree->triangle + count);
+  return tree;
+}
+
+std::vector<RTCBuildPrimitive> bounds_of(const std::vector<Triangle>& triangles) {
+  std::vector<RTCBuildPrimitive> primitives(triangles.size());
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    const Vertex* v = triangles[i].v;
+    const glm::vec3 lower = glm::min(v[0].position, glm::min(v[1].position, v[2].position));
+    const glm::vec3 upper = glm::max(v[0].position, glm::max(v[1].position, v[2].position));
+    const float sum = lower.x + lower.y + lower.z + upper.x + upper.y + upper.z;
+    if (!std::isfinite(sum)) {
+      throw Error(ErrorKind::Failed, "a corner is not finite", "triangle " + std::to_string(i));
+    }
+    primitives[i] = {lower.x, lower.y, lower.z, 0, upper.x, upper.y, upper.z, static_cast<unsigned>(i)};
+  }
+  return primitives;
+}
+
+class Flattener {
+ public:
+  Flattener(const std::vector<Triangle>& triangles, Bvh& bvh) : triangles_(triangles), bvh_(bvh) {}
+
+  /// Appends a node with its subtree; gives its number. `waiting`: stack entries held while it is visited.
+  int node(const Tree& tree, int level, int waiting) {
+    bvh_.depth = std::max(bvh_.depth, level);
+    if (waiting + tree.count > kBvhStack) {
+      throw Error(ErrorKind::Failed, "the hierarchy is too deep for the traversal stack", "scene",
+                  std::to_string(waiting + tree.count), "at most " + std::to_string(kBvhStack));
+    }
+    const int number = static_cast<int>(bvh_.children.size()) / kBvhWidth;
+    const size_t planes = bvh_.planes.size();
+    bvh_.planes.resize(planes + 6 * kBvhWidth);
+    bvh_.children.resize(bvh_.children.size() + kBvhWidth, 0);
+    for (int c = 0; c < kBvhWidth; ++c) {
+      const bool used = c < tree.count;
+      for (int axis = 0; axis < 3; ++axis) {
+        bvh_.planes[planes + axis * kBvhWidth + c] = used ? tree.box[c].lower[axis] : 1e30f;
+        bvh_.planes[planes + (3 + axis) * kBvhWidth + c] = used ? tree.box[c].upper[axis] : -1e30f;
+      }
+    }
+    for (int c = 0; c < tree.count; ++c) {
+      const Tree& child = *tree.child[c];
+      const int reference = child.leaf ? ~leaf(child) : node(child, level + 1, waiting + tree.count - 1);
+      bvh_.children[static_cast<size_t>(number) * kBvhWidth + c] = reference;
+    }
+    return number;
+  }
+
+  int leaf(const Tree& tree) {
+    const int number = static_cast<int>(bvh_.triangles.size()) / kBvhWidth;
+    const size_t corners = bvh_.corners.size();
+    bvh_.corners.resize(corners + 9 * kBvhWidth, 0.f);
+    bvh_.triangles.resize(bvh_.triangles.size() + kBvhWidth, -1);
+    for (int i = 0; i < tree.count; ++i) {
+      const Triangle& t = triangles_[tree.triangle[i]];
+      const glm::vec3 rows[3] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position};
+      for (int row = 0; row < 9; ++row) bvh_.corners[corners + row * kBvhWidth + i] = rows[row / 3][row % 3];
+      bvh_.triangles[static_cast<size_t>(number) * kBvhWidth + i] = static_cast<int>(tree.triangle[i]);
+    }
+    return number;
+  }
+
+ private:
+  const std::vector<Triangle>& triangles_;
+  Bvh& bvh_;
+};
+
+}  // namespace
+
+Bvh build_bvh(const std::vector<Triangle>& triangles) {
+  if (triangles.empty()) throw Error(ErrorKind::Failed, "a scene without triangles cannot be traced");
+  std::vector<RTCBuildPrimitive> primitives = bounds_of(triangles);
+
+  using DeviceHandle = std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)>;
+  using BvhHandle = std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)>;
+  // One thread: room-sized scenes build in milliseconds, and the tree must not depend on timing.
+  const DeviceHandle device(rtcNewDevice("threads=1"), rtcReleaseDevice);
+  if (!device) throw Error(ErrorKind::Failed, "Embree's builder does not start");
+  const BvhHandle arena(rtcNewBVH(device.get()), rtcReleaseBVH);
+
+  RTCBuildArguments arguments = rtcDefaultBuildArguments();
+  arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
+  arguments.maxBranchingFactor = kBvhWidth;
+  arguments.maxDepth = 64;
+  arguments.sahBlockSize = kBvhWidth;  // triangles of a leaf are tested at once
+  arguments.minLeafSize = kBvhWidth / 2;  // measured on rooms of 1,000 to 20,000 triangles
+  arguments.traversalCost = 2;
+  arguments.maxLeafSize = kBvhWidth;
+  arguments.bvh = arena.get();
+  arguments.primitives = primitives.data();
+  arguments.primitiveCount = arguments.primitiveArrayCapacity = primitives.size();
+  arguments.createNode = create_node;
+  arguments.setNodeChildren = set_children;
+  arguments.setNodeBounds = set_bounds;
+  arguments.createLeaf = create_leaf;
+  const Tree* root = static_cast<const Tree*>(rtcBuildBVH(&arguments));
+  if (!root) throw Error(ErrorKind::Failed, "Embree's builder failed");
+
+  Bvh bvh;
+  Flattener flatten(triangles, bvh);
+  if (!root->leaf) {
+    flatten.node(*root, 1, 0);
+    return bvh;
+  }
+  // A scene of a single leaf still gets a root node, so that the kernel knows one case only.
+  Tree node;
+  node.count = 1;
+  node.child[0] = const_cast<Tree*>(root);
+  node.box[0] = {glm::vec3(-1e30f), glm::vec3(1e30f)};
+  flatten.node(node, 1, 0);
+  return bvh;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,31 @@
+// A wide bounding volume hierarchy for kernels/trace/bvh.clh. Embree's builder decides the tree; it traces nothing.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "tracer/scene.hpp"
+
+namespace clerestory {
+
+/// Children of a node, and triangles of a leaf, that the kernel tests at once.
+inline constexpr int kBvhWidth = 16;
+/// Entries of the traversal stack in kernels/trace/bvh.clh.
+inline constexpr int kBvhStack = 96;
+
+/// Arrays as the kernel reads them, each row kBvhWidth wide:
+/// node n: `planes` rows 6n..6n+5 are lower x, y, z, upper x, y, z; `children` row n holds, per child, a node (>= 0)
+/// or a leaf ~l (< 0); unused children have an empty box.
+/// leaf l: `corners` rows 9l..9l+8 are the first corner x, y, z and the edges to the second and the third corner;
+/// `triangles` row l holds their numbers, -1 where unused (edges of zero length, never hit).
+struct Bvh {
+  std::vector<float> planes;
+  std::vector<std::int32_t> children;
+  std::vector<float> corners;
+  std::vector<std::int32_t> triangles;
+  int depth = 0;  // levels of nodes
+};
+
+/// Throws Error when the scene is empty, a coordinate is not finite, or the tree needs more than kBvhStack entries.
+Bvh build_bvh(const std::vector<Triangle>& triangles);
+
+}  // namespace clerestory
