@@ -1,0 +1,83 @@
+// Every kernel of the ops is launched by a declared case in both precisions (check_op demands that of each case's list),
+// every case has a reference, and a gradient or a reason for having none.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <regex>
+#include <set>
+
+#include "host/cl/device.hpp"
+#include "tests/ops/op_check.hpp"
+
+namespace clerestory {
+namespace {
+
+/// Kernels of other rooms that live beside the ops, and where their tests are.
+const std::map<std::string, std::string> kElsewhere{
+    {"tensor/place.cl", "map_chunks: tests/graph"},
+    {"tensor/probe.cl", "the check of a device when it is opened: tests/cl"},
+    {"tensor/ceilings.cl", "measures the machine: tests/cl"},
+};
+
+/// kernel name -> file, over all sources under tensor, nn, light and shade.
+std::multimap<std::string, std::string> all_kernels() {
+  static const std::regex declaration(R"(kernel\s+(?:__attribute__\s*\(\([^)]*\)+\s*)?void\s+(\w+)\s*\()");
+  std::multimap<std::string, std::string> kernels;
+  for (const std::string& file : kernel_files()) {
+    const std::string room = file.substr(0, file.find('/'));
+    if (room != "tensor" && room != "nn" && room != "light" && room != "shade") continue;
+    if (!file.ends_with(".cl") || kElsewhere.count(file)) continue;
+    const std::string source = kernel_source(file);
+    long found = 0;
+    for (std::sregex_iterator it(source.begin(), source.end(), declaration), end; it != end; ++it, ++found)
+      kernels.emplace((*it)[1], file);
+    EXPECT_GT(found, 0) << file << " has no kernel that this test can read";
+  }
+  return kernels;
+}
+
+TEST(Registry, EveryKernelHasACase) {
+  std::set<std::string> covered;
+  for (const OpCase& c : declared_cases()) covered.insert(c.kernels.begin(), c.kernels.end());
+  const auto kernels = all_kernels();
+  ASSERT_FALSE(kernels.empty());
+  for (const auto& [kernel, file] : kernels) {
+    EXPECT_TRUE(covered.count(kernel)) << "no OpCase names kernel " << kernel << " of " << file;
+    EXPECT_EQ(kernels.count(kernel), 1u) << kernel << " is a kernel of two files; profiles go by name";
+  }
+  for (const std::string& kernel : covered) EXPECT_TRUE(kernels.count(kernel)) << "a case names " << kernel << ", which is no kernel";
+}
+
+TEST(Registry, EveryCaseIsComplete) {
+  ASSERT_FALSE(declared_cases().empty());
+  std::set<std::string> names;
+  for (const OpCase& c : declared_cases()) {
+    const std::string name = c.stem + "/" + c.label;
+    EXPECT_TRUE(names.insert(name).second) << name << " is declared twice";
+    EXPECT_TRUE(c.reference) << name << " has no reference";
+    EXPECT_FALSE(c.kernels.empty()) << name << " launches no kernel";
+    EXPECT_NE(c.differentiate.empty(), c.no_gradient.empty()) << name << ": either inputs to differentiate, or the reason for none";
+  }
+}
+
+TEST(Registry, EveryOpHasACase) {
+  std::set<std::string> stems;
+  for (const OpCase& c : declared_cases()) stems.insert(c.stem);
+  const std::filesystem::path ops = std::filesystem::path(CLERESTORY_SOURCE_DIR) / "host/ops";
+  int seen = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(ops)) {
+    if (entry.path().extension() != ".cpp") continue;
+    // A header without a kernel of its stem is a helper of ops, not an op.
+    const std::string stem = entry.path().stem().string();
+    const std::filesystem::path room = entry.path().parent_path().filename();
+    const std::filesystem::path kernel = std::filesystem::path(CLERESTORY_SOURCE_DIR) / "kernels" / room / (stem + ".cl");
+    if (!std::filesystem::exists(kernel)) continue;
+    EXPECT_TRUE(stems.count(stem)) << "op " << entry.path() << " has no OpCase";
+    ++seen;
+  }
+  EXPECT_GT(seen, 0);
+}
+
+}  // namespace
+}  // namespace clerestory
