@@ -42,11 +42,11 @@ class Schema {
  public:
   struct Key {
     std::string name, doc;
-    ConfigValue value;  // the default; for a key without one, only its type counts
+    ConfigValue value = false;  // the default; for a key without one, only its type counts
     bool has_default = true;
-    Bounds bounds;
-    std::vector<std::string> choices;  // of a text; empty: any
-    bool names_run = true;             // part of config_hash
+    Bounds bounds = {};
+    std::vector<std::string> choices = {};  // of a text; empty: any
+    bool names_run = true;                  // part of config_hash
   };
 
   /// Heading and introduction of a section ("model") on the page of keys. Optional.
@@ -132,14 +132,15 @@ class Config {
   friend Config load_config(const std::filesystem::path&, const Schema&, const std::vector<std::string>&);
   friend Config parse_config(std::string_view, const std::string&, const Schema&, const std::vector<std::string>&);
   Config() = default;
-  void apply(const std::string& override_text);
-  Config rebuilt(const std::vector<std::string>& middle, const std::vector<std::string>& last) const;
+  void rebuild();
+  void apply(const std::string& override_text, const std::string& origin);
   template <class T>
   const T& get(std::string_view key) const;
 
   std::shared_ptr<const Schema> schema_;
   std::map<std::string, ConfigEntry> from_files_, entries_;
   std::vector<ConfigVariant> variants_;
+  std::optional<ConfigVariant> chosen_;
   std::vector<std::string> overrides_;
 };
 

@@ -1,4 +1,4 @@
-// Pictures for people: from linear radiance and maps to what a screen shows, and to PNG bytes.
+// Pictures for people: from linear radiance and maps to what a screen shows, and to the text that embeds them.
 #pragma once
 #include <string>
 #include <string_view>
@@ -22,8 +22,7 @@ Image show_amount(const Image& amount, double most = 0);
 /// The range show_depth chooses by itself.
 std::pair<double, double> depth_range(const Image& depth);
 
-/// 8-bit PNG (grey for one channel, RGB for three) of values in [0, 1].
-std::string encode_png(const Image& display);
+/// RFC 4648, with padding.
 std::string base64(std::string_view bytes);
 
 }  // namespace clerestory

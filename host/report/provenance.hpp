@@ -25,7 +25,7 @@ struct LeftOut {
 };
 
 struct FileRecord {
-  std::string path, sha256;  // as given on the command line or written
+  std::string path, hash;  // as given on the command line or written; file_hash of host/io/files.hpp
   std::uintmax_t bytes = 0;
 };
 
@@ -46,9 +46,8 @@ struct Provenance {
 /// Filled with what is known at the start: build, host, CPU, environment, start time, `command`.
 Provenance begin_provenance(std::vector<std::string> command, std::string device = {});
 
-/// Size and SHA-256 of a file. Throws ErrorKind::Usage when it cannot be read.
+/// Size and hash of a file. Throws ErrorKind::Usage when it cannot be read.
 FileRecord record_file(const std::filesystem::path& path);
-std::string sha256_of(std::string_view bytes);
 
 std::string utc_now();
 std::string provenance_json(const Provenance& provenance);

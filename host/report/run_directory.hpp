@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "host/io/config.hpp"
 #include "host/report/provenance.hpp"
@@ -90,11 +89,5 @@ class StagedFolder {
   std::optional<FileLock> lock_;
   bool committed_ = false;
 };
-
-/// Writes `text` under a temporary name in the same folder, then renames it. Throws ErrorKind::Failed (full disk, no
-/// such folder).
-void write_text_file(const std::filesystem::path& path, std::string_view text);
-/// Throws ErrorKind::Usage when it is missing, a folder, or larger than `most_bytes`.
-std::string read_text_file(const std::filesystem::path& path, std::uintmax_t most_bytes = 64u << 20);
 
 }  // namespace clerestory
