@@ -1,0 +1,119 @@
+#include "host/io/files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <system_error>
+
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason(int code) { return std::generic_category().message(code); }
+
+// A temporary name in the same folder, so that the rename stays inside one file system; unique over threads and
+// processes that write the same file.
+fs::path temporary_for(const fs::path& path) {
+  static std::atomic<unsigned> counter{0};
+  return path.parent_path() / fmt::format(".{}.{}-{}.tmp", path.filename().string(), ::getpid(), counter++);
+}
+
+}  // namespace
+
+std::string read_file(const fs::path& path, std::uint64_t limit, bool allow_empty) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) throw usage_error("cannot be opened: " + reason(errno), path.string());
+  const auto close = [](const int* d) { ::close(*d); };
+  const std::unique_ptr<const int, decltype(close)> closing(&descriptor, close);
+
+  struct stat status {};
+  if (::fstat(descriptor, &status) != 0) throw usage_error("cannot be read: " + reason(errno), path.string());
+  if (S_ISDIR(status.st_mode)) throw usage_error("is a folder", path.string(), {}, "a file");
+  if (!S_ISREG(status.st_mode)) throw usage_error("is not a regular file", path.string());
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  if (size > limit)
+    throw usage_error("is too large", path.string(), fmt::format("{} bytes", size), fmt::format("at most {}", limit));
+  if (size == 0 && !allow_empty) throw usage_error("is empty", path.string());
+
+  std::string bytes(size, '\0');
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t got = ::read(descriptor, bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw usage_error("cannot be read: " + reason(errno), path.string());
+    if (got == 0) throw usage_error("became shorter while it was read", path.string());
+    done += static_cast<std::size_t>(got);
+  }
+  return bytes;
+}
+
+void make_directories(const fs::path& folder) {
+  if (folder.empty()) return;
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw usage_error("the folder cannot be made: " + code.message(), folder.string());
+  if (!fs::is_directory(folder)) throw usage_error("is a file", folder.string(), {}, "a folder");
+}
+
+AtomicFile::AtomicFile(const fs::path& path) : path_(path), temporary_(temporary_for(path)) {
+  if (!path.has_filename()) throw usage_error("is not the name of a file", path.string());
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) throw usage_error("is a folder", path.string(), {}, "a file");
+  descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throw usage_error("cannot be written: " + reason(errno), path.string());
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ < 0) return;  // committed
+  ::close(descriptor_);
+  ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(const void* data, std::size_t bytes) {
+  const auto* from = static_cast<const char*>(data);
+  for (std::size_t done = 0; done < bytes;) {
+    const ssize_t put = ::write(descriptor_, from + done, bytes - done);
+    if (put < 0 && errno == EINTR) continue;
+    if (put < 0) throw Error(ErrorKind::Failed, "writing failed: " + reason(errno), path_.string());
+    done += static_cast<std::size_t>(put);
+  }
+}
+
+void AtomicFile::commit() {
+  // fsync before the rename: after a power cut the name must not point at missing data. Some file systems report a
+  // full disk only here.
+  if (::fsync(descriptor_) != 0 && errno != EINVAL)
+    throw Error(ErrorKind::Failed, "writing failed: " + reason(errno), path_.string());
+  const int closed = ::close(descriptor_);
+  descriptor_ = -1;
+  if (closed != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0) {
+    const std::string why = reason(errno);
+    ::unlink(temporary_.c_str());
+    throw Error(ErrorKind::Failed, "writing failed: " + why, path_.string());
+  }
+}
+
+void write_file(const fs::path& path, std::string_view bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  file.commit();
+}
+
+std::uint64_t content_hash(std::string_view bytes, std::uint64_t seed) {
+  std::uint64_t hash = seed;
+  for (char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return hash;
+}
+
+std::string file_hash(const fs::path& path) {
+  return fmt::format("{:016x}", content_hash(read_file(path, std::uint64_t{1} << 32, true)));
+}
+
+}  // namespace clerestory

@@ -1,0 +1,281 @@
+// Decoding and encoding through OpenImageIO, always from and to memory: one place opens files (host/io/files.cpp), and
+// a full disk or a broken rename cannot leave half a picture.
+#include "host/io/image.hpp"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr float half_max = 65504;
+// No codec here packs more than deflate's 1032 to 1 by much; a header that claims more lies.
+constexpr std::uint64_t largest_compression = 2048;
+
+struct Format {
+  const char* plugin;  // OpenImageIO's name
+  const char* name;
+};
+
+struct Decoded {
+  Image image;
+  std::vector<std::string> names;  // of the channels kept
+  std::string format;              // for messages: "8-bit PNG"
+  Encoding encoding = Encoding::Linear;
+  bool alpha_dropped = false, turned = false;
+};
+
+Format format_of(std::string_view bytes, const std::string& where) {
+  const auto starts = [&](std::string_view magic) { return bytes.substr(0, magic.size()) == magic; };
+  if (starts("\x89PNG\r\n\x1a\n")) return {"png", "PNG"};
+  if (starts("\xff\xd8\xff")) return {"jpeg", "JPEG"};
+  if (starts("\x76\x2f\x31\x01")) return {"openexr", "OpenEXR"};
+  if (starts("#?")) return {"hdr", "Radiance HDR"};
+  throw usage_error("is not a picture that can be read", where, {}, "PNG, JPEG, OpenEXR or Radiance HDR");
+}
+
+void check_header(const OIIO::ImageSpec& spec, std::uint64_t file_bytes, const std::string& where) {
+  const std::string size = fmt::format("{}x{}, {} channels", spec.width, spec.height, spec.nchannels);
+  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0)
+    throw usage_error("the picture has no pixels", where, size);
+  if (spec.deep) throw usage_error("deep pictures are not read", where);
+  if (spec.depth > 1) throw usage_error("volumes are not read", where);
+  // Each factor is below 2^31 and the first product is checked before the second is formed: no overflow.
+  const auto pixels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
+  const auto channels = static_cast<std::uint64_t>(spec.nchannels);
+  if (pixels > max_image_values || pixels * channels > max_image_values)
+    throw usage_error("the picture is too large", where, size, fmt::format("at most {} values", max_image_values));
+  // DWA keeps a smooth picture in almost nothing, so its files are not judged by their length.
+  const bool dwa = spec.get_string_attribute("compression").substr(0, 3) == "dwa";
+  if (!dwa && pixels * channels * spec.channel_bytes() / largest_compression > file_bytes)
+    throw usage_error("the header claims more pixels than the file can hold", where, size,
+                      fmt::format("what fits into {} bytes", file_bytes));
+  using OIIO::TypeDesc;
+  const auto base = spec.format.basetype;
+  if (base != TypeDesc::UINT8 && base != TypeDesc::UINT16 && base != TypeDesc::HALF && base != TypeDesc::FLOAT)
+    throw usage_error("the pixel type is not read", where, spec.format.c_str(), "uint8, uint16, half or float");
+}
+
+// Positions of R, G, B where all three are there; else of every channel but alpha.
+std::vector<int> channels_to_keep(const OIIO::ImageSpec& spec) {
+  std::vector<int> rgb;
+  for (const char* name : {"R", "G", "B"}) {
+    const auto at = std::find(spec.channelnames.begin(), spec.channelnames.end(), name);
+    if (at != spec.channelnames.end()) rgb.push_back(static_cast<int>(at - spec.channelnames.begin()));
+  }
+  if (rgb.size() == 3) return rgb;
+  std::vector<int> all;
+  for (int c = 0; c < spec.nchannels; ++c)
+    if (c != spec.alpha_channel) all.push_back(c);
+  return all;
+}
+
+// EXIF orientation o of a stored picture: where pixel (x, y) of the upright one lies in it.
+Image upright(const Image& stored, int orientation) {
+  const bool transposed = orientation >= 5;
+  Image image(transposed ? stored.height : stored.width, transposed ? stored.width : stored.height, stored.channels);
+  const bool flip_x = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+  const bool flip_y = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        const int sx = transposed ? y : x, sy = transposed ? x : y;
+        image.at(c, y, x) = stored.at(c, flip_y ? stored.height - 1 - sy : sy, flip_x ? stored.width - 1 - sx : sx);
+      }
+  return image;
+}
+
+// The library's message, unless it is about stray bytes between the markers of a JPEG, which do no harm.
+std::string failure_of(OIIO::ImageInput& input, bool read) {
+  if (!input.has_error()) return read ? "" : "unknown error";
+  std::string message = input.geterror();
+  if (read && message.find("extraneous bytes") != std::string::npos) return "";
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  return message;
+}
+
+Decoded decode(const std::filesystem::path& path) {
+  const std::string where = path.string();
+  std::string bytes = read_file(path);
+  const Format format = format_of(bytes, where);
+  OIIO::Filesystem::IOMemReader reader(bytes.data(), bytes.size());
+  const auto input = OIIO::ImageInput::create(format.plugin);
+  if (!input) throw Error(ErrorKind::Failed, "no decoder for " + std::string(format.name), where);
+  input->set_ioproxy(&reader);
+  OIIO::ImageSpec spec, wish;
+  wish["oiio:UnassociatedAlpha"] = 1;  // colours as stored, not multiplied by alpha
+  if (!input->open(where, spec, wish))
+    throw usage_error(fmt::format("is no valid {}: {}", format.name, failure_of(*input, false)), where);
+  check_header(spec, bytes.size(), where);
+
+  std::vector<float> interleaved(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);
+  const bool read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, interleaved.data());
+  const std::string failure = failure_of(*input, read);
+  if (!failure.empty()) throw usage_error(fmt::format("{} is damaged or truncated: {}", format.name, failure), where);
+
+  const std::vector<int> keep = channels_to_keep(spec);
+  if (keep.empty()) throw usage_error("the picture has no channel but alpha", where);
+  Decoded out;
+  out.image = Image(spec.width, spec.height, static_cast<int>(keep.size()));
+  for (std::size_t c = 0; c < keep.size(); ++c) {
+    float* plane = out.image.plane(static_cast<int>(c));
+    for (std::size_t i = 0; i < out.image.pixels(); ++i) plane[i] = interleaved[i * spec.nchannels + keep[c]];
+    out.names.push_back(spec.channelnames[keep[c]]);
+  }
+  out.alpha_dropped = spec.alpha_channel >= 0;
+  const int orientation = spec.get_int_attribute("Orientation", 1);
+  if (orientation > 1 && orientation <= 8) out.image = upright(out.image, orientation), out.turned = true;
+  const bool integer = !spec.format.is_floating_point();
+  out.encoding = integer ? Encoding::Gamma : Encoding::Linear;
+  out.format = integer ? fmt::format("{}-bit {}", 8 * spec.format.size(), format.name) : format.name;
+  return out;
+}
+
+std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
+
+std::string place(const Image& image, std::size_t index) {
+  const std::size_t pixel = index % image.pixels();
+  return fmt::format("channel {}, pixel ({}, {})", index / image.pixels(), pixel % image.width, pixel / image.width);
+}
+
+std::string encode(const OIIO::ImageSpec& spec, const char* plugin, const void* pixels, OIIO::TypeDesc type,
+                   const std::string& where) {
+  std::vector<unsigned char> buffer;
+  OIIO::Filesystem::IOVecOutput proxy(buffer);
+  const auto output = OIIO::ImageOutput::create(plugin);
+  if (!output) throw Error(ErrorKind::Failed, fmt::format("no encoder for {}", plugin), where);
+  output->set_ioproxy(&proxy);
+  if (!output->open(where, spec) || !output->write_image(type, pixels) || !output->close())
+    throw Error(ErrorKind::Failed, "encoding failed: " + output->geterror(), where);
+  return {buffer.begin(), buffer.end()};
+}
+
+std::vector<float> interleave(const Image& image) {
+  std::vector<float> out(image.data.size());
+  for (int c = 0; c < image.channels; ++c)
+    for (std::size_t i = 0; i < image.pixels(); ++i) out[i * image.channels + c] = image.plane(c)[i];
+  return out;
+}
+
+void check_to_write(const Image& image, const std::string& where) {
+  if (image.width <= 0 || image.height <= 0 || image.channels <= 0)
+    throw Error(ErrorKind::Failed, "the picture to write is empty", where,
+                fmt::format("{}x{}, {} channels", image.width, image.height, image.channels));
+  if (image.data.size() != image.pixels() * image.channels)
+    throw Error(ErrorKind::Failed, "the picture to write has the wrong number of values", where,
+                fmt::format("{}", image.data.size()), fmt::format("{}", image.pixels() * image.channels));
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& path) { return decode(path).image; }
+
+Image read_map(const std::filesystem::path& path, int channels) {
+  Decoded decoded = decode(path);
+  if (decoded.image.channels == channels) return std::move(decoded.image);
+  const auto y = std::find(decoded.names.begin(), decoded.names.end(), "Y");
+  if (channels == 1 && y != decoded.names.end()) {
+    Image map(decoded.image.width, decoded.image.height, 1);
+    std::copy_n(decoded.image.plane(static_cast<int>(y - decoded.names.begin())), map.pixels(), map.data.begin());
+    return map;
+  }
+  throw usage_error("wrong channels", path.string(), fmt::format("{}: {}", decoded.image.channels, list(decoded.names)),
+                    channels == 1 ? "1, or one named Y" : fmt::format("{}: R, G, B", channels));
+}
+
+Photo read_photo(const std::filesystem::path& path) {
+  Decoded decoded = decode(path);
+  Photo photo;
+  photo.encoding = decoded.encoding;
+  photo.note = decoded.format + (decoded.encoding == Encoding::Gamma ? ", made linear by (v/max)^2.2"
+                                                                     : ", taken as linear radiance as it is");
+  if (decoded.alpha_dropped) photo.note += "; alpha dropped";
+  if (decoded.turned) photo.note += "; turned upright as its orientation says";
+  if (decoded.image.channels == 1) {
+    photo.image = Image(decoded.image.width, decoded.image.height, 3);
+    for (int c = 0; c < 3; ++c) std::copy(decoded.image.data.begin(), decoded.image.data.end(), photo.image.plane(c));
+    photo.note += "; grey copied to three channels";
+  } else if (decoded.image.channels == 3) {
+    photo.image = std::move(decoded.image);
+  } else {
+    throw usage_error("a photograph has one or three channels", path.string(),
+                      fmt::format("{}: {}", decoded.image.channels, list(decoded.names)));
+  }
+  if (photo.encoding == Encoding::Gamma)
+    for (float& v : photo.image.data) v = std::pow(v, 2.2f);
+  photo.clamped = check_radiance(photo.image, path);
+  if (photo.clamped > 0) photo.note += fmt::format("; {} negative values set to 0", photo.clamped);
+  return photo;
+}
+
+std::uint64_t check_radiance(Image& image, const std::filesystem::path& where) {
+  // Pixel by pixel, so that the first offender is the first in reading order and not in the first plane.
+  for (std::size_t i = 0; i < image.pixels(); ++i)
+    for (int c = 0; c < image.channels; ++c)
+      if (const float v = image.plane(c)[i]; !std::isfinite(v))
+        throw usage_error("a value is not finite", where.string(),
+                          fmt::format("{} at {}", v, place(image, i + image.pixels() * c)));
+  std::uint64_t clamped = 0;
+  for (float& v : image.data)
+    if (v < 0) v = 0, ++clamped;
+  return clamped;
+}
+
+bool fits_half(const Image& image) {
+  return std::none_of(image.data.begin(), image.data.end(),
+                      [](float v) { return std::isfinite(v) && std::abs(v) > half_max; });
+}
+
+void write_exr(const std::filesystem::path& path, const Image& image, ExrType type, std::vector<std::string> names,
+               const ExrText& text) {
+  const std::string where = path.string();
+  check_to_write(image, where);
+  if (names.empty() && image.channels == 1) names = {"Y"};
+  if (names.empty() && image.channels == 3) names = {"R", "G", "B"};
+  if (static_cast<int>(names.size()) != image.channels)
+    throw Error(ErrorKind::Failed, "one name per channel is needed", where, fmt::format("{} names", names.size()),
+                fmt::format("{}", image.channels));
+  if (type == ExrType::Half)
+    for (std::size_t i = 0; i < image.data.size(); ++i)
+      if (std::isfinite(image.data[i]) && std::abs(image.data[i]) > half_max)
+        throw Error(ErrorKind::Failed, "a value does not fit into half precision", where,
+                    fmt::format("{} at {}", image.data[i], place(image, i)), fmt::format("at most {}", half_max));
+  OIIO::ImageSpec spec(image.width, image.height, image.channels,
+                       type == ExrType::Half ? OIIO::TypeHalf : OIIO::TypeFloat);
+  spec.channelnames = names;
+  spec.alpha_channel = -1;
+  spec["compression"] = "zip";
+  for (const auto& [key, value] : text) spec[key] = value;
+  write_file(path, encode(spec, "openexr", interleave(image).data(), OIIO::TypeFloat, where));
+}
+
+std::string encode_png(const Image& image, Encoding encoding, const std::string& where) {
+  check_to_write(image, where);
+  if (image.channels != 1 && image.channels != 3)
+    throw Error(ErrorKind::Failed, "a PNG has one or three channels", where, fmt::format("{}", image.channels));
+  const std::vector<float> values = interleave(image);
+  std::vector<unsigned char> bytes(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i]))
+      throw Error(ErrorKind::Failed, "a value to write is not finite", where,
+                  fmt::format("{} at channel {}, pixel ({}, {})", values[i], i % image.channels,
+                              i / image.channels % image.width, i / image.channels / image.width));
+    const float v = std::clamp(values[i], 0.0f, 1.0f);
+    bytes[i] = static_cast<unsigned char>(255 * (encoding == Encoding::Gamma ? std::pow(v, 1 / 2.2f) : v) + 0.5f);
+  }
+  const OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeUInt8);
+  return encode(spec, "png", bytes.data(), OIIO::TypeUInt8, where);
+}
+
+void write_png(const std::filesystem::path& path, const Image& image, Encoding encoding) {
+  write_file(path, encode_png(image, encoding, path.string()));
+}
+
+}  // namespace clerestory
