@@ -23,11 +23,11 @@ enum class Precision { Single, Double };
 inline std::size_t real_size(Precision p) { return p == Precision::Single ? 4 : 8; }
 
 struct DeviceInfo {
-  int index = 0;                 // position in `clerestory devices`
+  int index = 0;  // position in `clerestory devices`
   std::string platform, name, vendor, version, driver;
   bool cpu = false, fp64 = false, unified_memory = false;
   int compute_units = 0;
-  std::size_t max_group = 0;     // work-items
+  std::size_t max_group = 0;                                     // work-items
   std::size_t memory = 0, max_allocation = 0, local_memory = 0;  // bytes
 };
 
@@ -74,13 +74,13 @@ struct Range {
 /// -D switches of a program: features only, numbers that vary travel as arguments.
 using Defines = std::map<std::string, std::string>;
 
-/// One kernel argument: a buffer, `local` memory, or plain data (int, float, double, uint, long, ulong, float4 as an array).
+/// One kernel argument: a buffer, `local` memory, or plain data (int, float, double, uint, long, ulong, float4 as an
+/// array).
 class Arg {
  public:
   Arg(const Buffer& b) : buffer_(b.handle()), is_buffer_(true) {}
   template <class T>
-    requires std::is_trivially_copyable_v<T> && (sizeof(T) <= 64)
-  Arg(const T& value) : size_(sizeof(T)) {
+  requires std::is_trivially_copyable_v<T> &&(sizeof(T) <= 64) Arg(const T& value) : size_(sizeof(T)) {
     __builtin_memcpy(data_.data(), &value, sizeof(T));
   }
   static Arg local(std::size_t bytes) {
@@ -88,7 +88,9 @@ class Arg {
     a.size_ = bytes, a.is_local_ = true;
     return a;
   }
-  const void* data() const { return is_local_ ? nullptr : is_buffer_ ? static_cast<const void*>(&buffer_) : data_.data(); }
+  const void* data() const {
+    return is_local_ ? nullptr : is_buffer_ ? static_cast<const void*>(&buffer_) : data_.data();
+  }
   std::size_t size() const { return is_buffer_ ? sizeof(cl_mem) : size_; }
 
  private:

@@ -1,0 +1,159 @@
+#include "host/cl/platforms.hpp"
+
+#include <CL/opencl.hpp>
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <utility>
+
+namespace clerestory {
+namespace {
+
+// Some drivers hand back the terminating zero, or pad the name with spaces.
+std::string trimmed(std::string text) {
+  while (!text.empty() && (text.back() == '\0' || std::isspace(static_cast<unsigned char>(text.back()))))
+    text.pop_back();
+  text.erase(0, std::min(text.find_first_not_of(" \t\n"), text.size()));
+  return text;
+}
+
+bool has_extension(const cl::Device& device, const std::string& name) {
+  return (" " + device.getInfo<CL_DEVICE_EXTENSIONS>() + " ").find(" " + name + " ") != std::string::npos;
+}
+
+FoundDevice describe(const cl::Platform& platform, const cl::Device& device) {
+  FoundDevice found;
+  DeviceInfo& info = found.info;
+  info.platform = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+  info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
+  info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
+  info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
+  info.cpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0;
+  info.fp64 = has_extension(device, "cl_khr_fp64");
+  cl_bool unified = CL_FALSE;
+  device.getInfo(CL_DEVICE_HOST_UNIFIED_MEMORY, &unified);
+  info.unified_memory = unified == CL_TRUE;
+  info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+  info.max_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+  info.memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
+  found.platform_version = trimmed(platform.getInfo<CL_PLATFORM_VERSION>());
+  found.id = device();
+  return found;
+}
+
+bool usable(const cl::Device& device) {
+  return device.getInfo<CL_DEVICE_AVAILABLE>() == CL_TRUE &&
+         device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() == CL_TRUE &&
+         device.getInfo<CL_DEVICE_TYPE>() != CL_DEVICE_TYPE_CUSTOM;
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
+std::vector<FoundDevice> find_devices() {
+  std::vector<FoundDevice> found;
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error&) {
+    return found;  // the loader found no driver (-1001), or could not load any
+  }
+  for (const cl::Platform& platform : platforms) {
+    std::vector<cl::Device> devices;
+    try {
+      platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
+    } catch (const cl::Error&) {
+      continue;  // a platform without devices answers with an error
+    }
+    for (const cl::Device& device : devices) {
+      try {
+        if (!usable(device)) continue;
+        found.push_back(describe(platform, device));
+        found.back().info.index = static_cast<int>(found.size()) - 1;
+      } catch (const cl::Error&) {
+        continue;  // a device that cannot say what it is cannot be used either
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> infos;
+  for (FoundDevice& device : find_devices()) infos.push_back(std::move(device.info));
+  return infos;
+}
+
+std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& devices, const std::string& selector) {
+  int index = -1;
+  const char* end = selector.data() + selector.size();
+  const auto parsed = std::from_chars(selector.data(), end, index);
+  const bool is_index = parsed.ec == std::errc() && parsed.ptr == end;
+  std::vector<FoundDevice> matching;
+  for (const FoundDevice& device : devices) {
+    const std::string names = lower(device.info.platform) + "\n" + lower(device.info.name);
+    if (is_index ? device.info.index == index : names.find(lower(selector)) != std::string::npos)
+      matching.push_back(device);
+  }
+  return matching;
+}
+
+std::string describe_devices(const std::vector<FoundDevice>& devices) {
+  if (devices.empty())
+    return "no OpenCL device on this machine; install a driver, for a CPU: apt install pocl-opencl-icd";
+  std::string text;
+  for (const FoundDevice& device : devices)
+    text += fmt::format("{}{}: {} ({})", text.empty() ? "" : "; ", device.info.index, device.info.name,
+                        device.info.platform);
+  return text;
+}
+
+std::string opencl_error_name(int code) {
+  static const std::pair<int, const char*> names[] = {
+      {CL_DEVICE_NOT_FOUND, "CL_DEVICE_NOT_FOUND"},
+      {CL_DEVICE_NOT_AVAILABLE, "CL_DEVICE_NOT_AVAILABLE"},
+      {CL_COMPILER_NOT_AVAILABLE, "CL_COMPILER_NOT_AVAILABLE"},
+      {CL_MEM_OBJECT_ALLOCATION_FAILURE, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+      {CL_OUT_OF_RESOURCES, "CL_OUT_OF_RESOURCES"},
+      {CL_OUT_OF_HOST_MEMORY, "CL_OUT_OF_HOST_MEMORY"},
+      {CL_PROFILING_INFO_NOT_AVAILABLE, "CL_PROFILING_INFO_NOT_AVAILABLE"},
+      {CL_MEM_COPY_OVERLAP, "CL_MEM_COPY_OVERLAP"},
+      {CL_BUILD_PROGRAM_FAILURE, "CL_BUILD_PROGRAM_FAILURE"},
+      {CL_MAP_FAILURE, "CL_MAP_FAILURE"},
+      {CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST, "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST"},
+      {CL_INVALID_VALUE, "CL_INVALID_VALUE"},
+      {CL_INVALID_DEVICE, "CL_INVALID_DEVICE"},
+      {CL_INVALID_CONTEXT, "CL_INVALID_CONTEXT"},
+      {CL_INVALID_COMMAND_QUEUE, "CL_INVALID_COMMAND_QUEUE"},
+      {CL_INVALID_MEM_OBJECT, "CL_INVALID_MEM_OBJECT"},
+      {CL_INVALID_BINARY, "CL_INVALID_BINARY"},
+      {CL_INVALID_BUILD_OPTIONS, "CL_INVALID_BUILD_OPTIONS"},
+      {CL_INVALID_PROGRAM_EXECUTABLE, "CL_INVALID_PROGRAM_EXECUTABLE"},
+      {CL_INVALID_KERNEL_NAME, "CL_INVALID_KERNEL_NAME"},
+      {CL_INVALID_KERNEL, "CL_INVALID_KERNEL"},
+      {CL_INVALID_ARG_INDEX, "CL_INVALID_ARG_INDEX"},
+      {CL_INVALID_ARG_VALUE, "CL_INVALID_ARG_VALUE"},
+      {CL_INVALID_ARG_SIZE, "CL_INVALID_ARG_SIZE"},
+      {CL_INVALID_KERNEL_ARGS, "CL_INVALID_KERNEL_ARGS"},
+      {CL_INVALID_WORK_DIMENSION, "CL_INVALID_WORK_DIMENSION"},
+      {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
+      {CL_INVALID_WORK_ITEM_SIZE, "CL_INVALID_WORK_ITEM_SIZE"},
+      {CL_INVALID_GLOBAL_OFFSET, "CL_INVALID_GLOBAL_OFFSET"},
+      {CL_INVALID_EVENT_WAIT_LIST, "CL_INVALID_EVENT_WAIT_LIST"},
+      {CL_INVALID_OPERATION, "CL_INVALID_OPERATION"},
+      {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
+      {CL_INVALID_GLOBAL_WORK_SIZE, "CL_INVALID_GLOBAL_WORK_SIZE"},
+      {-1001, "CL_PLATFORM_NOT_FOUND_KHR"}};
+  for (const auto& [known, name] : names)
+    if (known == code) return fmt::format("{} ({})", name, code);
+  return fmt::format("OpenCL error {}", code);
+}
+
+}  // namespace clerestory

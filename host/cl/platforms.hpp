@@ -1,0 +1,31 @@
+// The OpenCL devices of this machine and the choice among them. Private to host/cl.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/cl/device.hpp"
+
+typedef struct _cl_device_id* cl_device_id;
+
+namespace clerestory {
+
+struct FoundDevice {
+  DeviceInfo info;
+  std::string platform_version;  // names the compiler on some platforms (PoCL: its LLVM)
+  cl_device_id id = nullptr;
+};
+
+/// Devices of every platform that can be used: available, with a compiler. Never throws for a platform's sake.
+std::vector<FoundDevice> find_devices();
+
+/// Those whose index equals `selector` (digits), or whose platform or name contains it, letter case ignored; all when
+/// it is empty.
+std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& devices, const std::string& selector);
+
+/// "0: pthread-... (Portable Computing Language); 1: ..." or a hint how to install a driver when there is none.
+std::string describe_devices(const std::vector<FoundDevice>& devices);
+
+/// "CL_OUT_OF_RESOURCES (-5)".
+std::string opencl_error_name(int code);
+
+}  // namespace clerestory

@@ -1,0 +1,114 @@
+#include "host/cl/program.hpp"
+
+#include <CL/opencl.hpp>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+
+#include "host/cl/platforms.hpp"
+
+namespace clerestory {
+namespace {
+
+// Asking PoCL for a binary makes it compile a generic variant of every kernel in the program; the others keep built
+// programs themselves, and a second cache on top of theirs only goes stale.
+bool platform_keeps_programs(const std::string& platform) {
+  constexpr std::array<std::string_view, 6> keeping = {
+      "Portable Computing Language", "NVIDIA CUDA", "Intel(R) OpenCL Graphics",
+      "Intel(R) OpenCL HD Graphics", "rusticl",     "Clover"};
+  for (const std::string_view name : keeping)
+    if (platform.find(name) != std::string::npos) return true;
+  return false;
+}
+
+bool keep_binaries(const std::string& platform) {
+  const char* asked = std::getenv("CLERESTORY_PROGRAM_CACHE");
+  const std::string choice = asked == nullptr ? "" : asked;
+  if (choice == "on" || choice == "off") return choice == "on";
+  if (!choice.empty()) throw usage_error("unknown value", "CLERESTORY_PROGRAM_CACHE", choice, "on or off");
+  return !platform_keeps_programs(platform);
+}
+
+std::string build_options(const Defines& defines, Precision precision) {
+  std::string options = "-cl-std=CL1.2";
+  if (precision == Precision::Double) options += " -DCLERESTORY_DOUBLE";
+  for (const auto& [name, value] : defines) options += value.empty() ? " -D" + name : " -D" + name + "=" + value;
+  return options;
+}
+
+std::string log_of(const cl::BuildError& error) {
+  std::string log;
+  for (const auto& [device, text] : error.getBuildLog()) log += text;
+  return log;
+}
+
+std::string binary_of(cl_program program) {
+  std::size_t size = 0;
+  if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, nullptr) != CL_SUCCESS) return {};
+  std::string binary(size, '\0');
+  auto* data = reinterpret_cast<unsigned char*>(binary.data());
+  if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof data, &data, nullptr) != CL_SUCCESS) return {};
+  return binary;
+}
+
+}  // namespace
+
+ProgramBuilder::ProgramBuilder(cl_context context, cl_device_id device, const DeviceInfo& info,
+                               const std::string& fingerprint)
+    : context_(context),
+      device_(device),
+      device_name_(info.name),
+      fingerprint_(fingerprint),
+      keep_binaries_(keep_binaries(info.platform)) {}
+
+cl_program ProgramBuilder::build(std::string_view file, const Defines& defines, Precision precision) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::string source = kernel_source(file);
+  const std::string options = build_options(defines, precision);
+  const std::string key = fingerprint_ + "\n" + options + "\n" + source;
+  cl_program program = nullptr;
+  if (keep_binaries_)
+    if (const auto binary = cache_.load("program", key)) program = from_binary(*binary, options);
+  if (program != nullptr) {
+    ++loads_;
+  } else {
+    program = from_source(source, options, file);
+    ++builds_;
+    if (keep_binaries_)
+      if (const std::string binary = binary_of(program); !binary.empty()) cache_.store("program", key, binary);
+  }
+  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return program;
+}
+
+cl_program ProgramBuilder::from_source(const std::string& source, const std::string& options, std::string_view file) {
+  try {
+    cl::Program program(cl::Context(context_, true), source);
+    program.build({cl::Device(device_, true)}, options.c_str());
+    cl_program built = program();
+    clRetainProgram(built);
+    return built;
+  } catch (const cl::BuildError& error) {
+    throw Error(ErrorKind::Device,
+                fmt::format("{} failed with {} for \"{}\" with options \"{}\" on {}:\n{}", error.what(),
+                            opencl_error_name(error.err()), file, options, device_name_, log_of(error)));
+  } catch (const cl::Error& error) {
+    throw Error(ErrorKind::Device, fmt::format("{} failed with {} for \"{}\" with options \"{}\" on {}", error.what(),
+                                               opencl_error_name(error.err()), file, options, device_name_));
+  }
+}
+
+// A binary that the driver does not take, after an update say, is no error: the source is built instead.
+cl_program ProgramBuilder::from_binary(const std::string& binary, const std::string& options) {
+  const std::size_t size = binary.size();
+  const auto* data = reinterpret_cast<const unsigned char*>(binary.data());
+  cl_int status = 0, error = 0;
+  cl_program program = clCreateProgramWithBinary(context_, 1, &device_, &size, &data, &status, &error);
+  if (error != CL_SUCCESS) return nullptr;
+  if (status == CL_SUCCESS && clBuildProgram(program, 1, &device_, options.c_str(), nullptr, nullptr) == CL_SUCCESS)
+    return program;
+  clReleaseProgram(program);
+  return nullptr;
+}
+
+}  // namespace clerestory

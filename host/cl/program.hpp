@@ -1,0 +1,41 @@
+// Building programs, with built ones kept on disk where the driver does not do so itself. Private to host/cl.
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "host/cl/device.hpp"
+#include "host/cl/disk_cache.hpp"
+
+typedef struct _cl_context* cl_context;
+typedef struct _cl_device_id* cl_device_id;
+typedef struct _cl_program* cl_program;
+
+namespace clerestory {
+
+class ProgramBuilder {
+ public:
+  /// Built programs are kept on disk when CLERESTORY_PROGRAM_CACHE is "on", never when it is "off", and by default on
+  /// platforms that are not known to keep them themselves.
+  ProgramBuilder(cl_context context, cl_device_id device, const DeviceInfo& info, const std::string& fingerprint);
+
+  /// A built program, owned by the caller. Throws ErrorKind::Device with the compiler's log.
+  cl_program build(std::string_view file, const Defines& defines, Precision precision);
+
+  double seconds() const { return seconds_; }
+  int builds() const { return builds_; }  // from source
+  int loads() const { return loads_; }    // from the disk cache
+
+ private:
+  cl_program from_source(const std::string& source, const std::string& options, std::string_view file);
+  cl_program from_binary(const std::string& binary, const std::string& options);
+
+  cl_context context_;
+  cl_device_id device_;
+  std::string device_name_, fingerprint_;
+  bool keep_binaries_ = false;
+  DiskCache cache_;
+  double seconds_ = 0;
+  int builds_ = 0, loads_ = 0;
+};
+
+}  // namespace clerestory
