@@ -1,0 +1,141 @@
+#include "host/ops/nn/conv.hpp"
+
+#include <algorithm>
+
+#include "host/ops/nn/conv_backend.hpp"
+
+namespace clerestory {
+namespace {
+
+ConvShape conv_shape(const Shape& x, const Shape& w, const ConvSpec& spec) {
+  return {x.c, x.h, x.w, w.n, w.h, w.w, spec.stride, spec.pad};
+}
+
+Cost conv_cost(const ConvShape& s, int batch) {
+  const double outputs = 1.0 * batch * s.outputs * s.out_height() * s.out_width();
+  const double weights = 1.0 * s.outputs * s.channels * s.kernel_h * s.kernel_w;
+  return {2 * outputs * s.channels * s.kernel_h * s.kernel_w,
+          4 * (outputs + weights + 1.0 * batch * s.channels * s.height * s.width)};
+}
+
+[[noreturn]] void misfit(const std::string& what, const Shape& found, const std::string& expected) {
+  throw Error(ErrorKind::Failed, what, "conv", found.text(), expected);
+}
+
+/// dx from dy and w.
+struct ConvDataOp : Op {
+  ConvSpec spec;
+  Shape x;
+  ConvDataOp(ConvSpec s, Shape source) : spec(s), x(source) {}
+  std::string name() const override { return "conv_data"; }
+  std::vector<Signature> infer(std::span<const Value>) const override { return {{x, Type::Real}}; }
+
+  ConvShape shape(const Shape& w) const { return conv_shape(x, w, spec); }
+  Cost cost(const Node& node) const override { return conv_cost(shape(node.in_shape(1)), x.n); }
+  std::size_t workspace(const Node& node) const override {
+    const ConvShape s = shape(node.in_shape(1));
+    std::size_t packed = 0;
+    for (const ConvPass& pass : backward_data_passes(s)) packed += packed_elements(pass.geometry);
+    return std::max(packed, columns_elements(forward_pass(s).geometry));
+  }
+
+  void launch(Launch& l) const override {
+    const ConvShape s = shape(l.in(1).shape);
+    if (l.gemm == "clblast") return run_clblast_data(l, forward_pass(s).geometry, x.n, l.in(0), l.in(1), l.out());
+    std::size_t at = 0;
+    for (const ConvPass& pass : backward_data_passes(s)) {
+      run_packed(l, pass, x.n, spec.body, l.in(0), l.in(1), nullptr, l.out(), at);
+      at += packed_elements(pass.geometry);
+    }
+  }
+};
+
+/// dw from x and dy.
+struct ConvWeightsOp : Op {
+  ConvSpec spec;
+  Shape w;
+  ConvWeightsOp(ConvSpec s, Shape weights) : spec(s), w(weights) {}
+  std::string name() const override { return "conv_weights"; }
+  std::vector<Signature> infer(std::span<const Value>) const override { return {{w, Type::Real}}; }
+
+  ConvShape shape(const Shape& x) const { return conv_shape(x, w, spec); }
+  Cost cost(const Node& node) const override { return conv_cost(shape(node.in_shape(0)), node.in_shape(0).n); }
+  std::size_t workspace(const Node& node) const override {
+    const ConvGeometry g = forward_pass(shape(node.in_shape(0))).geometry;
+    return std::max(partial_elements(g), columns_elements(g));
+  }
+
+  void launch(Launch& l) const override {
+    const ConvGeometry g = forward_pass(shape(l.in(0).shape)).geometry;
+    const int batch = l.in(0).shape.n;
+    if (l.gemm == "clblast") return run_clblast_weights(l, g, batch, l.in(0), l.in(1), l.out());
+    run_packed_weights(l, g, batch, spec.body, l.in(0), l.in(1), nullptr, l.out(), g.depth());
+  }
+};
+
+/// db from dy.
+struct ConvBiasOp : Op {
+  std::string name() const override { return "conv_bias"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    return {{Shape{1, in[0].shape().c, 1, 1}, Type::Real}};
+  }
+  void launch(Launch& l) const override {
+    const Shape& s = l.in(0).shape;
+    l.run("nn/conv_pack.cl", "conv_bias_gradient", Range::of(static_cast<std::size_t>(s.c), 1), l.in(0), l.out(), s.n,
+          static_cast<int>(s.plane()));
+  }
+};
+
+struct ConvOp : Op {
+  ConvSpec spec;
+  explicit ConvOp(ConvSpec s) : spec(s) {}
+  std::string name() const override { return "conv"; }
+
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    const Shape &x = in[0].shape(), &w = in[1].shape();
+    if (spec.stride < 1 || spec.pad < 0)
+      throw Error(ErrorKind::Failed, "stride and padding", "conv", fmt::format("{} and {}", spec.stride, spec.pad),
+                  "at least 1 and 0");
+    if (w.c != x.c) misfit("weights of other channels than the input " + x.text(), w, fmt::format("?x{}x?x?", x.c));
+    const ConvShape s = conv_shape(x, w, spec);
+    if (s.height + 2 * s.pad < s.kernel_h || s.width + 2 * s.pad < s.kernel_w)
+      misfit("a kernel larger than the padded input " + x.text(), w, "a smaller kernel or more padding");
+    const Shape one{1, w.n, 1, 1};
+    if (in.size() > 2 && !(in[2].shape() == one)) misfit("a bias of another shape", in[2].shape(), one.text());
+    return {{{x.n, w.n, s.out_height(), s.out_width()}, Type::Real}};
+  }
+
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> dy) const override {
+    Graph& graph = node.inputs[0].graph();
+    const Value x = node.inputs[0], w = node.inputs[1];
+    std::vector<Value> gradients{graph.make<ConvDataOp>({dy[0], w}, spec, x.shape()),
+                                 graph.make<ConvWeightsOp>({x, dy[0]}, spec, w.shape())};
+    if (node.inputs.size() > 2) gradients.push_back(graph.make<ConvBiasOp>({dy[0]}));
+    return gradients;
+  }
+
+  ConvShape shape(const Node& node) const { return conv_shape(node.in_shape(0), node.in_shape(1), spec); }
+  Cost cost(const Node& node) const override { return conv_cost(shape(node), node.in_shape(0).n); }
+  std::size_t workspace(const Node& node) const override {
+    const ConvGeometry g = forward_pass(shape(node)).geometry;
+    return std::max(packed_elements(g), columns_elements(g));
+  }
+
+  void launch(Launch& l) const override {
+    const ConvPass pass = forward_pass(conv_shape(l.in(0).shape, l.in(1).shape, spec));
+    const TensorView* bias = l.inputs.size() > 2 ? &l.in(2) : nullptr;
+    const int batch = l.in(0).shape.n;
+    if (l.gemm == "clblast") return run_clblast_forward(l, pass.geometry, batch, l.in(0), l.in(1), bias, l.out());
+    run_packed(l, pass, batch, spec.body, l.in(0), l.in(1), bias, l.out());
+  }
+};
+
+}  // namespace
+
+Value conv(Value x, Value w, Value bias, const ConvSpec& spec) {
+  std::vector<Value> inputs{x, w};
+  if (bias) inputs.push_back(bias);
+  return x.graph().make<ConvOp>(std::move(inputs), spec);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,25 @@
+// Two-dimensional convolution (cross-correlation), its adjoints, and which kernels run them.
+#pragma once
+#include "host/graph/graph.hpp"
+
+namespace clerestory {
+
+/// Which kernels the packed backend runs: those for the device's type, or, for tests, one of the two by name.
+enum class ConvBody { ByDevice, Cpu, Gpu };
+
+struct ConvSpec {
+  int stride = 1;  // along both axes
+  int pad = 0;     // zeros around the picture
+  ConvBody body = ConvBody::ByDevice;
+};
+
+/// y[n,o,y,x] = bias[o] + sum over i, ky, kx of w[o,i,ky,kx] * x[n,i, y*stride + ky - pad, x*stride + kx - pad].
+/// x {N,I,H,W}, w {O,I,KH,KW}, bias {1,O,1,1} or empty; the result is {N, O, (H + 2 pad - KH)/stride + 1, ...}.
+/// Launch::gemm chooses the backend: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl) or "clblast" (im2col and
+/// CLBlast). Both sum in a fixed order.
+Value conv(Value x, Value w, Value bias, const ConvSpec& spec = {});
+
+/// y[n,o] = bias[o] + sum over c of w[o,c] * x[n,c]. x {N,C,1,1}, w {O,C,1,1}, bias {1,O,1,1} or empty.
+Value linear(Value x, Value w, Value bias, ConvBody body = ConvBody::ByDevice);
+
+}  // namespace clerestory

@@ -1,0 +1,48 @@
+// The two backends behind convolutions and matrix products, on views: nothing here knows of graphs.
+#pragma once
+#include <optional>
+
+#include "host/graph/op.hpp"
+#include "host/ops/nn/conv.hpp"
+#include "host/ops/nn/conv_geometry.hpp"
+
+namespace clerestory {
+
+// Packed: our own kernels.
+
+/// Elements of packed weights of a pass, in its workspace.
+std::size_t packed_elements(const ConvGeometry& geometry);
+/// target = weights * source (+ bias): packs the weights at element `at` of the workspace, then runs the pass.
+void run_packed(Launch& launch, const ConvPass& pass, int batch, ConvBody body, const TensorView& source,
+                const TensorView& weights, const TensorView* bias, const TensorView& target, std::size_t at = 0);
+
+/// Most elements of partial sums that run_packed_weights takes from the workspace.
+std::size_t partial_elements(const ConvGeometry& geometry);
+/// gradient[outputs][depth], rows `row_pitch` apart, = sum over positions of target * source under each tap (+ bias of
+/// each column).
+void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, ConvBody body, const TensorView& source,
+                        const TensorView& target, const TensorView* bias, const TensorView& gradient, int row_pitch);
+
+// CLBlast.
+
+/// A matrix in device memory: row-major, or its transpose.
+struct MatrixView {
+  const TensorView& tensor;
+  std::uint64_t at = 0;  // elements from the start of the tensor
+  int pitch = 0;         // elements between rows as stored
+  bool transposed = false;
+};
+/// c = a * b + beta * c, where a is rows x depth and b is depth x columns.
+void clblast_gemm(Launch& launch, int rows, int columns, int depth, const MatrixView& a, const MatrixView& b, double beta,
+                  const MatrixView& c);
+
+/// Most elements of im2col matrix in the workspace.
+std::size_t columns_elements(const ConvGeometry& forward);
+void run_clblast_forward(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x, const TensorView& w,
+                         const TensorView* bias, const TensorView& y);
+void run_clblast_data(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& dy, const TensorView& w,
+                      const TensorView& dx);
+void run_clblast_weights(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x,
+                         const TensorView& dy, const TensorView& dw);
+
+}  // namespace clerestory

@@ -1,0 +1,167 @@
+#include "host/ops/nn/conv_geometry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int position_tile = 32;
+constexpr int band_positions = 512;   // aimed at: long enough to amortise a panel's packing, short enough for the L2 cache
+constexpr int max_chunk = 64;         // outputs of a work-group
+constexpr int wanted_groups = 16;     // of a launch, so that a few cores share it evenly
+
+int ceil_div(int a, int b) { return (a + b - 1) / b; }
+int round_up(int a, int b) { return ceil_div(a, b) * b; }
+
+// Rows of the panel are grid_w - 1 + columns wide, where `columns` are the taps of one residue. The last entries of a
+// row may be the first of the next where both are padding.
+int shared_padding(const ConvGeometry& g) {
+  const int columns = ceil_div(g.taps_x, g.source_step), full = g.grid_w - 1 + columns;
+  int shared = columns - 1;
+  for (int px = 0; px < std::min(g.source_step, g.taps_x); ++px) {
+    const auto pixel = [&](int entry) { return entry * g.source_step + px + g.source_x; };
+    const auto is_padding = [&](int count) {
+      for (int j = 0; j < count; ++j)
+        if (pixel(j) >= 0 || pixel(full - 1 - j) < g.source_w) return false;
+      return true;
+    };
+    while (!is_padding(shared)) --shared;
+  }
+  return shared;
+}
+
+// The bands, and the panel's layout for them.
+ConvBlocking cut_bands(const ConvGeometry& g, int batch, int wanted) {
+  ConvBlocking b;
+  b.batch = batch;
+  b.bands_x = g.grid_w <= 2 * wanted ? 1 : ceil_div(g.grid_w, wanted);
+  b.band_columns = round_up(ceil_div(g.grid_w, b.bands_x), b.bands_x > 1 ? position_tile : 1);
+  b.bands_x = ceil_div(g.grid_w, b.band_columns);
+  const int taps_x = std::max(1, ceil_div(g.taps_x, g.source_step)), taps_y = std::max(1, ceil_div(g.taps_y, g.source_step));
+  b.pitch = b.band_columns - 1 + taps_x - (b.bands_x == 1 ? shared_padding(g) : 0);
+  const int bands_y = ceil_div(g.grid_h, std::max(1, wanted / b.pitch));
+  b.band_rows = ceil_div(g.grid_h, bands_y);
+  b.bands = ceil_div(g.grid_h, b.band_rows) * b.bands_x;
+  b.positions = round_up((b.band_rows - 1) * b.pitch + b.band_columns, position_tile);
+  const int read = b.positions + (taps_y - 1) * b.pitch + taps_x - 1, written = (b.band_rows - 1 + taps_y) * b.pitch;
+  b.subplane = round_up(std::max(read, written), 16);
+  if (b.subplane % 256 == 0) b.subplane += 16;  // planes a multiple of 1 KiB apart compete for the same cache sets
+  b.plane = b.subplane * std::min(g.source_step, std::max(1, g.taps_y)) * g.source_step;
+  return b;
+}
+
+// Source channels of a backward-weights group at most: few, since its work grows with the outputs too.
+int channels_at_once(const ConvGeometry& g) { return std::max(1, 256 / g.taps()); }
+
+int even_share(int total, int at_most) { return ceil_div(total, ceil_div(total, std::max(1, at_most))); }
+
+void check_fits(const ConvGeometry& g, const ConvBlocking& b, std::size_t local_elements) {
+  const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.plane + g.taps()) +
+                             static_cast<std::size_t>(b.chunk) * b.positions;
+  if (needed > local_elements)
+    throw Error(ErrorKind::Device, "convolution does not fit into the device's local memory", "conv",
+                fmt::format("{} elements for one channel of {} positions", needed, b.positions),
+                fmt::format("at most {}", local_elements));
+}
+
+}  // namespace
+
+ConvPass forward_pass(const ConvShape& s) {
+  ConvGeometry g;
+  g.channels = s.channels, g.outputs = s.outputs;
+  g.source_w = s.width, g.source_plane = s.height * s.width;
+  g.grid_h = s.out_height(), g.grid_w = s.out_width();
+  g.target_w = g.grid_w, g.target_plane = g.grid_h * g.grid_w;
+  g.taps_y = s.kernel_h, g.taps_x = s.kernel_w;
+  g.source_step = s.stride, g.source_y = g.source_x = -s.pad;
+  if (g.taps() == 1 && s.stride == 1 && s.pad == 0) {  // rows do not matter: a product with plane columns
+    g.source_w = g.target_w = g.grid_w = g.source_plane;
+    g.grid_h = 1;
+  }
+  const int taps = s.kernel_h * s.kernel_w;
+  return {g, {s.channels * taps, taps, s.kernel_w, 0, 0, 1, 1}};
+}
+
+std::vector<ConvPass> backward_data_passes(const ConvShape& s) {
+  if (s.kernel_h == 1 && s.kernel_w == 1 && s.stride == 1 && s.pad == 0) {
+    ConvPass pass = forward_pass(s);
+    std::swap(pass.geometry.channels, pass.geometry.outputs);
+    std::swap(pass.taps.output_pitch, pass.taps.channel_pitch);
+    return {pass};
+  }
+  // Input pixel Y = py + stride*gy receives from output row (Y + pad - ky)/stride for each tap ky = first + stride*j
+  // with the right residue: rows gy + base - j. Ascending taps ty = count-1-j make it a convolution.
+  struct Axis {
+    int count, source, first, step, grid;
+  };
+  const auto axis = [&](int p, int kernel, int size) -> Axis {
+    const int first = (p + s.pad) % s.stride, count = first < kernel ? ceil_div(kernel - first, s.stride) : 0;
+    return {count, (p + s.pad - first) / s.stride - (count - 1), first + s.stride * (count - 1), -s.stride,
+            ceil_div(size - p, s.stride)};
+  };
+  std::vector<ConvPass> passes;
+  for (int py = 0; py < std::min(s.stride, s.height); ++py)
+    for (int px = 0; px < std::min(s.stride, s.width); ++px) {
+      const Axis y = axis(py, s.kernel_h, s.height), x = axis(px, s.kernel_w, s.width);
+      ConvGeometry g;
+      g.channels = s.outputs, g.outputs = s.channels;
+      g.source_w = s.out_width(), g.source_plane = s.out_height() * s.out_width();
+      g.target_w = s.width, g.target_plane = s.height * s.width;
+      g.grid_h = y.grid, g.grid_w = x.grid;
+      g.taps_y = x.count ? y.count : 0, g.taps_x = y.count ? x.count : 0;
+      g.source_y = y.source, g.source_x = x.source;
+      g.target_step = s.stride, g.target_y = py, g.target_x = px;
+      const int taps = s.kernel_h * s.kernel_w;
+      passes.push_back({g, {taps, s.channels * taps, s.kernel_w, y.first, x.first, y.step, x.step}});
+    }
+  return passes;
+}
+
+ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elements) {
+  const int panels = ceil_div(g.outputs, conv_tile);
+  for (int wanted = band_positions;; wanted /= 2) {
+    ConvBlocking b = cut_bands(g, batch, wanted);
+    int chunks = ceil_div(panels * conv_tile, max_chunk);
+    while (batch * b.bands * chunks < wanted_groups && chunks * 2 <= panels) chunks *= 2;
+    b.chunk = ceil_div(panels, chunks) * conv_tile;
+    const std::size_t sums = static_cast<std::size_t>(b.chunk) * b.positions;
+    const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
+    if (sums + per_channel <= local_elements)
+      b.channel_block = even_share(g.channels, static_cast<int>((local_elements - sums) / per_channel));
+    if (sums + per_channel <= local_elements || wanted <= position_tile) {
+      check_fits(g, b, local_elements);
+      return b;
+    }
+  }
+}
+
+int most_partials(const ConvGeometry& g) {
+  return ceil_div(wanted_groups, ceil_div(g.channels, channels_at_once(g)));
+}
+
+ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements) {
+  const int panels = ceil_div(g.outputs, conv_tile);
+  for (int wanted = 2 * band_positions;; wanted /= 2) {
+    ConvBlocking b = cut_bands(g, batch, wanted);
+    b.chunk = even_share(panels, std::max(1, static_cast<int>(local_elements / 2) / (b.positions * conv_tile))) * conv_tile;
+    const std::size_t rows = static_cast<std::size_t>(b.chunk) * b.positions;
+    const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
+    const bool fits = rows + per_channel <= local_elements;
+    if (fits) {
+      const int room = static_cast<int>((local_elements - rows) / per_channel);
+      b.channel_block = even_share(g.channels, std::min(room, channels_at_once(g)));
+    }
+    const int blocks = ceil_div(g.channels, b.channel_block);
+    b.partials = std::min(ceil_div(wanted_groups, blocks), b.bands * batch);
+    if (fits || wanted <= position_tile) {
+      check_fits(g, b, local_elements);
+      return b;
+    }
+  }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,96 @@
+// The packed backend: our own kernels, nn/conv_cpu.cl or nn/conv_gpu.cl.
+#include <algorithm>
+#include <array>
+
+#include "host/ops/nn/conv_backend.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr std::size_t scratch_elements = 128 * 1024;  // half a megabyte of floats: half of a usual L2 cache
+constexpr int gpu_tile = 64, gpu_group = 16, gpu_depth = 16;
+
+bool on_gpu(const Launch& l, ConvBody body) {
+  return body == ConvBody::Gpu || (body == ConvBody::ByDevice && !l.device.info().cpu);
+}
+
+// An eighth is left to the driver's own use of local memory.
+std::size_t scratch(const Launch& l) {
+  return std::min(scratch_elements, l.device.info().local_memory / 8 * 7 / real_size(l.precision));
+}
+
+std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }
+
+TensorView part(const TensorView& whole, std::size_t at) {
+  TensorView view = whole;
+  view.offset += at;
+  return view;
+}
+
+}  // namespace
+
+std::size_t packed_elements(const ConvGeometry& g) {
+  return blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
+}
+
+void run_packed(Launch& l, const ConvPass& pass, int batch, ConvBody body, const TensorView& source,
+                const TensorView& weights, const TensorView* bias, const TensorView& target, std::size_t at) {
+  const ConvGeometry& g = pass.geometry;
+  const ConvTaps& t = pass.taps;
+  const TensorView packed = part(l.workspace, at);
+  if (g.taps() > 0)
+    l.run("nn/conv_pack.cl", "conv_pack_weights",
+          Range::of2(static_cast<std::size_t>(g.depth()), blocks(g.outputs, conv_tile)), weights, packed, g,
+          t.output_pitch, t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y}, std::array{t.step_x, t.step_y});
+  const TensorView& some_bias = bias ? *bias : weights;
+  const int has_bias = bias != nullptr;
+  if (on_gpu(l, body)) {
+    const Range range{{blocks(g.positions(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
+                       static_cast<std::size_t>(batch)},
+                      {gpu_group, gpu_group, 1}};
+    l.run("nn/conv_gpu.cl", "conv_gpu", range, source, packed, some_bias, target, g, has_bias);
+    return;
+  }
+  const ConvBlocking b = block_pass(g, batch, scratch(l));
+  const std::size_t real = real_size(l.precision);
+  const Range range{
+      {static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)}, {1, 1, 1}};
+  l.run("nn/conv_cpu.cl", "conv_cpu", range, source, packed, some_bias, target, g, has_bias, b,
+        Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
+        Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
+        Arg::local(static_cast<std::size_t>(b.channel_block) * std::max(1, g.taps()) * sizeof(int)));
+}
+
+std::size_t partial_elements(const ConvGeometry& g) {
+  return static_cast<std::size_t>(most_partials(g)) * g.outputs * g.depth();
+}
+
+void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvBody body, const TensorView& source,
+                        const TensorView& target, const TensorView* bias, const TensorView& gradient, int row_pitch) {
+  const bool gpu = on_gpu(l, body);
+  ConvBlocking b;
+  if (!gpu) b = block_weights(g, batch, scratch(l));
+  const int partials = gpu ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
+                           : b.partials;
+  const bool direct = partials == 1 && !bias && row_pitch == g.depth();
+  const TensorView& sums = direct ? gradient : l.workspace;
+  if (gpu) {
+    const Range range{{blocks(g.depth(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
+                       static_cast<std::size_t>(partials)},
+                      {gpu_group, gpu_group, 1}};
+    l.run("nn/conv_gpu.cl", "conv_weights_gpu", range, source, target, sums, g, batch, partials);
+  } else {
+    const std::size_t real = real_size(l.precision);
+    const Range range{{blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), 1}, {1, 1, 1}};
+    l.run("nn/conv_cpu.cl", "conv_weights_cpu", range, source, target, sums, g, b,
+          Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
+          Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
+          Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
+  }
+  if (direct) return;
+  const std::size_t count = static_cast<std::size_t>(g.outputs) * g.depth();
+  l.run("nn/conv_pack.cl", "conv_sum_partials", Range::of(count), l.workspace, bias ? *bias : gradient, gradient, g.outputs,
+        g.depth(), row_pitch, partials, static_cast<int>(bias != nullptr));
+}
+
+}  // namespace clerestory

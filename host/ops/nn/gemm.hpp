@@ -1,0 +1,16 @@
+// Matrix products, on the kernels of the convolution: a product is a convolution with one tap.
+#pragma once
+#include "host/graph/graph.hpp"
+#include "host/ops/nn/conv.hpp"
+
+namespace clerestory {
+
+struct MatmulSpec {
+  bool transpose_a = false, transpose_b = false;  // not both
+  ConvBody body = ConvBody::ByDevice;
+};
+
+/// C = op(A) op(B). Matrices are tensors {1,1,rows,columns} or {rows,columns,1,1}; the result is of A's kind.
+Value matmul(Value a, Value b, const MatmulSpec& spec = {});
+
+}  // namespace clerestory

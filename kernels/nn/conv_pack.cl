@@ -1,0 +1,64 @@
+// The small kernels around a convolution's product: weights into panels, partial sums together, the bias gradient.
+#include "nn/conv_geometry.clh"
+
+// weights[panel][k][8] = taps of output 8*panel + r at inner index k = (channel*taps_y + ty)*taps_x + tx, zero past the
+// last output. Element (output, channel, ty, tx) is read at output*output_pitch + channel*channel_pitch +
+// (first_y + ty*step_y)*kernel_w + first_x + tx*step_x: forward as stored, backward data transposed and flipped.
+// Work-item (k, panel).
+kernel void conv_pack_weights(IN(w), OUT(weights), const ConvGeometry g,
+                              const int output_pitch, const int channel_pitch, const int kernel_w, const int2 first,
+                              const int2 step) {
+  const int k = get_global_id(0), panel = get_global_id(1);
+  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps;
+  if (k >= depth) return;
+  const int c = k / taps, ty = k % taps / g.taps_x, tx = k % g.taps_x;
+  global const real *from = AT(w, 0) + (ulong)c * channel_pitch +
+                            (first.y + ty * step.y) * kernel_w + first.x + tx * step.x;
+  real v[8];
+  for (int r = 0; r < 8; ++r) {
+    const int m = panel * 8 + r;
+    v[r] = m < g.outputs ? from[(ulong)m * output_pitch] : R(0);
+  }
+  vstore8((real8)(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]), 0,
+          AT(weights, 0) + ((ulong)panel * depth + k) * 8);
+}
+
+// to[row][column] = bias[column] + sum over s, in order, of partial[s][row][column]; `bias` is read when has_bias.
+// Work-item (row * columns + column).
+kernel void conv_sum_partials(IN(partial), IN(bias), OUT(to), const int rows, const int columns, const int row_pitch,
+                              const int partials, const int has_bias) {
+  const int i = get_global_id(0);
+  if (i >= rows * columns) return;
+  const int column = i % columns;
+  real sum = R(0);
+  for (int s = 0; s < partials; ++s) sum += AT(partial, 0)[(ulong)s * rows * columns + i];
+  AT(to, 0)[(ulong)(i / columns) * row_pitch + column] = sum + (has_bias ? AT(bias, 0)[column] : R(0));
+}
+
+// to[n,c,i] = bias[c]. Work-item (i, c, n).
+kernel void conv_fill_bias(IN(bias), OUT(to), const int plane) {
+  const int i = get_global_id(0), c = get_global_id(1), n = get_global_id(2);
+  if (i < plane) AT(to, n)[(ulong)c * plane + i] = AT(bias, 0)[c];
+}
+
+// gradient[c] = sum over n and pixels of dy[n,c]: sixteen running sums per stretch of 4096 pixels, then the stretches in
+// order, so that rounding errors grow with the root of the count at worst. One group of one work-item per channel.
+kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_bias_gradient(IN(dy), OUT(gradient), const int batch,
+                                                                             const int plane) {
+  const int c = get_global_id(0);
+  real total = R(0);
+  for (int n = 0; n < batch; ++n)
+    for (int begin = 0; begin < plane; begin += 4096) {
+      global const real *from = AT(dy, n) + (ulong)c * plane + begin;
+      const int count = min(plane - begin, 4096);
+      real16 sums = (real16)(R(0));
+      int i = 0;
+      for (; i + 16 <= count; i += 16) sums += vload16(0, from + i);
+      const real8 a = sums.lo + sums.hi;
+      const real4 b = a.lo + a.hi;
+      real rest = R(0);
+      for (; i < count; ++i) rest += from[i];
+      total += (b.x + b.y) + (b.z + b.w) + rest;
+    }
+  AT(gradient, 0)[c] = total;
+}
