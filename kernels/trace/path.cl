@@ -1,0 +1,222 @@
+// The path tracer: maps of what a camera sees, and radiance that arrives along rays.
+//
+// Unidirectional paths with next-event estimation: at every vertex one point on an emitter (a triangle by its power, then
+// uniform by area) and one direction of the surface model, joined by the balance heuristic (Veach and Guibas 1995).
+// Russian roulette from the third vertex on keeps the estimate unbiased. A window pane is an emitter whose radiance
+// depends on the direction. Primary rays run through pixel centres, every sample of a pixel alike: the re-rendering
+// layer shades one point per pixel, and this is the picture it must equal.
+// Random numbers: block 2 * vertex chooses the point on a light and survival, block 2 * vertex + 1 the direction.
+// Frames: world space, metres; maps in camera space. One work-item traces one ray or pixel; local size 1.
+#include "lib/camera.clh"
+#include "trace/scene.clh"
+
+// Rays start this far off the surface, and end this share short of a light.
+#define OFFSET R(1e-4)
+#define FAR R(1e30)
+#define SURVIVAL_MOST R(0.95)
+
+typedef struct {
+  uint seed, pixel, sample;
+} Key;
+
+// Index of the light whose share of [0, 1) holds u.
+static int pick_light(const Scene *s, real u) {
+  int low = 0, high = s->light_count - 1;
+  while (low < high) {
+    const int middle = (low + high) >> 1;
+    if (u < s->light_cdf[middle]) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}
+
+// Density by solid angle of reaching a point of an emitter at squared distance d2, seen under cosine c.
+static inline real light_pdf(const Scene *s, int emitter, real d2, real c) {
+  return s->emitters[emitter * EMITTER_SIZE + 4] * d2 / c;
+}
+
+// Light that one sampled point of an emitter sends over the surface towards the viewer, weighted against sampling by the
+// surface. u: light and place.
+static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 wo, real p, real3 u) {
+  const real3 none = (real3)(R(0));
+  global const real *light = s->lights + pick_light(s, u.x) * LIGHT_SIZE;
+  const real root = sqrt(u.y), a = root * (R(1) - u.z), b = root * u.z;
+  const real3 target = (real3)(light[0] + a * light[3] + b * light[6], light[1] + a * light[4] + b * light[7],
+                               light[2] + a * light[5] + b * light[8]);
+  const real3 start = at->position + at->face * OFFSET;
+  const real3 to = target - start;
+  const real d2 = dot3(to, to), distance = sqrt(d2);
+  if (!(distance > R(2) * OFFSET)) return none;
+  const real3 wi = to / distance;
+  const real cosine = -dot3((real3)(light[9], light[10], light[11]), wi);
+  const real3 local_wi = to_local(frame, wi);
+  if (!(cosine > R(0)) || !(local_wi.z > R(0))) return none;
+  const int emitter = (int)light[12];
+  const real density = light_pdf(s, emitter, d2, cosine);
+  const real other = sampler_pdf(SAMPLER_VNDF_CAPS, wo, local_wi, alpha_of(at->material.roughness), p);
+  const real3 f = brdf_times_cosine(at->material, wo, local_wi) * emitted(s, emitter, wi) / (density + other);
+  if (!(f.x + f.y + f.z > R(0))) return none;
+  return is_blocked(&s->bvh, start, wi, R(0), distance * (R(1) - OFFSET)) ? none : f;
+}
+
+// One path: radiance that arrives at o along -d, given what the ray hits first. with_emission: whether an emitter hit
+// first counts. max_depth: most scatterings.
+static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, int with_emission, int max_depth) {
+  real3 radiance = (real3)(R(0)), throughput = (real3)(R(1));
+  real density = R(0);  // of the direction that led here
+  for (int vertex = 0; hit.triangle >= 0; ++vertex) {
+    const Surface at = surface_at(s, hit, o, d);
+    if (at.emitter >= 0 && (vertex > 0 || with_emission)) {
+      real weight = R(1);
+      if (vertex > 0) {
+        const real other = light_pdf(s, at.emitter, hit.t * hit.t, -dot3(at.face, d));
+        weight = density / (density + other);
+      }
+      radiance += throughput * emitted(s, at.emitter, d) * weight;
+    }
+    if (vertex == max_depth) break;
+    const Frame frame = frame_of(at.normal);
+    const real3 wo = to_local(frame, -d);
+    if (!(wo.z > R(0))) break;  // a smooth normal that faces away
+    const real p = specular_probability(at.material, wo);
+    const real alpha = alpha_of(at.material.roughness);
+
+    const real4 u = random4(key.seed, key.pixel, key.sample, 2 * vertex);
+    if (s->light_count > 0) radiance += throughput * direct_light(s, &at, frame, wo, p, u.xyz);
+
+    const real4 v = random4(key.seed, key.pixel, key.sample, 2 * vertex + 1);
+    const real3 wi = sample_direction(SAMPLER_VNDF_CAPS, wo, alpha, p, v.xyz);
+    throughput *= sample_weight(SAMPLER_VNDF_CAPS, at.material, wo, wi, p);
+    const real most = fmax(throughput.x, fmax(throughput.y, throughput.z));
+    if (!(most > R(0))) break;
+    if (vertex >= 2) {
+      const real survival = fmin(most, SURVIVAL_MOST);
+      if (u.w >= survival) break;
+      throughput /= survival;
+    }
+    density = sampler_pdf(SAMPLER_VNDF_CAPS, wo, wi, alpha, p);
+    o = at.position + at.face * OFFSET;
+    d = to_world(frame, wi);
+    hit = nearest_hit(&s->bvh, o, d, R(0), FAR);
+  }
+  return radiance;
+}
+
+// Samples first .. first + count - 1 of a ray: sums and sums of squares of r, g, b, samples dropped as not finite, and
+// the first of these (-1). out: 8 numbers.
+static void trace_samples(const Scene *s, real3 o, real3 d, real t_min, uint seed, uint pixel, int first, int count,
+                          int with_emission, int max_depth, global real *out) {
+  const Hit hit = nearest_hit(&s->bvh, o, d, t_min, FAR);
+  real3 sum = (real3)(R(0)), squares = (real3)(R(0));
+  int dropped = 0, first_dropped = -1;
+  for (int i = 0; i < count; ++i) {
+    Key key;
+    key.seed = seed, key.pixel = pixel, key.sample = (uint)(first + i);
+    const real3 l = path_radiance(s, hit, o, d, key, with_emission, max_depth);
+    if (isfinite(l.x + l.y + l.z)) {
+      sum += l;
+      squares += l * l;
+    } else {
+      if (dropped == 0) first_dropped = first + i;
+      ++dropped;
+    }
+  }
+  out[0] = sum.x, out[1] = sum.y, out[2] = sum.z;
+  out[3] = squares.x, out[4] = squares.y, out[5] = squares.z;
+  out[6] = (real)dropped, out[7] = (real)first_dropped;
+}
+
+// A pose: 12 numbers, the upper rows of a row-major matrix to world space.
+static inline real3 pose_direction(global const real *p, real3 v) {
+  return (real3)(p[0] * v.x + p[1] * v.y + p[2] * v.z, p[4] * v.x + p[5] * v.y + p[6] * v.z,
+                 p[8] * v.x + p[9] * v.y + p[10] * v.z);
+}
+static inline real3 pose_point(global const real *p, real3 v) {
+  return pose_direction(p, v) + (real3)(p[3], p[7], p[11]);
+}
+static inline real3 pose_inverse_direction(global const real *p, real3 v) {
+  return (real3)(p[0] * v.x + p[4] * v.y + p[8] * v.z, p[1] * v.x + p[5] * v.y + p[9] * v.z,
+                 p[2] * v.x + p[6] * v.y + p[10] * v.z);
+}
+
+// view: fx, fy, cx, cy, then a pose. out: {height, width, 8} as trace_samples writes it.
+kernel void trace_view(SCENE_ARGUMENTS, global const real *view, const int width, const int height, const uint seed,
+                       const int first, const int count, const int max_depth, global real *out) {
+  const int x = (int)get_global_id(0), y = (int)get_global_id(1);
+  if (x >= width || y >= height) return;
+  SCENE_OF_ARGUMENTS(scene)
+  const real3 o = pose_point(view + 4, (real3)(R(0)));
+  const real3 d = unit3(pose_direction(view + 4, pixel_ray(camera_at(view), x, y)));
+  const int pixel = y * width + x;
+  trace_samples(&scene, o, d, R(0), seed, (uint)pixel, first, count, 1, max_depth, out + pixel * 8);
+}
+
+// points, directions: planar {3, stride}, read from `at` on, of any length; mapped to the world by `pose`.
+// out: {count_rays, 8}. The ray's number keys its random numbers.
+kernel void trace_rays(SCENE_ARGUMENTS, global const real *points, global const real *directions, const int at,
+                       const int stride, const int rays, global const real *pose, const uint seed, const int first,
+                       const int count, const int with_emission, const int max_depth, global real *out) {
+  const int i = (int)get_global_id(0);
+  if (i >= rays) return;
+  SCENE_OF_ARGUMENTS(scene)
+  const int k = at + i;
+  const real3 o = pose_point(pose, (real3)(points[k], points[stride + k], points[2 * stride + k]));
+  const real3 d = unit3(pose_direction(
+      pose, (real3)(directions[k], directions[stride + k], directions[2 * stride + k])));
+  trace_samples(&scene, o, d, OFFSET, seed, (uint)k, first, count, with_emission, max_depth, out + i * 8);
+}
+
+// What rays hit: t (distance; 0 where nothing is), u, v, triangle (-1). Planar points and directions as above.
+kernel void trace_hits(SCENE_ARGUMENTS, global const real *points, global const real *directions, const int rays,
+                       const float t_min, const float t_max, global real *out) {
+  const int i = (int)get_global_id(0);
+  if (i >= rays) return;
+  SCENE_OF_ARGUMENTS(scene)
+  const real3 o = (real3)(points[i], points[rays + i], points[2 * rays + i]);
+  const real3 d = (real3)(directions[i], directions[rays + i], directions[2 * rays + i]);
+  const Hit hit = nearest_hit(&scene.bvh, o, d, t_min, t_max);
+  out[4 * i] = hit.triangle >= 0 ? hit.t : R(0), out[4 * i + 1] = hit.u, out[4 * i + 2] = hit.v;
+  out[4 * i + 3] = (real)hit.triangle;
+}
+
+// Maps of the first surface under each pixel centre, planar {14, height, width}: axial depth in metres (0: nothing),
+// shading normal in camera space 1-3, albedo 4-6, roughness 7, metallic 8, emitted radiance 9-11, emitter 12 (-1: none),
+// triangle 13.
+kernel void trace_maps(SCENE_ARGUMENTS, global const real *view, const int width, const int height, global real *out) {
+  const int x = (int)get_global_id(0), y = (int)get_global_id(1);
+  if (x >= width || y >= height) return;
+  SCENE_OF_ARGUMENTS(scene)
+  const real3 o = pose_point(view + 4, (real3)(R(0)));
+  const real3 ray = pixel_ray(camera_at(view), x, y);
+  const real3 d = unit3(pose_direction(view + 4, ray));
+  const Hit hit = nearest_hit(&scene.bvh, o, d, R(0), FAR);
+  real values[14] = {0};
+  values[12] = values[13] = R(-1);
+  if (hit.triangle >= 0) {
+    const Surface at = surface_at(&scene, hit, o, d);
+    const real3 n = pose_inverse_direction(view + 4, at.normal);
+    values[0] = hit.t / sqrt(dot3(ray, ray));  // ray.z = -1
+    values[1] = n.x, values[2] = n.y, values[3] = n.z;
+    values[4] = at.material.albedo.x, values[5] = at.material.albedo.y, values[6] = at.material.albedo.z;
+    values[7] = at.material.roughness, values[8] = at.material.metallic;
+    if (at.emitter >= 0) {
+      const real3 e = emitted(&scene, at.emitter, d);
+      values[9] = e.x, values[10] = e.y, values[11] = e.z;
+    }
+    values[12] = (real)at.emitter, values[13] = (real)hit.triangle;
+  }
+  const int pixel = y * width + x, plane = width * height;
+  for (int c = 0; c < 14; ++c) out[c * plane + pixel] = values[c];
+}
+
+// Means of what trace_rays left: samples {rays, 8}, out planar {3, stride} written from `at` on. 0 where every sample of a
+// ray was dropped. Local size 64.
+kernel void mean_radiance(global const real *samples, const int rays, const int count, const int at, const int stride,
+                          global real *out) {
+  const int i = (int)get_global_id(0);
+  if (i >= rays) return;
+  global const real *s = samples + i * 8;
+  const real kept = (real)count - s[6];
+  const real scale = kept > R(0) ? R(1) / kept : R(0);
+  for (int c = 0; c < 3; ++c) out[c * stride + at + i] = s[c] * scale;
+}

@@ -1,0 +1,301 @@
+#include "tracer/trace_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host/math/panorama.hpp"
+#include "tracer/bvh.hpp"
+
+namespace clerestory {
+namespace {
+
+// Strides of kernels/trace/scene.clh and path.cl.
+constexpr int kSurfaceSize = 32, kEmitterSize = 8, kLightSize = 16, kSampleSize = 8, kMapCount = 14;
+constexpr const char* kFile = "trace/path.cl";
+// One launch traces at most this many samples of a pixel: sums in float stay exact enough, interrupts stay prompt.
+constexpr int kPass = 64;
+// And at most this many rays: grids of 65535 and more would be another variant to compile on PoCL.
+constexpr int kRays = 32768;
+
+Range one_each(int count) { return Range::of(static_cast<std::size_t>(count), 1); }
+
+glm::vec3 cross_of(const Triangle& t) {
+  return glm::cross(t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position);
+}
+
+float luminance(const glm::vec3& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+
+void check(const Scene& scene) {
+  const int materials = static_cast<int>(scene.materials.size()), emitters = static_cast<int>(scene.emitters.size());
+  for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
+    const Triangle& t = scene.triangles[i];
+    if (t.material < 0 || t.material >= materials || t.emitter < -1 || t.emitter >= emitters) {
+      throw Error(ErrorKind::Failed, "material or emitter out of range", "triangle " + std::to_string(i));
+    }
+  }
+  const Panorama& p = scene.panorama;
+  if (p.rgb.size() != 3 * static_cast<std::size_t>(p.width) * p.height) {
+    throw Error(ErrorKind::Failed, "size does not match its pixels", "panorama");
+  }
+  for (const Emitter& e : scene.emitters) {
+    if (e.panorama && p.rgb.empty()) throw Error(ErrorKind::Failed, "a pane needs a panorama", "scene");
+  }
+}
+
+std::vector<float> pack_surfaces(const std::vector<Triangle>& triangles) {
+  std::vector<float> packed(triangles.size() * kSurfaceSize, 0.f);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles[i];
+    float* row = &packed[i * kSurfaceSize];
+    const glm::vec3 cross = cross_of(t);
+    const float length = glm::length(cross);
+    const glm::vec3 normal = length > 0 ? cross / length : glm::vec3(0, 1, 0);  // without area it is never hit
+    const auto put = [row](int at, const glm::vec3& v) { row[at] = v.x, row[at + 1] = v.y, row[at + 2] = v.z; };
+    put(0, normal);
+    row[3] = static_cast<float>(t.material), row[4] = static_cast<float>(t.emitter), row[5] = t.smooth ? 1.f : 0.f;
+    put(6, t.v[0].uvw), put(9, t.v[1].uvw - t.v[0].uvw), put(12, t.v[2].uvw - t.v[0].uvw);
+    put(15, t.v[0].normal), put(18, t.v[1].normal - t.v[0].normal), put(21, t.v[2].normal - t.v[0].normal);
+  }
+  return packed;
+}
+
+/// Luminous power per area behind a pane with unit front normal n: the panorama over the hemisphere behind it.
+double pane_exitance(const Scene& scene, const glm::vec3& n) {
+  const Panorama& p = scene.panorama;
+  const float c = std::cos(scene.panorama_turn), s = std::sin(scene.panorama_turn);
+  double sum = 0;
+  for (int y = 0; y < p.height; ++y) {
+    const double weight = panorama_solid_angle(y, p.width, p.height);
+    for (int x = 0; x < p.width; ++x) {
+      const glm::vec3 d(panorama_direction(x, y, p.width, p.height));
+      // The kernel looks d up `turn` to the right of its place: the pixel shows where d turned back stands.
+      const glm::vec3 world(c * d.x + s * d.z, d.y, -s * d.x + c * d.z);
+      const float cosine = -glm::dot(world, n);
+      if (cosine <= 0) continue;
+      const float* rgb = &p.rgb[3 * (static_cast<std::size_t>(y) * p.width + x)];
+      sum += weight * cosine * luminance({rgb[0], rgb[1], rgb[2]});
+    }
+  }
+  return sum;
+}
+
+DroppedSamples count_dropped(const std::vector<float>& samples) {
+  DroppedSamples dropped;
+  for (std::size_t i = 0; i < samples.size() / kSampleSize; ++i) {
+    const float* s = &samples[i * kSampleSize];
+    if (s[6] > 0 && dropped.count == 0) dropped.pixel = static_cast<int>(i), dropped.sample = static_cast<int>(s[7]);
+    dropped.count += static_cast<long>(s[6]);
+  }
+  return dropped;
+}
+
+std::array<float, 12> pose_rows(const std::array<double, 16>& m) {
+  std::array<float, 12> rows{};
+  std::transform(m.begin(), m.begin() + 12, rows.begin(), [](double v) { return static_cast<float>(v); });
+  return rows;
+}
+
+std::array<float, 16> view_numbers(const Camera& camera) {
+  camera.check("camera");
+  std::array<float, 16> view{static_cast<float>(camera.fx), static_cast<float>(camera.fy),
+                             static_cast<float>(camera.cx), static_cast<float>(camera.cy)};
+  const std::array<float, 12> pose = pose_rows(camera.camera_to_world);
+  std::copy(pose.begin(), pose.end(), view.begin() + 4);
+  return view;
+}
+
+}  // namespace
+
+TraceScene::TraceScene(const Device& device, const Scene& scene)
+    : device_(device), triangle_count_(scene.triangles.size()) {
+  check(scene);
+  const Bvh bvh = build_bvh(scene.triangles);
+  const auto put = [this](const auto& v) { return upload(v.data(), v.size() * sizeof(v[0])); };
+  planes_ = put(bvh.planes), children_ = put(bvh.children);
+  corners_ = put(bvh.corners), triangles_ = put(bvh.triangles);
+  surfaces_ = put(pack_surfaces(scene.triangles));
+  materials_ = put(scene.materials);
+  panorama_ = put(scene.panorama.rgb);
+  panorama_width_ = scene.panorama.width, panorama_height_ = scene.panorama.height;
+  panorama_turn_ = scene.panorama_turn / (2 * std::numbers::pi_v<float>);
+  upload_lights(scene);
+}
+
+Buffer TraceScene::upload(const void* data, std::size_t bytes) {
+  const Buffer buffer = device_.allocate(bytes);
+  if (bytes > 0) device_.write(buffer, data, bytes);
+  return buffer;
+}
+
+void TraceScene::upload_lights(const Scene& scene) {
+  // Triangles of an emitter are picked by area, emitters by luminous power: the density per area is one per emitter.
+  // Panes of one emitter face one way (a window is flat), so the first one's exitance stands for all.
+  std::vector<double> exitance(scene.emitters.size(), -1);
+  std::vector<float> lights;
+  std::vector<double> power;
+  double total = 0;
+  for (const Triangle& t : scene.triangles) {
+    if (t.emitter < 0) continue;
+    const glm::vec3 cross = cross_of(t);
+    const float twice_area = glm::length(cross);
+    if (twice_area <= 0) continue;
+    const glm::vec3 n = cross / twice_area;
+    const Emitter& e = scene.emitters[static_cast<std::size_t>(t.emitter)];
+    double& m = exitance[static_cast<std::size_t>(t.emitter)];
+    if (m < 0) m = luminance(e.radiance) * (e.panorama ? pane_exitance(scene, n) : std::numbers::pi);
+    const glm::vec3 rows[4] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position, n};
+    for (const glm::vec3& row : rows) lights.insert(lights.end(), {row.x, row.y, row.z});
+    lights.insert(lights.end(), {static_cast<float>(t.emitter), 0.f, 0.f, 0.f});
+    power.push_back(m * 0.5 * twice_area);
+    total += power.back();
+  }
+  std::vector<float> cdf(power.size()), emitters(scene.emitters.size() * kEmitterSize, 0.f);
+  double sum = 0;
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    sum += power[i];
+    cdf[i] = static_cast<float>(sum / total);
+  }
+  if (!cdf.empty()) cdf.back() = 1;
+  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
+    const Emitter& e = scene.emitters[i];
+    const float density = total > 0 ? static_cast<float>(std::max(exitance[i], 0.0) / total) : 0.f;
+    const float row[kEmitterSize] = {e.radiance.x, e.radiance.y, e.radiance.z, e.panorama ? 1.f : 0.f, density};
+    std::copy(row, row + kEmitterSize, &emitters[i * kEmitterSize]);
+  }
+  light_count_ = total > 0 ? static_cast<int>(power.size()) : 0;
+  lights_ = upload(lights.data(), lights.size() * sizeof(float));
+  light_cdf_ = upload(cdf.data(), cdf.size() * sizeof(float));
+  emitters_ = upload(emitters.data(), emitters.size() * sizeof(float));
+}
+
+std::vector<Arg> TraceScene::arguments(std::initializer_list<Arg> own) const {
+  std::vector<Arg> all = {planes_,   children_, corners_,   triangles_, surfaces_,    materials_,      emitters_,
+          lights_,   light_cdf_, panorama_, light_count_, panorama_width_, panorama_height_, panorama_turn_};
+  all.insert(all.end(), own);
+  return all;
+}
+
+TraceMaps TraceScene::maps(const Camera& camera) {
+  const std::array<float, 16> view = view_numbers(camera);
+  const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
+  const Buffer out = device_.allocate(pixels * kMapCount * sizeof(float));
+  const Buffer on_device = upload(view.data(), sizeof(view));
+  const std::vector<Arg> args = arguments({on_device, camera.width, camera.height, out});
+  const Range range = Range::of2(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height), 1);
+  device_.launch_with(device_.kernel(kFile, "trace_maps"), range, args);
+  std::vector<float> values(pixels * kMapCount);
+  device_.read(out, values.data(), values.size() * sizeof(float));
+
+  TraceMaps maps;
+  std::size_t at = 0;
+  const auto take = [&](Image& image, int channels) {
+    image = Image(camera.width, camera.height, channels);
+    const auto from = values.begin() + static_cast<std::ptrdiff_t>(at);
+    std::copy(from, from + static_cast<std::ptrdiff_t>(image.data.size()), image.data.begin());
+    at += image.data.size();
+  };
+  take(maps.depth, 1), take(maps.normal, 3), take(maps.albedo, 3), take(maps.roughness, 1), take(maps.metallic, 1);
+  take(maps.emission, 3);
+  for (std::vector<int>* numbers : {&maps.emitter, &maps.triangle}) {
+    numbers->resize(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) (*numbers)[i] = static_cast<int>(values[at + i]);
+    at += pixels;
+  }
+  return maps;
+}
+
+TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth) {
+  if (spp < 1) throw usage_error("at least one sample per pixel", "spp", std::to_string(spp), "1 or more");
+  const std::array<float, 16> view = view_numbers(camera);
+  const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
+  const Buffer on_device = upload(view.data(), sizeof(view));
+  const Buffer out = device_.allocate(pixels * kSampleSize * sizeof(float));
+  const Kernel kernel = device_.kernel(kFile, "trace_view");
+  const Range range = Range::of2(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height), 1);
+  std::vector<double> sums(pixels * 6, 0.0);
+  std::vector<long> kept(pixels, 0);
+  std::vector<float> pass(pixels * kSampleSize);
+  TracePicture picture;
+  for (int first = 0; first < spp; first += kPass) {
+    const int count = std::min(kPass, spp - first);
+    const std::vector<Arg> args = arguments({on_device, camera.width, camera.height, seed, first, count,
+                         max_depth, out});
+    device_.launch_with(kernel, range, args);
+    device_.read(out, pass.data(), pass.size() * sizeof(float));
+    const DroppedSamples dropped = count_dropped(pass);
+    if (picture.dropped.count == 0) picture.dropped = dropped;
+    else picture.dropped.count += dropped.count;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      for (std::size_t c = 0; c < 6; ++c) sums[i * 6 + c] += static_cast<double>(pass[i * kSampleSize + c]);
+      kept[i] += count - static_cast<long>(pass[i * kSampleSize + 6]);
+    }
+  }
+  picture.mean = Image(camera.width, camera.height, 3);
+  picture.variance = Image(camera.width, camera.height, 3);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double n = static_cast<double>(kept[i]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double mean = n > 0 ? sums[i * 6 + c] / n : 0;
+      const double spread = n > 1 ? std::max(0.0, sums[i * 6 + 3 + c] / n - mean * mean) / (n - 1) : 0;
+      picture.mean.data[c * pixels + i] = static_cast<float>(mean);
+      picture.variance.data[c * pixels + i] = static_cast<float>(spread);
+    }
+  }
+  return picture;
+}
+
+void TraceScene::radiance(const Buffer& points, const Buffer& directions, const Buffer& out, int count, int stride,
+                          const RadianceQuery& query, DroppedSamples* dropped) {
+  const std::array<float, 12> pose = pose_rows(query.to_world);
+  const Buffer pose_on_device = upload(pose.data(), sizeof(pose));
+  const std::size_t bytes = static_cast<std::size_t>(std::min(count, kRays)) * kSampleSize * sizeof(float);
+  if (!samples_ || samples_.bytes() < bytes) samples_ = device_.allocate(bytes);
+  const Kernel trace = device_.kernel(kFile, "trace_rays"), mean = device_.kernel(kFile, "mean_radiance");
+  if (dropped) *dropped = {};
+  for (int at = 0; at < count; at += kRays) {
+    const int rays = std::min(kRays, count - at);
+    const std::vector<Arg> args = arguments({points, directions, at, stride, rays, pose_on_device,
+                         query.seed, 0, query.spp, query.emitters ? 1 : 0, query.max_depth,
+                         samples_});
+    device_.launch_with(trace, one_each(rays), args);
+    device_.launch(mean, Range::of(static_cast<std::size_t>(rays)), samples_, rays, query.spp, at, stride, out);
+    if (!dropped) continue;
+    std::vector<float> samples(static_cast<std::size_t>(rays) * kSampleSize);
+    device_.read(samples_, samples.data(), samples.size() * sizeof(float));
+    DroppedSamples part = count_dropped(samples);
+    if (part.count > 0) part.pixel += at;
+    if (dropped->count == 0) *dropped = part;
+    else dropped->count += part.count;
+  }
+}
+
+std::vector<float> TraceScene::radiance(const std::vector<float>& points, const std::vector<float>& directions,
+                                        const RadianceQuery& query) {
+  const Buffer out = device_.allocate(points.size() * sizeof(float));
+  const int count = static_cast<int>(points.size() / 3);
+  radiance(upload(points.data(), points.size() * sizeof(float)),
+           upload(directions.data(), directions.size() * sizeof(float)), out, count, count, query);
+  std::vector<float> result(points.size());
+  device_.read(out, result.data(), result.size() * sizeof(float));
+  return result;
+}
+
+std::vector<TraceHit> TraceScene::hits(const std::vector<float>& points, const std::vector<float>& directions,
+                                       float t_min, float t_max) {
+  const int count = static_cast<int>(points.size() / 3);
+  const Buffer out = device_.allocate(static_cast<std::size_t>(count) * 4 * sizeof(float));
+  const Buffer from = upload(points.data(), points.size() * sizeof(float));
+  const Buffer to = upload(directions.data(), directions.size() * sizeof(float));
+  const std::vector<Arg> args = arguments({from, to, count, t_min, t_max, out});
+  device_.launch_with(device_.kernel(kFile, "trace_hits"), one_each(count), args);
+  std::vector<float> values(static_cast<std::size_t>(count) * 4);
+  device_.read(out, values.data(), values.size() * sizeof(float));
+  std::vector<TraceHit> hits(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    hits[i] = {values[4 * i], values[4 * i + 1], values[4 * i + 2], static_cast<int>(values[4 * i + 3])};
+  }
+  return hits;
+}
+
+}  // namespace clerestory
