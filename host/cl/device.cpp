@@ -99,7 +99,8 @@ struct Device::State {
   std::unordered_map<KernelKey, cl::Program, KernelKeyHash, KernelKeyEqual> programs;  // their name is empty
   std::shared_ptr<MemoryCount> memory = std::make_shared<MemoryCount>();
   bool profiling = false;
-  Profiler profiler;  // goes before the kernels that its names belong to
+  bool double_trusted = false;  // has passed the probe in double precision
+  Profiler profiler;            // goes before the kernels that its names belong to
   int launches_since_flush = 0;
 
   explicit State(const FoundDevice& device);
@@ -177,7 +178,7 @@ Device Device::open(const std::string& selector) {
     try {
       Device device;
       device.state_ = std::make_shared<State>(candidate);
-      fault = remembered_probe_fault(device);
+      fault = remembered_probe_fault(device, Precision::Single);
       if (fault.empty()) return device;
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::Device) throw;
@@ -277,8 +278,6 @@ void Device::reset_memory_peak() { state_->memory->peak = state_->memory->now; }
 const cl::Program& Device::State::program(std::string_view file, const Defines& defines, Precision precision) {
   if (const auto known = programs.find(KernelKeyView(file, "", defines, precision)); known != programs.end())
     return known->second;
-  if (precision == Precision::Double && !found.info.fp64)
-    throw Error(ErrorKind::Device, fmt::format("double precision of {} is not offered by {}", file, describe()));
   cl::Program built(builder->build(file, defines, precision), false);
   return programs.emplace(KernelKey{std::string(file), "", defines, precision}, std::move(built)).first->second;
 }
@@ -300,11 +299,19 @@ Kernel Device::State::make_kernel(std::string_view file, std::string_view name, 
 }
 
 Kernel Device::kernel(std::string_view file, std::string_view name, const Defines& defines, Precision precision) {
-  auto& kernels = state_->kernels;
-  if (const auto known = kernels.find(KernelKeyView(file, name, defines, precision)); known != kernels.end())
+  State& s = *state_;
+  if (const auto known = s.kernels.find(KernelKeyView(file, name, defines, precision)); known != s.kernels.end())
     return known->second;
-  Kernel made = state_->make_kernel(file, name, defines, precision);
-  return kernels.emplace(KernelKey{std::string(file), std::string(name), defines, precision}, std::move(made))
+  if (precision == Precision::Double && !s.double_trusted) {
+    if (!has_double()) throw Error(ErrorKind::Device, fmt::format("{} has no double precision", s.describe()));
+    s.double_trusted = true;  // the probe asks for kernels in double precision too
+    if (const std::string fault = remembered_probe_fault(*this, Precision::Double); !fault.empty()) {
+      s.double_trusted = false;
+      throw Error(ErrorKind::Device, fmt::format("{} computes wrongly in double precision: {}", s.describe(), fault));
+    }
+  }
+  Kernel made = s.make_kernel(file, name, defines, precision);
+  return s.kernels.emplace(KernelKey{std::string(file), std::string(name), defines, precision}, std::move(made))
       .first->second;
 }
 

@@ -23,11 +23,11 @@ enum class Precision { Single, Double };
 inline std::size_t real_size(Precision p) { return p == Precision::Single ? 4 : 8; }
 
 struct DeviceInfo {
-  int index = 0;  // position in `clerestory devices`
+  int index = 0;                 // position in `clerestory devices`
   std::string platform, name, vendor, version, driver;
   bool cpu = false, fp64 = false, unified_memory = false;
   int compute_units = 0;
-  std::size_t max_group = 0;                                     // work-items
+  std::size_t max_group = 0;     // work-items
   std::size_t memory = 0, max_allocation = 0, local_memory = 0;  // bytes
 };
 
@@ -62,6 +62,7 @@ class Kernel {
 };
 
 /// Global and local sizes of a launch. `global` is rounded up to a multiple of `local`; kernels guard by arguments.
+/// A global size of zero launches nothing.
 struct Range {
   std::array<std::size_t, 3> global{1, 1, 1};
   std::array<std::size_t, 3> local{1, 1, 1};
@@ -80,7 +81,8 @@ class Arg {
  public:
   Arg(const Buffer& b) : buffer_(b.handle()), is_buffer_(true) {}
   template <class T>
-  requires std::is_trivially_copyable_v<T> &&(sizeof(T) <= 64) Arg(const T& value) : size_(sizeof(T)) {
+    requires std::is_trivially_copyable_v<T> && (sizeof(T) <= 64)
+  Arg(const T& value) : size_(sizeof(T)) {
     __builtin_memcpy(data_.data(), &value, sizeof(T));
   }
   static Arg local(std::size_t bytes) {
@@ -103,15 +105,16 @@ class Arg {
 
 /// What one kernel did while profiling was on.
 struct KernelProfile {
-  std::string kernel;
+  std::string kernel;  // "nn/conv.cl:forward"; "(copy)" and "(zero)" for those two calls
   long launches = 0;
   double seconds = 0;
 };
 
 class Device {
  public:
-  /// Opens the device whose index equals `selector`, or whose platform or name contains it; empty: the environment
-  /// variable CLERESTORY_DEVICE, else the first device that passes the probe. Throws ErrorKind::Device.
+  /// Opens the device whose index equals `selector`, or whose platform or name contains it (letter case ignored); empty:
+  /// the environment variable CLERESTORY_DEVICE, else the first device. Only one that passes the probe is opened, of
+  /// several the first that does. Throws ErrorKind::Device, with the devices there are or why they were refused.
   static Device open(const std::string& selector = {});
 
   const DeviceInfo& info() const;
@@ -119,14 +122,17 @@ class Device {
   std::string fingerprint() const;
   bool has_double() const { return info().fp64; }
 
-  Buffer allocate(std::size_t bytes);  // contents undefined; zero bytes allocate one
+  /// Contents undefined; zero bytes allocate one. Throws ErrorKind::Device when it does not fit, with what is held.
+  Buffer allocate(std::size_t bytes);
+  // Byte ranges outside the buffer throw; of zero bytes nothing is done. The host's memory may go when a call returns.
   void write(const Buffer& to, const void* from, std::size_t bytes, std::size_t at = 0);
   void read(const Buffer& from, void* to, std::size_t bytes, std::size_t at = 0);  // waits for the queue
   void copy(const Buffer& from, const Buffer& to, std::size_t bytes, std::size_t from_at = 0, std::size_t to_at = 0);
   void zero(const Buffer& to, std::size_t bytes, std::size_t at = 0);
 
   /// Kernel `name` of the source `file` ("nn/conv.cl"), built once per set of defines. REAL and the real types follow
-  /// `precision` (kernels/lib/real.clh). A build failure throws with the compiler's log.
+  /// `precision` (kernels/lib/real.clh). A build failure throws with the compiler's log, naming file and line; so does
+  /// double precision on a device without it, or that fails the probe in it. Asking again costs a hash lookup (20 ns).
   Kernel kernel(std::string_view file, std::string_view name, const Defines& defines = {},
                 Precision precision = Precision::Single);
 
@@ -143,16 +149,18 @@ class Device {
   std::size_t memory_peak() const;
   void reset_memory_peak();
 
-  /// Per-kernel times, collected while on. Off at first; profile() waits for the queue.
+  /// Per-kernel times, collected while on. Off at first; profile() waits for the queue, slowest kernel first.
+  /// Switching waits too, and makes a new queue.
   void set_profiling(bool on);
   std::vector<KernelProfile> profile();
   void reset_profile();
 
-  /// Seconds spent building programs so far, and how many were built.
+  /// Seconds spent building programs so far, and how many were built from source. Some drivers (PoCL) do the larger part
+  /// of compiling at the first launch with a new local size; that part is not in it.
   double build_seconds() const;
   int builds() const;
 
-  cl_command_queue queue() const;  // for CLBlast
+  cl_command_queue queue() const;  // for CLBlast; until the next set_profiling
 
  private:
   struct State;

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <functional>
+#include <iterator>
+#include <limits>
 
 #include "host/cl/disk_cache.hpp"
 
@@ -12,45 +13,52 @@ namespace {
 
 constexpr const char* file = "tensor/probe.cl";
 
-std::vector<float> small_integers(std::size_t count, std::uint32_t seed) {
-  std::vector<float> values(count);
-  for (float& value : values) {
+template <class Real>
+constexpr Precision precision_of = sizeof(Real) == 4 ? Precision::Single : Precision::Double;
+
+template <class Real>
+std::vector<Real> small_integers(std::size_t count, std::uint32_t seed) {
+  std::vector<Real> values(count);
+  for (Real& value : values) {
     seed = seed * 1664525u + 1013904223u;
-    value = static_cast<float>(static_cast<int>(seed >> 28) - 8);
+    value = static_cast<Real>(static_cast<int>(seed >> 28) - 8);
   }
   return values;
 }
 
-Buffer upload(Device& device, const std::vector<float>& values) {
-  Buffer buffer = device.allocate(values.size() * sizeof(float));
+template <class Real>
+Buffer upload(Device& device, const std::vector<Real>& values) {
+  Buffer buffer = device.allocate(values.size() * sizeof(Real));
   device.write(buffer, values.data(), buffer.bytes());
   return buffer;
 }
 
-std::vector<float> download(Device& device, const Buffer& buffer) {
-  std::vector<float> values(buffer.bytes() / sizeof(float));
+template <class Real>
+std::vector<Real> download(Device& device, const Buffer& buffer) {
+  std::vector<Real> values(buffer.bytes() / sizeof(Real));
   device.read(buffer, values.data(), buffer.bytes());
   return values;
 }
 
+template <class Real>
 std::string product_fault(Device& device, const Defines& defines) {
   constexpr int rows = 12, columns = 32;  // the register tile, as in the packed matrix product
   constexpr int row_panels = 2, column_panels = 3, depth = 37;
-  const std::vector<float> a = small_integers(row_panels * rows * depth, 1),
-                           b = small_integers(column_panels * columns * depth, 2);
+  const auto a = small_integers<Real>(row_panels * rows * depth, 1);
+  const auto b = small_integers<Real>(column_panels * columns * depth, 2);
   const Buffer a_packed = upload(device, a), b_packed = upload(device, b);
-  const Buffer c = device.allocate(sizeof(float) * row_panels * rows * column_panels * columns);
-  const Kernel kernel = device.kernel(file, "probe_product", defines);
+  const Buffer c = device.allocate(sizeof(Real) * row_panels * rows * column_panels * columns);
+  const Kernel kernel = device.kernel(file, "probe_product", defines, precision_of<Real>);
   device.launch(kernel, Range::of2(row_panels, column_panels, 1, 1), a_packed, b_packed, c, depth);
-  const std::vector<float> found = download(device, c);
+  const std::vector<Real> found = download<Real>(device, c);
   for (int i = 0; i < row_panels * rows; ++i)
     for (int j = 0; j < column_panels * columns; ++j) {
       int expected = 0;  // at most 37 * 64: every partial sum is exact in float
       for (int k = 0; k < depth; ++k)
         expected += static_cast<int>(a[(i / rows * depth + k) * rows + i % rows]) *
                     static_cast<int>(b[(j / columns * depth + k) * columns + j % columns]);
-      const float value = found[i * column_panels * columns + j];
-      if (value != static_cast<float>(expected))
+      const Real value = found[i * column_panels * columns + j];
+      if (value != static_cast<Real>(expected))
         return fmt::format("a matrix product of whole numbers gives {} at ({}, {}) instead of {}", value, i, j,
                            expected);
     }
@@ -59,30 +67,35 @@ std::string product_fault(Device& device, const Defines& defines) {
 
 struct Function {
   const char* name;
-  std::function<double(double)> truth;
-  double ulp;  // OpenCL C 1.2, section 7.4, single precision
+  long double (*truth)(long double);
+  double ulp;  // OpenCL C 1.2, section 7.4: the larger of the bounds for single and double precision
 };
 
+constexpr Function functions[] = {{"exp", [](long double x) { return std::exp(x); }, 3},
+                                  {"log", [](long double x) { return std::log(x); }, 3},
+                                  {"sin", [](long double x) { return std::sin(x); }, 4},
+                                  {"sqrt", [](long double x) { return std::sqrt(x); }, 3},
+                                  {"reciprocal", [](long double x) { return 1 / x; }, 2.5}};
+
+template <class Real>
 std::string function_fault(Device& device, const Defines& defines) {
   constexpr int count = 256;
-  std::vector<float> x(count);
-  for (int i = 0; i < count; ++i) x[i] = 0.01f + 0.05f * static_cast<float>(i);
-  const Function functions[] = {{"exp", [](double v) { return std::exp(v); }, 3},
-                                {"log", [](double v) { return std::log(v); }, 3},
-                                {"sin", [](double v) { return std::sin(v); }, 4},
-                                {"sqrt", [](double v) { return std::sqrt(v); }, 3},
-                                {"1/x", [](double v) { return 1 / v; }, 2.5}};
+  std::vector<Real> x(count);
+  for (int i = 0; i < count; ++i) x[i] = static_cast<Real>(0.01) + static_cast<Real>(0.05) * static_cast<Real>(i);
   const Buffer input = upload(device, x);
-  const Buffer output = device.allocate(sizeof(float) * count * std::size(functions));
-  device.launch(device.kernel(file, "probe_functions", defines), Range::of(count / 16, 1), input, output, count / 16);
-  const std::vector<float> found = download(device, output);
+  const Buffer output = device.allocate(sizeof(Real) * count * std::size(functions));
+  const Kernel kernel = device.kernel(file, "probe_functions", defines, precision_of<Real>);
+  device.launch(kernel, Range::of(count / 16, 1), input, output, count / 16);
+  const std::vector<Real> found = download<Real>(device, output);
   for (std::size_t f = 0; f < std::size(functions); ++f)
     for (int i = 0; i < count; ++i) {
-      const double expected = functions[f].truth(x[i]);
-      const double value = found[f * count + i];
-      // One ulp is at most 2^-23 of the magnitude.
-      if (!(std::abs(value - expected) <= functions[f].ulp * 0x1p-23 * std::abs(expected)))
-        return fmt::format("{} of {} gives {} instead of {}", functions[f].name, x[i], value, expected);
+      const long double expected = functions[f].truth(x[i]);
+      const Real value = found[f * count + i];
+      // One ulp is at most epsilon times the magnitude.
+      const long double tolerance = functions[f].ulp * std::numeric_limits<Real>::epsilon() * std::abs(expected);
+      if (!(std::abs(value - expected) <= tolerance))
+        return fmt::format("{} of {} gives {} instead of {}", functions[f].name, x[i], value,
+                           static_cast<Real>(expected));
     }
   return {};
 }
@@ -102,23 +115,27 @@ std::string memory_fault(Device& device) {
 
 }  // namespace
 
-std::string probe_fault(Device& device, const Defines& defines) {
+std::string probe_fault(Device& device, Precision precision, const Defines& defines) {
+  const bool single = precision == Precision::Single;
   if (std::string fault = memory_fault(device); !fault.empty()) return fault;
-  if (std::string fault = product_fault(device, defines); !fault.empty()) return fault;
-  return function_fault(device, defines);
+  std::string fault = single ? product_fault<float>(device, defines) : product_fault<double>(device, defines);
+  if (!fault.empty()) return fault;
+  return single ? function_fault<float>(device, defines) : function_fault<double>(device, defines);
 }
 
-std::string remembered_probe_fault(Device& device) {
+std::string remembered_probe_fault(Device& device, Precision precision) {
   const DiskCache cache;
+  const char* kind = precision == Precision::Single ? "probe" : "probe-double";
   const std::string key = device.fingerprint() + "\n" + kernel_source(file);
-  if (const auto verdict = cache.load("probe", key)) return *verdict;
+  if (const auto verdict = cache.load(kind, key)) return *verdict;
   std::string fault;
   try {
-    fault = probe_fault(device);
+    fault = probe_fault(device, precision);
   } catch (const Error& error) {
+    if (error.kind() != ErrorKind::Device) throw;
     return error.what();
   }
-  cache.store("probe", key, fault);
+  cache.store(kind, key, fault);
   return fault;
 }
 

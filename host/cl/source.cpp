@@ -42,8 +42,10 @@ class Sources {
       for (int i = 0; i < embedded_kernel_count; ++i)
         if (file == embedded_kernels[i].first) return embedded_kernels[i].second;
     }
-    throw Error(ErrorKind::Failed, fmt::format("no kernel source \"{}\"", file), asked_by,
-                folder_ ? "folder " + folder_->string() : "sources built into the program");
+    if (folder_)
+      throw usage_error(fmt::format("no kernel source \"{}\" in {} ({})", file, folder_->string(), folder_variable),
+                        asked_by);
+    throw Error(ErrorKind::Failed, fmt::format("no kernel source \"{}\" in this program", file), asked_by);
   }
 
  private:
