@@ -1,0 +1,178 @@
+#include "experiments/evaluation/prepare.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/math/statistics.hpp"
+
+namespace clerestory {
+namespace {
+
+/// Weights of the old pixels first, first + 1, ... in one new pixel.
+struct Taps {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+std::vector<Taps> taps_of(int from, int to) {
+  std::vector<Taps> taps(static_cast<std::size_t>(to));
+  const double ratio = static_cast<double>(from) / to;
+  for (int i = 0; i < to; ++i) {
+    Taps& t = taps[static_cast<std::size_t>(i)];
+    if (ratio > 1) {  // shrink: covered areas
+      const double begin = i * ratio, end = (i + 1) * ratio;
+      t.first = static_cast<int>(begin);
+      const int last = std::min(from, static_cast<int>(std::ceil(end - 1e-9)));
+      for (int j = t.first; j < last; ++j)
+        t.weights.push_back((std::min<double>(end, j + 1) - std::max<double>(begin, j)) / ratio);
+    } else {  // grow: linear between centres, clamped at the border
+      const double at = std::clamp((i + 0.5) * ratio - 0.5, 0.0, from - 1.0);
+      t.first = std::min(static_cast<int>(at), std::max(0, from - 2));
+      t.weights = {1 - (at - t.first), at - t.first};
+      if (from == 1) t.weights = {1};
+    }
+  }
+  return taps;
+}
+
+void check_size(int width, int height) {
+  if (width < 1 || height < 1) throw Error(ErrorKind::Failed, "a size must be positive", "resize", fmt::format("{}x{}", width, height));
+}
+
+}  // namespace
+
+Image resize_area(const Image& image, int width, int height) {
+  check_size(width, height);
+  if (image.width == width && image.height == height) return image;
+  const auto columns = taps_of(image.width, width), rows = taps_of(image.height, height);
+  Image out(width, height, image.channels);
+  std::vector<double> line(static_cast<std::size_t>(image.width));
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < height; ++y) {
+      const Taps& row = rows[static_cast<std::size_t>(y)];
+      std::fill(line.begin(), line.end(), 0.0);
+      for (std::size_t k = 0; k < row.weights.size(); ++k)
+        for (int x = 0; x < image.width; ++x)
+          line[static_cast<std::size_t>(x)] += row.weights[k] * image.at(c, row.first + static_cast<int>(k), x);
+      for (int x = 0; x < width; ++x) {
+        const Taps& column = columns[static_cast<std::size_t>(x)];
+        double value = 0;
+        for (std::size_t k = 0; k < column.weights.size(); ++k)
+          value += column.weights[k] * line[static_cast<std::size_t>(column.first) + k];
+        out.at(c, y, x) = static_cast<float>(value);
+      }
+    }
+  return out;
+}
+
+Image resize_nearest(const Image& image, int width, int height) {
+  check_size(width, height);
+  if (image.width == width && image.height == height) return image;
+  Image out(width, height, image.channels);
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        out.at(c, y, x) = image.at(c, static_cast<int>((y + 0.5) * image.height / height),
+                                   static_cast<int>((x + 0.5) * image.width / width));
+  return out;
+}
+
+namespace {
+
+Image window(const Image& image, int left, int top, int width, int height) {
+  Image out(width, height, image.channels);
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < height; ++y)
+      std::copy_n(image.plane(c) + static_cast<std::size_t>(top + y) * image.width + left, width,
+                  out.plane(c) + static_cast<std::size_t>(y) * width);
+  return out;
+}
+
+}  // namespace
+
+Image crop_to_aspect(const Image& image, int width, int height) {
+  check_size(width, height);
+  const double wanted = static_cast<double>(width) / height;
+  const int w = std::clamp(static_cast<int>(std::lround(image.height * wanted)), 1, image.width);
+  const int h = std::clamp(static_cast<int>(std::lround(image.width / wanted)), 1, image.height);
+  if (w == image.width && h == image.height) return image;
+  return window(image, (image.width - w) / 2, (image.height - h) / 2, w, h);
+}
+
+Image pad_to_multiple(const Image& image, int multiple, bool repeat) {
+  const int width = (image.width + multiple - 1) / multiple * multiple;
+  const int height = (image.height + multiple - 1) / multiple * multiple;
+  if (width == image.width && height == image.height) return image;
+  Image out(width, height, image.channels);
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        if (repeat || (x < image.width && y < image.height))
+          out.at(c, y, x) = image.at(c, std::min(y, image.height - 1), std::min(x, image.width - 1));
+  return out;
+}
+
+Image cut(const Image& image, int width, int height) {
+  if (width > image.width || height > image.height)
+    throw Error(ErrorKind::Failed, "a cut is larger than its picture", "cut", fmt::format("{}x{}", width, height),
+                fmt::format("at most {}x{}", image.width, image.height));
+  if (width == image.width && height == image.height) return image;
+  return window(image, 0, 0, width, height);
+}
+
+Size net_size(int width, int height, int longer) {
+  const double scale = static_cast<double>(longer) / std::max(width, height);
+  return {std::max(1, static_cast<int>(std::lround(width * scale))), std::max(1, static_cast<int>(std::lround(height * scale)))};
+}
+
+PreparedView prepare_view(const RoomView& view, int width, int height) {
+  const auto fit = [&](const Image& image, bool area) {
+    const Image cropped = crop_to_aspect(image, width, height);
+    return area ? resize_area(cropped, width, height) : resize_nearest(cropped, width, height);
+  };
+  PreparedView out;
+  const float exposure = static_cast<float>(exposure_of(view.image.data));
+  out.image = fit(view.image, true);
+  for (float& v : out.image.data) v *= exposure;
+
+  std::vector<float> depths;
+  for (std::size_t i = 0; i < view.depth.pixels(); ++i)
+    if (view.mask.data[i] > 0.5f && view.depth.data[i] > 0) depths.push_back(view.depth.data[i]);
+  const bool known = static_cast<double>(depths.size()) >= std::max(1.0, least_valid_share * static_cast<double>(view.depth.pixels()));
+  if (known) out.scene_scale = scene_scale(depths);
+
+  out.truth = {fit(view.albedo, true), fit(view.normal, false), fit(view.depth, false), Image(width, height, 2)};
+  const Image mask = fit(view.mask, false), material = fit(view.material, false);
+  std::copy_n(material.data.begin(), out.truth.material.data.size(), out.truth.material.data.begin());
+  out.masks = {Image(width, height, 1), Image(width, height, 1), Image(width, height, 1)};
+  const Image emission = view.emission ? fit(*view.emission, false) : Image(width, height, 3);
+  for (std::size_t i = 0; i < mask.data.size(); ++i) {
+    const bool valid = known && mask.data[i] > 0.5f && out.truth.depth.data[i] > 0;
+    const bool emits = emission.plane(0)[i] > 0 || emission.plane(1)[i] > 0 || emission.plane(2)[i] > 0;
+    const bool has_material = material.plane(0)[i] != 0 || material.plane(1)[i] != 0;
+    out.masks.geometry.data[i] = valid;
+    out.masks.albedo.data[i] = valid && !emits;
+    out.masks.material.data[i] = valid && has_material;
+    float& depth = out.truth.depth.data[i];
+    depth = valid ? depth / static_cast<float>(out.scene_scale) : 0.0f;
+  }
+  return out;
+}
+
+Image net_input(const Image& image, double gain) {
+  Image fed = image;
+  for (float& v : fed.data) v = std::clamp(v * static_cast<float>(gain), 0.0f, 1.0f);
+  return pad_to_multiple(fed, net_multiple, true);
+}
+
+Image prepare_photo(const Image& linear, int longer, double* exposure) {
+  const double factor = exposure_of(linear.data);
+  if (exposure) *exposure = factor;
+  const Size size = net_size(linear.width, linear.height, longer);
+  Image image = resize_area(linear, size.width, size.height);
+  for (float& v : image.data) v *= static_cast<float>(factor);
+  return image;
+}
+
+}  // namespace clerestory

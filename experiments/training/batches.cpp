@@ -1,0 +1,151 @@
+#include "experiments/training/batches.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+std::uint64_t mix(std::uint64_t z) {
+  z += 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+std::uint64_t keyed(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
+  return mix(mix(mix(seed) ^ position) ^ purpose);
+}
+
+enum Purpose : std::uint64_t { shuffle = 1, flip_draw = 2, exposure_draw = 3 };
+
+Image mirrored(const Image& image) {
+  Image out = image;
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < image.height; ++y) {
+      float* row = out.plane(c) + static_cast<std::size_t>(y) * image.width;
+      std::reverse(row, row + image.width);
+    }
+  return out;
+}
+
+void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
+  const Image padded = pad_to_multiple(flip ? mirrored(map) : map, net_multiple, repeat);
+  to.insert(to.end(), padded.data.begin(), padded.data.end());
+}
+
+}  // namespace
+
+double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
+  return static_cast<double>(keyed(seed, position, purpose) >> 11) * 0x1p-53;
+}
+
+std::size_t ViewOrder::at(std::uint64_t position) {
+  const std::uint64_t epoch = position / count_;
+  if (epoch != epoch_) {
+    order_.resize(count_);
+    std::iota(order_.begin(), order_.end(), 0u);
+    for (std::size_t i = count_ - 1; i > 0; --i)
+      std::swap(order_[i], order_[keyed(seed_ ^ mix(epoch), i, shuffle) % (i + 1)]);
+    epoch_ = epoch;
+  }
+  return order_[position % count_];
+}
+
+TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip, const std::vector<double>& gain) {
+  TrainingBatch batch;
+  batch.n = static_cast<int>(views.size());
+  batch.w = padded_size(views.at(0).image.width), batch.h = padded_size(views[0].image.height);
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const PreparedView& view = views[k];
+    Image normal = view.truth.normal, depth = view.truth.depth;
+    if (flip[k])
+      for (std::size_t i = 0; i < normal.pixels(); ++i) normal.data[i] = -normal.data[i];
+    for (float& d : depth.data) d = std::min(d, 1.0f);
+    const Image input = net_input(flip[k] ? mirrored(view.image) : view.image, gain[k]);
+    batch.image.insert(batch.image.end(), input.data.begin(), input.data.end());
+    append(batch.albedo, view.truth.albedo, flip[k], false);
+    append(batch.normal, normal, flip[k], false);
+    append(batch.material, view.truth.material, flip[k], false);
+    append(batch.depth, depth, flip[k], false);
+    append(batch.geometry_mask, view.masks.geometry, flip[k], false);
+    append(batch.albedo_mask, view.masks.albedo, flip[k], false);
+    append(batch.material_mask, view.masks.material, flip[k], false);
+    batch.scale_mask.push_back(view.scene_scale > 0 ? 1.0f : 0.0f);
+    batch.log_scale.push_back(view.scene_scale > 0 ? static_cast<float>(std::log(view.scene_scale)) : 0.0f);
+  }
+  return batch;
+}
+
+TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentation& augmentation, std::uint64_t seed,
+                             std::int64_t step, int batch) {
+  std::vector<PreparedView> views;
+  std::vector<bool> flip;
+  std::vector<double> gain;
+  std::vector<std::string> names;
+  for (int k = 0; k < batch; ++k) {
+    const std::uint64_t position = static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(batch) + static_cast<std::uint64_t>(k);
+    const std::size_t view = order.at(position);
+    views.push_back(store.get(view));
+    names.push_back(store.name(view).text());
+    flip.push_back(augmentation.flip && keyed_uniform(seed, position, flip_draw) < 0.5);
+    const double target = augmentation.exposure_low + (augmentation.exposure_high - augmentation.exposure_low) *
+                                                          keyed_uniform(seed, position, exposure_draw);
+    gain.push_back(target / 0.9);
+  }
+  TrainingBatch out = assemble_batch(views, flip, gain);
+  out.step = step;
+  out.views = std::move(names);
+  return out;
+}
+
+BatchStream::BatchStream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed, int batch,
+                         std::int64_t first_step, int ahead)
+    : store_(store), augmentation_(augmentation), seed_(seed), batch_(batch), ahead_(static_cast<std::size_t>(ahead)) {
+  thread_ = std::thread([this, first_step] { work(first_step); });
+}
+
+BatchStream::~BatchStream() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void BatchStream::work(std::int64_t step) {
+  ViewOrder order(store_.size(), seed_);
+  try {
+    for (;; ++step) {
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return stop_ || ready_.size() < ahead_; });
+        if (stop_) return;
+      }
+      TrainingBatch batch = training_batch(store_, order, augmentation_, seed_, step, batch_);
+      const std::lock_guard lock(mutex_);
+      ready_.push_back(std::move(batch));
+      changed_.notify_all();
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    error_ = std::current_exception();
+    changed_.notify_all();
+  }
+}
+
+TrainingBatch BatchStream::next() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return !ready_.empty() || error_; });
+  if (ready_.empty()) std::rethrow_exception(error_);
+  TrainingBatch batch = std::move(ready_.front());
+  ready_.pop_front();
+  changed_.notify_all();
+  return batch;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,90 @@
+// The stream of training batches: which views, in which order, flipped and exposed how. Everything is a function of
+// (seed, position), so a resumed run sees what an uninterrupted one would have seen, whatever the threads do.
+#pragma once
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "experiments/training/view_store.hpp"
+#include "host/graph/shape.hpp"
+
+namespace clerestory {
+
+/// What is fed to the training graph, NCHW, padded to net_multiple: the image by repetition, maps and masks with zeros.
+struct TrainingBatch {
+  std::int64_t step = 0;
+  int n = 0, h = 0, w = 0;           // padded
+  std::vector<float> image;          // n x 3: clamped to [0, 1]
+  std::vector<float> albedo, normal; // n x 3
+  std::vector<float> material;       // n x 2
+  std::vector<float> depth;          // n x 1, clamped to [0, 1]
+  std::vector<float> geometry_mask, albedo_mask, material_mask;  // n x 1
+  std::vector<float> log_scale;      // n: ln scene_scale in metres, 0 where unknown
+  std::vector<float> scale_mask;     // n: 1 where scene_scale is known
+  std::vector<std::string> views;    // for messages
+};
+
+struct Augmentation {
+  bool flip = true;                            // half of the views mirrored, n_x negated
+  double exposure_low = 0.85, exposure_high = 0.95;  // 95th percentile of luminance, uniform; both 0.9: none
+};
+
+/// Position `position` of the endless stream over `count` views: every epoch visits each view once, in an order that
+/// depends on (seed, epoch).
+class ViewOrder {
+ public:
+  ViewOrder(std::size_t count, std::uint64_t seed) : count_(count), seed_(seed) {}
+  std::size_t at(std::uint64_t position);
+
+ private:
+  std::size_t count_;
+  std::uint64_t seed_;
+  std::uint64_t epoch_ = ~std::uint64_t{0};
+  std::vector<std::uint32_t> order_;
+};
+
+/// Uniform in [0, 1) from a key, the same everywhere (SplitMix64).
+double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose);
+
+/// Views side by side, `flip` and `gain` per view.
+TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip,
+                             const std::vector<double>& gain);
+
+/// Batch `step` of a training run.
+TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentation& augmentation, std::uint64_t seed,
+                             std::int64_t step, int batch);
+
+/// Prepares batches on a thread of its own, a few ahead.
+class BatchStream {
+ public:
+  BatchStream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed, int batch,
+              std::int64_t first_step, int ahead = 3);
+  ~BatchStream();
+  BatchStream(const BatchStream&) = delete;
+  BatchStream& operator=(const BatchStream&) = delete;
+
+  /// Batches in order; rethrows what went wrong while reading. Not to be called again after that.
+  TrainingBatch next();
+
+ private:
+  void work(std::int64_t step);
+  ViewStore& store_;
+  Augmentation augmentation_;
+  std::uint64_t seed_;
+  int batch_;
+  std::size_t ahead_;
+  std::deque<TrainingBatch> ready_;
+  std::exception_ptr error_;
+  bool stop_ = false;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::thread thread_;
+};
+
+}  // namespace clerestory
