@@ -110,7 +110,7 @@ struct ConvOp : Op {
     const Value x = node.inputs[0], w = node.inputs[1];
     std::vector<Value> gradients{graph.make<ConvDataOp>({dy[0], w}, spec, x.shape()),
                                  graph.make<ConvWeightsOp>({x, dy[0]}, spec, w.shape())};
-    if (node.inputs.size() > 2) gradients.push_back(graph.make<ConvBiasOp>({dy[0]}));
+    if (node.inputs.size() > 2) gradients.push_back(conv_bias_gradient(dy[0]));
     return gradients;
   }
 
@@ -131,6 +131,8 @@ struct ConvOp : Op {
 };
 
 }  // namespace
+
+Value conv_bias_gradient(Value dy) { return dy.graph().make<ConvBiasOp>({dy}); }
 
 Value conv(Value x, Value w, Value bias, const ConvSpec& spec) {
   std::vector<Value> inputs{x, w};

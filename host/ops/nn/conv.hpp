@@ -15,11 +15,11 @@ struct ConvSpec {
 
 /// y[n,o,y,x] = bias[o] + sum over i, ky, kx of w[o,i,ky,kx] * x[n,i, y*stride + ky - pad, x*stride + kx - pad].
 /// x {N,I,H,W}, w {O,I,KH,KW}, bias {1,O,1,1} or empty; the result is {N, O, (H + 2 pad - KH)/stride + 1, ...}.
-/// Launch::gemm chooses the backend: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl) or "clblast" (im2col and
-/// CLBlast). Both sum in a fixed order.
+/// Launch::gemm chooses the backend: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl) or "clblast" (im2col
+/// and CLBlast). Both sum in a fixed order.
 Value conv(Value x, Value w, Value bias, const ConvSpec& spec = {});
 
-/// y[n,o] = bias[o] + sum over c of w[o,c] * x[n,c]. x {N,C,1,1}, w {O,C,1,1}, bias {1,O,1,1} or empty.
-Value linear(Value x, Value w, Value bias, ConvBody body = ConvBody::ByDevice);
+/// db[c] = sum over n and pixels of dy[n,c]: {1,C,1,1}. The gradient of a bias per channel.
+Value conv_bias_gradient(Value dy);
 
 }  // namespace clerestory

@@ -20,8 +20,9 @@ void run_packed(Launch& launch, const ConvPass& pass, int batch, ConvBody body, 
 std::size_t partial_elements(const ConvGeometry& geometry);
 /// gradient[outputs][depth], rows `row_pitch` apart, = sum over positions of target * source under each tap (+ bias of
 /// each column).
-void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, ConvBody body, const TensorView& source,
-                        const TensorView& target, const TensorView* bias, const TensorView& gradient, int row_pitch);
+void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, ConvBody body,
+                        const TensorView& source, const TensorView& target, const TensorView* bias,
+                        const TensorView& gradient, int row_pitch);
 
 // CLBlast.
 
@@ -33,13 +34,13 @@ struct MatrixView {
   bool transposed = false;
 };
 /// c = a * b + beta * c, where a is rows x depth and b is depth x columns.
-void clblast_gemm(Launch& launch, int rows, int columns, int depth, const MatrixView& a, const MatrixView& b, double beta,
-                  const MatrixView& c);
+void clblast_gemm(Launch& launch, int rows, int columns, int depth, const MatrixView& a, const MatrixView& b,
+                  double beta, const MatrixView& c);
 
 /// Most elements of im2col matrix in the workspace.
 std::size_t columns_elements(const ConvGeometry& forward);
-void run_clblast_forward(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x, const TensorView& w,
-                         const TensorView* bias, const TensorView& y);
+void run_clblast_forward(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x,
+                         const TensorView& w, const TensorView* bias, const TensorView& y);
 void run_clblast_data(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& dy, const TensorView& w,
                       const TensorView& dx);
 void run_clblast_weights(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x,

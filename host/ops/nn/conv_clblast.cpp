@@ -8,7 +8,8 @@
 namespace clerestory {
 namespace {
 
-constexpr std::size_t columns_budget = 4u << 20;  // elements of im2col matrix held at once, if one channel needs no more
+constexpr std::size_t columns_budget = 4u
+                                       << 20;  // elements of im2col matrix held at once, if one channel needs no more
 
 std::size_t per_channel(const ConvGeometry& g) { return static_cast<std::size_t>(g.taps()) * g.positions(); }
 
@@ -24,7 +25,9 @@ int channels_at_once(const ConvGeometry& g) {
 template <class T>
 clblast::StatusCode gemm(Launch& l, int rows, int columns, int depth, const MatrixView& a, const MatrixView& b,
                          double beta, const MatrixView& c) {
-  const auto transpose = [](const MatrixView& m) { return m.transposed ? clblast::Transpose::kYes : clblast::Transpose::kNo; };
+  const auto transpose = [](const MatrixView& m) {
+    return m.transposed ? clblast::Transpose::kYes : clblast::Transpose::kNo;
+  };
   cl_command_queue queue = l.device.queue();
   return clblast::Gemm<T>(clblast::Layout::kRowMajor, transpose(a), transpose(b), rows, columns, depth, T(1),
                           a.tensor.buffer.handle(), a.tensor.offset + a.at, a.pitch, b.tensor.buffer.handle(),
@@ -43,14 +46,16 @@ void for_channels(const ConvGeometry& forward, const Body& body) {
   }
 }
 
-std::uint64_t item(const TensorView& t, int n) { return static_cast<std::uint64_t>(n) * static_cast<std::uint64_t>(t.stride); }
+std::uint64_t item(const TensorView& t, int n) {
+  return static_cast<std::uint64_t>(n) * static_cast<std::uint64_t>(t.stride);
+}
 
 // The im2col matrix of some channels of item n: in the workspace, or the source itself where it is one already.
 MatrixView columns_of(Launch& l, const ConvGeometry& g, const TensorView& x, int n, int first) {
   const int positions = static_cast<int>(g.positions());
   if (is_plain_product(g)) return {x, item(x, n), positions};
-  l.run("nn/im2col.cl", "im2col", Range::of2(static_cast<std::size_t>(positions), static_cast<std::size_t>(g.depth())), x,
-        l.workspace, g, n, first);
+  l.run("nn/im2col.cl", "im2col", Range::of2(static_cast<std::size_t>(positions), static_cast<std::size_t>(g.depth())),
+        x, l.workspace, g, n, first);
   return {l.workspace, 0, positions};
 }
 
@@ -58,10 +63,12 @@ MatrixView columns_of(Launch& l, const ConvGeometry& g, const TensorView& x, int
 
 void clblast_gemm(Launch& l, int rows, int columns, int depth, const MatrixView& a, const MatrixView& b, double beta,
                   const MatrixView& c) {
-  const clblast::StatusCode status = l.precision == Precision::Double ? gemm<double>(l, rows, columns, depth, a, b, beta, c)
-                                                                     : gemm<float>(l, rows, columns, depth, a, b, beta, c);
+  const clblast::StatusCode status = l.precision == Precision::Double
+                                         ? gemm<double>(l, rows, columns, depth, a, b, beta, c)
+                                         : gemm<float>(l, rows, columns, depth, a, b, beta, c);
   if (status != clblast::StatusCode::kSuccess)
-    throw Error(ErrorKind::Device, fmt::format("CLBlast failed on a product of {}x{} by {}x{}", rows, depth, depth, columns),
+    throw Error(ErrorKind::Device,
+                fmt::format("CLBlast failed on a product of {}x{} by {}x{}", rows, depth, depth, columns),
                 l.device.info().name, fmt::format("status {}", static_cast<int>(status)));
 }
 
@@ -93,12 +100,12 @@ void run_clblast_data(Launch& l, const ConvGeometry& forward, int batch, const T
     for_channels(forward, [&](const ConvGeometry& g, int first) {
       const bool plain = is_plain_product(g);
       clblast_gemm(l, g.depth(), positions, g.outputs,
-                   {w, static_cast<std::uint64_t>(first) * g.taps(), forward.depth(), true}, {dy, item(dy, n), positions}, 0,
-                   {plain ? dx : l.workspace, plain ? item(dx, n) : 0, positions});
+                   {w, static_cast<std::uint64_t>(first) * g.taps(), forward.depth(), true},
+                   {dy, item(dy, n), positions}, 0, {plain ? dx : l.workspace, plain ? item(dx, n) : 0, positions});
       if (!plain)
         l.run("nn/im2col.cl", "col2im",
-              Range::of2(static_cast<std::size_t>(g.source_plane), static_cast<std::size_t>(g.channels)), l.workspace, dx, g,
-              n, first);
+              Range::of2(static_cast<std::size_t>(g.source_plane), static_cast<std::size_t>(g.channels)), l.workspace,
+              dx, g, n, first);
     });
 }
 

@@ -10,9 +10,10 @@ namespace clerestory {
 namespace {
 
 constexpr int position_tile = 32;
-constexpr int band_positions = 512;   // aimed at: long enough to amortise a panel's packing, short enough for the L2 cache
-constexpr int max_chunk = 64;         // outputs of a work-group
-constexpr int wanted_groups = 16;     // of a launch, so that a few cores share it evenly
+constexpr int band_positions =
+    512;                           // aimed at: long enough to amortise a panel's packing, short enough for the L2 cache
+constexpr int max_chunk = 64;      // outputs of a work-group
+constexpr int wanted_groups = 16;  // of a launch, so that a few cores share it evenly
 
 int ceil_div(int a, int b) { return (a + b - 1) / b; }
 int round_up(int a, int b) { return ceil_div(a, b) * b; }
@@ -41,7 +42,8 @@ ConvBlocking cut_bands(const ConvGeometry& g, int batch, int wanted) {
   b.bands_x = g.grid_w <= 2 * wanted ? 1 : ceil_div(g.grid_w, wanted);
   b.band_columns = round_up(ceil_div(g.grid_w, b.bands_x), b.bands_x > 1 ? position_tile : 1);
   b.bands_x = ceil_div(g.grid_w, b.band_columns);
-  const int taps_x = std::max(1, ceil_div(g.taps_x, g.source_step)), taps_y = std::max(1, ceil_div(g.taps_y, g.source_step));
+  const int taps_x = std::max(1, ceil_div(g.taps_x, g.source_step)),
+            taps_y = std::max(1, ceil_div(g.taps_y, g.source_step));
   b.pitch = b.band_columns - 1 + taps_x - (b.bands_x == 1 ? shared_padding(g) : 0);
   const int bands_y = ceil_div(g.grid_h, std::max(1, wanted / b.pitch));
   b.band_rows = ceil_div(g.grid_h, bands_y);
@@ -139,15 +141,14 @@ ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elem
   }
 }
 
-int most_partials(const ConvGeometry& g) {
-  return ceil_div(wanted_groups, ceil_div(g.channels, channels_at_once(g)));
-}
+int most_partials(const ConvGeometry& g) { return ceil_div(wanted_groups, ceil_div(g.channels, channels_at_once(g))); }
 
 ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements) {
   const int panels = ceil_div(g.outputs, conv_tile);
   for (int wanted = 2 * band_positions;; wanted /= 2) {
     ConvBlocking b = cut_bands(g, batch, wanted);
-    b.chunk = even_share(panels, std::max(1, static_cast<int>(local_elements / 2) / (b.positions * conv_tile))) * conv_tile;
+    b.chunk =
+        even_share(panels, std::max(1, static_cast<int>(local_elements / 2) / (b.positions * conv_tile))) * conv_tile;
     const std::size_t rows = static_cast<std::size_t>(b.chunk) * b.positions;
     const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
     const bool fits = rows + per_channel <= local_elements;

@@ -41,7 +41,8 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, ConvBody body, const
   if (g.taps() > 0)
     l.run("nn/conv_pack.cl", "conv_pack_weights",
           Range::of2(static_cast<std::size_t>(g.depth()), blocks(g.outputs, conv_tile)), weights, packed, g,
-          t.output_pitch, t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y}, std::array{t.step_x, t.step_y});
+          t.output_pitch, t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y},
+          std::array{t.step_x, t.step_y});
   const TensorView& some_bias = bias ? *bias : weights;
   const int has_bias = bias != nullptr;
   if (on_gpu(l, body)) {
@@ -53,8 +54,8 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, ConvBody body, const
   }
   const ConvBlocking b = block_pass(g, batch, scratch(l));
   const std::size_t real = real_size(l.precision);
-  const Range range{
-      {static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)}, {1, 1, 1}};
+  const Range range{{static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)},
+                    {1, 1, 1}};
   l.run("nn/conv_cpu.cl", "conv_cpu", range, source, packed, some_bias, target, g, has_bias, b,
         Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
         Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
@@ -70,8 +71,9 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvBody bo
   const bool gpu = on_gpu(l, body);
   ConvBlocking b;
   if (!gpu) b = block_weights(g, batch, scratch(l));
-  const int partials = gpu ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
-                           : b.partials;
+  const int partials =
+      gpu ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
+          : b.partials;
   const bool direct = partials == 1 && !bias && row_pitch == g.depth();
   const TensorView& sums = direct ? gradient : l.workspace;
   if (gpu) {
@@ -89,8 +91,8 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvBody bo
   }
   if (direct) return;
   const std::size_t count = static_cast<std::size_t>(g.outputs) * g.depth();
-  l.run("nn/conv_pack.cl", "conv_sum_partials", Range::of(count), l.workspace, bias ? *bias : gradient, gradient, g.outputs,
-        g.depth(), row_pitch, partials, static_cast<int>(bias != nullptr));
+  l.run("nn/conv_pack.cl", "conv_sum_partials", Range::of(count), l.workspace, bias ? *bias : gradient, gradient,
+        g.outputs, g.depth(), row_pitch, partials, static_cast<int>(bias != nullptr));
 }
 
 }  // namespace clerestory
