@@ -1,0 +1,13 @@
+// The table that `clerestory devices` prints.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/cl/device.hpp"
+
+namespace clerestory {
+
+/// One line per device under a heading, columns aligned, ending in a newline; how to get a driver when there is none.
+std::string device_table(const std::vector<DeviceInfo>& devices);
+
+}  // namespace clerestory

@@ -1,0 +1,49 @@
+// What a device can do at most, measured: see host/cl/ceilings.hpp. The results are written out so that no work can be
+// left away; nobody reads them.
+#include "lib/real.clh"
+
+#define CHAINS 12  // independent, so that the latency of one multiply-add is hidden behind the others
+
+// `rounds` times CHAINS multiply-adds on float16 lanes, as in the packed kernels: 2 * 16 * CHAINS * rounds operations a
+// work-item. For devices whose registers hold 12 such vectors (CPUs).
+kernel void fma_wide(global real *out, const int rounds, const real factor, const real term) {
+  const int id = (int)get_global_id(0);
+  real16 sum[CHAINS];
+#pragma unroll
+  for (int c = 0; c < CHAINS; ++c) sum[c] = (real16)(R(id + c));
+  const real16 a = (real16)(factor), b = (real16)(term);
+  for (int round = 0; round < rounds; ++round) {
+#pragma unroll
+    for (int c = 0; c < CHAINS; ++c) sum[c] = fma(sum[c], a, b);
+  }
+  real16 total = sum[0];
+#pragma unroll
+  for (int c = 1; c < CHAINS; ++c) total += sum[c];
+  vstore16(total, id, out);
+}
+
+// The same with one number a chain, for devices that put work-items into lanes (GPUs): 2 * CHAINS * rounds operations.
+kernel void fma_narrow(global real *out, const int rounds, const real factor, const real term) {
+  const int id = (int)get_global_id(0);
+  real sum[CHAINS];
+#pragma unroll
+  for (int c = 0; c < CHAINS; ++c) sum[c] = R(id + c);
+  for (int round = 0; round < rounds; ++round) {
+#pragma unroll
+    for (int c = 0; c < CHAINS; ++c) sum[c] = fma(sum[c], factor, term);
+  }
+  real total = sum[0];
+#pragma unroll
+  for (int c = 1; c < CHAINS; ++c) total += sum[c];
+  out[id] = total;
+}
+
+// c = a + factor * b, the triad of McCalpin's STREAM (1995): two numbers read and one written each.
+kernel void triad(global const real4 *a, global const real4 *b, global real4 *c, const real factor) {
+  const int i = (int)get_global_id(0);
+  c[i] = a[i] + factor * b[i];
+}
+
+kernel void nothing(global real *out, const int never) {
+  if (never) out[get_global_id(0)] = R(0);
+}
