@@ -16,16 +16,16 @@ using Tensors = std::map<std::string, Tensor>;
 using Values = std::map<std::string, Value>;
 
 struct OpCase {
-  std::string stem;   // the op's stem: "group_norm"
-  std::string label;  // tells the cases of one stem apart; letters, digits and _
+  std::string stem = {};   // the op's stem: "group_norm"
+  std::string label = {};  // tells the cases of one stem apart; letters, digits and _
   /// Kernels that this case must be seen to launch, in single and in double precision.
-  std::vector<std::string> kernels;
-  Tensors inputs;
-  Tensors states;  // values, before the run, of the states that build() names; they are rounded to float, as inputs are
-  std::function<std::vector<Value>(Graph&, const Values&)> build;
+  std::vector<std::string> kernels = {};
+  Tensors inputs = {};
+  Tensors states = {};  // values, before the run, of the states that build() names; they are rounded to float, as inputs are
+  std::function<std::vector<Value>(Graph&, const Values&)> build = {};
   /// The same in plain C++ in double, without a look at the kernel: outputs in order, then, when the op has updates, the
   /// new values of `states` in the order of their names. Gets inputs and states in one map.
-  std::function<std::vector<Tensor>(const Tensors&)> reference;
+  std::function<std::vector<Tensor>(const Tensors&)> reference = {};
 
   /// |value - reference| <= roundings * epsilon * magnitude. Roundings: about the longest chain of operations behind
   /// one element (a sum of n terms counts n, or log2 n when it is a tree). Magnitude: of the terms that are summed;
@@ -33,8 +33,8 @@ struct OpCase {
   double roundings = 16, magnitude = 0;
 
   /// Inputs (or states) whose gradients are compared with central differences in double; if none, say why.
-  std::vector<std::string> differentiate;
-  std::string no_gradient;
+  std::vector<std::string> differentiate = {};
+  std::string no_gradient = {};
   double step = 1e-5;                // of the central difference: error step^2 |f'''| / 6 + epsilon |f| / step
   double gradient_tolerance = 1e-7;  // relative to the largest gradient of that input
   double gradient_roundings = 0;     // float against double gradient; 0: four times `roundings`

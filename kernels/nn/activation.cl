@@ -1,0 +1,84 @@
+// Functions of one number, and their adjoints, chosen by -D FUNCTION. y may be x, dx may be dy.
+// UNIT and SIGNED_UNIT are MGNet's output activations: clamp(1.01 sigmoid(x), 0, 1) and clamp(1.01 tanh(x), -1, 1), which
+// reach their ends at finite x; their derivative beyond is 0. sigmoid(x) = e / (1 + e) with e = exp(-|x|) never overflows;
+// derivatives are taken from the outputs, s (1 - s) and 1 - t^2, so that saturation gives 0 and not NaN.
+#include "lib/lanes.clh"
+
+#define RELU 0
+#define UNIT 1
+#define SIGNED_UNIT 2
+#define EXP 3
+#define LOG 4
+#define SOFTPLUS 5
+#define SQUARE 6
+#define LOG1P 7
+
+static inline lanes sigmoid(const lanes x) {
+  const lanes e = exp(-fabs(x));
+  return WHERE(x >= R(0), (lanes)(R(1)) / (R(1) + e), e / (R(1) + e));
+}
+
+static inline lanes value_of(const lanes x) {
+#if FUNCTION == RELU
+  return WHERE(x < R(0), (lanes)(R(0)), x);  // a NaN stays one
+#elif FUNCTION == UNIT
+  return fmin(R(1.01) * sigmoid(x), (lanes)(R(1)));
+#elif FUNCTION == SIGNED_UNIT
+  return clamp(R(1.01) * tanh(x), (lanes)(R(-1)), (lanes)(R(1)));
+#elif FUNCTION == EXP
+  return exp(x);
+#elif FUNCTION == LOG
+  return log(x);
+#elif FUNCTION == SOFTPLUS
+  return fmax(x, (lanes)(R(0))) + log1p(exp(-fabs(x)));
+#elif FUNCTION == SQUARE
+  return x * x;
+#elif FUNCTION == LOG1P
+  return log1p(x);
+#endif
+}
+
+static inline lanes derivative_of(const lanes x) {
+#if FUNCTION == RELU
+  return WHERE(x > R(0), (lanes)(R(1)), (lanes)(R(0)));
+#elif FUNCTION == UNIT
+  const lanes s = sigmoid(x);
+  return WHERE(R(1.01) * s < R(1), R(1.01) * s * (R(1) - s), (lanes)(R(0)));
+#elif FUNCTION == SIGNED_UNIT
+  const lanes t = tanh(x);
+  return WHERE(R(1.01) * fabs(t) < R(1), R(1.01) * (R(1) - t * t), (lanes)(R(0)));
+#elif FUNCTION == EXP
+  return exp(x);
+#elif FUNCTION == LOG
+  return R(1) / x;
+#elif FUNCTION == SOFTPLUS
+  return sigmoid(x);
+#elif FUNCTION == SQUARE
+  return R(2) * x;
+#elif FUNCTION == LOG1P
+  return R(1) / (R(1) + x);
+#endif
+}
+
+#define ROW                                       \
+  const int first = (int)get_group_id(0) * block; \
+  const int n = (int)get_group_id(1);             \
+  const int length = min(block, item - first);
+
+kernel void activate(IN(x), OUT(y), const int item, const int block) {
+  ROW
+  global const real *x = AT(x, n) + first;
+  global real *y = AT(y, n) + first;
+  FOR_ROW(i, length) lanes_store(value_of(lanes_load(x + i, length - i)), y + i, length - i);
+}
+
+kernel void activate_adjoint(IN(dy), IN(x), OUT(dx), const int item, const int block) {
+  ROW
+  global const real *x = AT(x, n) + first;
+  global const real *dy = AT(dy, n) + first;
+  global real *dx = AT(dx, n) + first;
+  FOR_ROW(i, length) {
+    const lanes slope = derivative_of(lanes_load(x + i, length - i));
+    lanes_store(slope * lanes_load(dy + i, length - i), dx + i, length - i);
+  }
+}
