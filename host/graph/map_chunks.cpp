@@ -28,20 +28,37 @@ struct Inner {
 
 std::string input_name(std::size_t i) { return fmt::format("input{}", i); }
 
-/// The columns of a whole map that belong to the chunk at hand: how a gradient of a map enters the adjoint's chunks.
 struct TakeOp : Op {
   int capacity;
   explicit TakeOp(int c) : capacity(c) {}
-  std::string name() const override { return "place"; }
+  std::string name() const override { return "take"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     return {{{1, in[0].shape().c, capacity, 1}, Type::Real}};
   }
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override;
   void launch(Launch& l) const override {
     const Shape& whole = l.in(0).shape;
     l.run("tensor/place.cl", "take", Range::of2(static_cast<std::size_t>(capacity), static_cast<std::size_t>(whole.c)),
           l.in(0), l.out(), l.chunk.first_pixel, l.chunk.pixels, capacity, static_cast<int>(whole.plane()));
   }
 };
+
+/// The transpose of TakeOp: a whole map that is zero outside the chunk.
+struct PutOp : Op {
+  Shape whole;
+  explicit PutOp(const Shape& s) : whole(s) {}
+  std::string name() const override { return "put"; }
+  std::vector<Signature> infer(std::span<const Value>) const override { return {{whole, Type::Real}}; }
+  void launch(Launch& l) const override {
+    for (int n = 0; n < whole.n; ++n)
+      l.run("tensor/place.cl", "put", Range::of2(static_cast<std::size_t>(whole.plane()), static_cast<std::size_t>(whole.c)),
+            l.in(0), l.out(), n, l.chunk.first_pixel, l.chunk.pixels, l.in(0).shape.h, static_cast<int>(whole.plane()));
+  }
+};
+
+std::vector<Value> TakeOp::adjoint(const Node& node, std::span<const Value> g) const {
+  return {node.graph->make<PutOp>({g[0]}, node.in_shape(0))};
+}
 
 struct MapChunksOp : Op {
   ChunkDomain domain;
@@ -119,7 +136,7 @@ struct MapChunksOp : Op {
         const ChunkOutput& o = forward[arrived[i]];
         const Value whole = in[maps_count + i];
         outputs.push_back(o.value);
-        seeds.push_back(o.total ? whole : g.make<TakeOp>({whole}, capacity));
+        seeds.push_back(o.total ? whole : take_pixels(whole, capacity));
       }
       const std::vector<Value> found = gradient(outputs, seeds, maps);
       std::vector<ChunkOutput> totals;
@@ -136,6 +153,8 @@ struct MapChunksOp : Op {
 };
 
 }  // namespace
+
+Value take_pixels(Value whole, int capacity) { return whole.graph().make<TakeOp>({whole}, capacity); }
 
 std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs, const Body& body) {
   if (domain.n < 1 || domain.height < 1 || domain.width < 1 || domain.samples < 1 || domain.chunk_pixels < 1 || domain.chunk_samples < 1)

@@ -23,4 +23,7 @@ struct ChunkOutput {
 std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs,
                               const std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>& body);
 
+/// Inside a body: the values of a whole map {n, C, h, w} at the chunk's pixels, {1, C, capacity, 1}, zero beyond them.
+Value take_pixels(Value whole, int capacity);
+
 }  // namespace clerestory

@@ -24,7 +24,7 @@ kernel void add_total(IN(part), OUT(total), const int count, const int add) {
   AT(total, 0)[i] = add ? AT(total, 0)[i] + value : value;
 }
 
-// tile[c, p] = whole[n, c, pixel] for p < pixels, 0 beyond: the transpose of place.
+// tile[c, p] = whole[n, c, pixel] for p < pixels, 0 beyond.
 kernel void take(IN(whole), OUT(tile), const int first, const int pixels, const int capacity, const int plane) {
   const int p = (int)get_global_id(0);
   const int c = (int)get_global_id(1);
@@ -33,4 +33,15 @@ kernel void take(IN(whole), OUT(tile), const int first, const int pixels, const 
   const int n = (first + clamped) / plane;
   const int pixel = (first + clamped) - n * plane;
   AT(tile, 0)[c * capacity + p] = p < pixels ? AT(whole, n)[(ulong)c * (ulong)plane + pixel] : R(0);
+}
+
+// whole[n, c, pixel] = tile[c, p] inside the chunk, 0 elsewhere: the transpose of take. One launch per batch item n.
+kernel void put(IN(tile), OUT(whole), const int n, const int first, const int pixels, const int capacity,
+                const int plane) {
+  const int pixel = (int)get_global_id(0);
+  const int c = (int)get_global_id(1);
+  if (pixel >= plane) return;
+  const int p = n * plane + pixel - first;
+  const int inside = p >= 0 && p < pixels;
+  AT(whole, n)[(ulong)c * (ulong)plane + pixel] = inside ? AT(tile, 0)[c * capacity + clamp(p, 0, capacity - 1)] : R(0);
 }

@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Builds Clerestory and takes a real photograph of an office apart: maps, re-render, a mirror ball put into the room.
+# usage: bash experiments/quickstart.sh [PHOTO [invert options]]
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+install_packages
+build clerestory
+cd "$root"
+office=assets/real/pcl_office
+if [ $# -gt 0 ]; then
+  exec build/clerestory invert "$@"
+fi
+build/clerestory invert "$office/rgb.png" --camera "$office/camera.json" --out runs/invert/office
+build/clerestory insert runs/invert/office --at 330,400 --radius 0.25 --albedo 0.95,0.95,0.95 --roughness 0.02 --metallic 1
+echo "The report: $root/runs/invert/office/report.html"

@@ -1,0 +1,208 @@
+// The graph by itself: what compile() may share, what it must not, and that every pass leaves values as they are.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "host/graph/map_chunks.hpp"
+#include "host/graph/plan.hpp"
+#include "host/ops/nn/activation.hpp"
+#include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reduce.hpp"
+#include "host/ops/tensor/slice.hpp"
+
+namespace clerestory {
+namespace {
+
+Device& device() {
+  static Device d = Device::open();
+  return d;
+}
+
+Tensor random_tensor(Shape shape, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  Tensor t(shape);
+  for (double& x : t.real) x = uniform(generator);
+  return t;
+}
+
+std::vector<PlanOptions> all_passes() {
+  std::vector<PlanOptions> list;
+  for (int i = 0; i < 8; ++i) list.push_back({.prune = (i & 1) != 0, .alias = (i & 2) != 0, .reuse = (i & 4) != 0});
+  return list;
+}
+
+/// A dense block of three layers, a skip link, and a value that is read again long after an in-place op wanted it.
+Value dense(Value x) {
+  Value all = x;
+  for (int layer = 0; layer < 3; ++layer) {
+    const Value made = relu(scale(slice(all, 0, 2), 0.5 + layer));
+    all = concat(std::vector{all, made});
+  }
+  return concat(std::vector{slice(all, 1, 3), x, scale(all, 2)});
+}
+
+TEST(Compile, EveryPassLeavesValuesAsTheyAre) {
+  Graph g;
+  const Value x = g.input("x", {2, 4, 3, 5});
+  const Value out = dense(x);
+  const Value loss = sum(multiply(out, out));
+  const Value dx = gradient(loss, std::span(&x, 1))[0];
+  const std::map<std::string, Tensor> feeds{{"x", random_tensor(x.shape(), 1)}};
+  const auto plain = evaluate(g, {out, loss, dx}, device(), feeds, {.prune = false, .alias = false, .reuse = false});
+  for (const PlanOptions& options : all_passes()) {
+    const auto values = evaluate(g, {out, loss, dx}, device(), feeds, options);
+    for (std::size_t i = 0; i < values.size(); ++i) EXPECT_EQ(values[i].real, plain[i].real);
+  }
+}
+
+TEST(Compile, AChainOfConcatenationsSharesOnePieceOfMemory) {
+  Graph g;
+  const Value x = relu(g.input("x", {1, 4, 8, 8}));
+  Value all = x;
+  for (int layer = 0; layer < 5; ++layer) all = concat(std::vector{all, relu(slice(all, 0, 2))});
+  const Plan plan = compile(g, {all}, device());
+  int root = -1;
+  for (const Step& step : plan.steps) {
+    if (root < 0) root = step.outputs[0].slot;
+    EXPECT_EQ(step.outputs[0].slot, root) << step.node->op->name();
+  }
+  const std::size_t bytes = static_cast<std::size_t>(all.shape().count()) * 4;
+  EXPECT_LT(plan.arena_bytes, bytes + 256);
+}
+
+TEST(Compile, AnInPlaceOpNeverTakesAValueThatIsReadLater) {
+  Graph g;
+  const Value x = g.input("x", {1, 2, 4, 4});
+  const Value a = scale(x, -1);
+  const Value b = relu(a);         // would like a's memory
+  const Value c = add(b, a);       // but a is read here
+  const Tensor input = random_tensor(x.shape(), 2);
+  const auto values = evaluate(g, {c}, device(), {{"x", input}});
+  for (std::size_t i = 0; i < input.real.size(); ++i) {
+    const double v = -input.real[i];
+    EXPECT_EQ(values[0].real[i], std::max(v, 0.0) + v);
+  }
+}
+
+TEST(Compile, ReuseNeedsLessMemoryThanKeepingEverything) {
+  Graph g;
+  Value x = g.input("x", {1, 8, 16, 16});
+  for (int i = 0; i < 10; ++i) x = add(multiply(x, x), x);
+  EXPECT_LT(compile(g, {x}, device()).arena_bytes, compile(g, {x}, device(), {.alias = false, .reuse = false}).arena_bytes / 3);
+}
+
+TEST(Compile, PrunesWhatNoOutputNeeds) {
+  Graph g;
+  const Value x = g.input("x", {1, 1, 2, 2});
+  scale(x, 3);
+  const Value y = scale(x, 2);
+  EXPECT_EQ(compile(g, {y}, device()).steps.size(), 1u);
+  EXPECT_EQ(compile(g, {y}, device(), {.prune = false}).steps.size(), 2u);
+}
+
+TEST(Gradient, AddsUpOverConsumersAndSkipsWhatDoesNotDepend) {
+  Graph g;
+  const Value x = g.input("x", {1, 1, 1, 3}), y = g.input("y", {1, 1, 1, 3});
+  const Value loss = sum(add(multiply(x, x), scale(x, 3)));
+  const std::vector<Value> wrt{x, y};
+  const std::vector<Value> grads = gradient(loss, wrt);
+  EXPECT_FALSE(grads[1]);
+  const auto values = evaluate(g, {grads[0]}, device(), {{"x", Tensor({1, 1, 1, 3}, std::vector<double>{1, -2, 0.5})}});
+  EXPECT_EQ(values[0].real, (std::vector<double>{5, -1, 4}));
+}
+
+TEST(Gradient, WantsOneNumber) {
+  Graph g;
+  const Value x = g.input("x", {1, 1, 1, 3});
+  EXPECT_THROW(gradient(x, std::span(&x, 1)), Error);
+}
+
+TEST(States, StartFromNameAndSeedAlone) {
+  Graph g1, g2;
+  g1.state("a", {1, 1, 1, 64}, Init::normal(2)), g1.state("b", {1, 1, 1, 8}, Init::uniform(1));
+  g2.state("b", {1, 1, 1, 8}, Init::uniform(1)), g2.state("a", {1, 1, 1, 64}, Init::normal(2));
+  States s1(device()), s2(device()), other(device());
+  s1.initialise(g1, 7), s2.initialise(g2, 7), other.initialise(g1, 8);
+  EXPECT_EQ(s1.get("a").real, s2.get("a").real);
+  EXPECT_EQ(s1.get("b").real, s2.get("b").real);
+  EXPECT_NE(s1.get("a").real, other.get("a").real);
+  EXPECT_THROW(s1.set("a", Tensor({1, 1, 1, 3})), Error);
+  EXPECT_THROW(s1.get("c"), Error);
+  EXPECT_THROW(g1.state("a", {1, 1, 1, 3}, Init::constant(0)), Error);
+}
+
+TEST(Executor, NamesTheInputThatWasNotFed) {
+  Graph g;
+  const Value y = scale(g.input("photo", {1, 1, 1, 1}), 2);
+  Executor run(compile(g, {y}, device()));
+  try {
+    run.run();
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("photo"), std::string::npos);
+  }
+  EXPECT_THROW(run.feed("photo", Tensor({1, 1, 1, 2})), Error);
+  EXPECT_THROW(run.feed("phot", Tensor({1, 1, 1, 1})), Error);
+}
+
+TEST(Executor, ExplainsWhatRuns) {
+  Graph g;
+  g.left_out("the mirror: nobody looks");
+  const Value y = relu(g.input("x", {1, 1, 4, 4}));
+  Executor run(compile(g, {y}, device()));
+  run.feed("x", Tensor({1, 1, 4, 4}, 1));
+  const std::string text = run.explain(true);
+  EXPECT_NE(text.find("activ"), std::string::npos) << text;
+  EXPECT_NE(text.find("the mirror: nobody looks"), std::string::npos);
+}
+
+/// y = (2 x)^2 at every pixel of a chunk, x * samples as a total.
+std::vector<Value> chunked(Graph& g, Value x, const ChunkDomain& domain) {
+  return map_chunks(g, domain, std::span(&x, 1), [&](Graph&, std::span<const Value> in) {
+    const Value tile = scale(take_pixels(in[0], domain.chunk_pixels), 2);
+    return std::vector<ChunkOutput>{{multiply(tile, tile), false}, {sum(tile), true}};
+  });
+}
+
+TEST(MapChunks, CoversEveryPixelOnceWhateverTheChunk) {
+  const Tensor input = random_tensor({2, 3, 5, 7}, 3);
+  double total = 0;
+  for (const double v : input.real) total += 2 * v;
+  for (const int chunk_pixels : {1, 4, 8, 35, 64, 70, 100}) {
+    for (const auto& [samples, chunk_samples] : {std::pair{1, 1}, {3, 1}, {3, 2}}) {
+      Graph g;
+      const Value x = g.input("x", input.shape);
+      const ChunkDomain domain{2, 5, 7, samples, chunk_pixels, chunk_samples};
+      const std::vector<Value> out = chunked(g, x, domain);
+      ASSERT_EQ(out[0].shape(), input.shape);
+      const auto values = evaluate(g, out, device(), {{"x", input}}, {.precision = Precision::Double});
+      const int passes = (samples + chunk_samples - 1) / chunk_samples;  // this body does not look at samples
+      for (std::size_t i = 0; i < input.real.size(); ++i)
+        EXPECT_DOUBLE_EQ(values[0].real[i], passes * 4 * input.real[i] * input.real[i]);
+      EXPECT_NEAR(values[1].real[0], passes * total, 1e-12);
+    }
+  }
+}
+
+TEST(MapChunks, ItsAdjointReplaysTheChunks) {
+  const Tensor input = random_tensor({2, 3, 5, 7}, 4), weight = random_tensor({2, 3, 5, 7}, 5);
+  Graph g;
+  const Value x = g.input("x", input.shape), w = g.input("w", input.shape);
+  const std::vector<Value> out = chunked(g, x, {2, 5, 7, 1, 8, 1});
+  const Value loss = add(sum(multiply(out[0], w)), out[1], 3);
+  const Value dx = gradient(loss, std::span(&x, 1))[0];
+  const auto values = evaluate(g, {dx}, device(), {{"x", input}, {"w", weight}}, {.precision = Precision::Double});
+  for (std::size_t i = 0; i < input.real.size(); ++i)
+    EXPECT_NEAR(values[0].real[i], 8 * input.real[i] * weight.real[i] + 6, 1e-12);
+}
+
+TEST(MapChunks, RefusesAnEmptyDomain) {
+  Graph g;
+  const Value x = g.input("x", {1, 1, 2, 2});
+  EXPECT_THROW(chunked(g, x, {1, 0, 2, 1, 8, 1}), Error);
+}
+
+}  // namespace
+}  // namespace clerestory
