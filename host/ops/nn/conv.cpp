@@ -8,7 +8,7 @@ namespace clerestory {
 namespace {
 
 ConvShape conv_shape(const Shape& x, const Shape& w, const ConvSpec& spec) {
-  return {x.c, x.h, x.w, w.n, w.h, w.w, spec.stride, spec.pad};
+  return {x.c, x.h, x.w, w.n, w.h, w.w, spec.stride, spec.pad, static_cast<int>(w.item())};
 }
 
 Cost conv_cost(const ConvShape& s, int batch) {
@@ -40,11 +40,13 @@ struct ConvDataOp : Op {
   }
 
   void launch(Launch& l) const override {
-    const ConvShape s = shape(l.in(1).shape);
-    if (l.gemm == "clblast") return run_clblast_data(l, forward_pass(s).geometry, x.n, l.in(0), l.in(1), l.out());
+    ConvShape s = shape(l.in(1).shape);
+    s.weights_pitch = item_pitch(l.in(1));
+    if (use_clblast(l, spec.kernels))
+      return run_clblast_data(l, forward_pass(s).geometry, x.n, l.in(0), l.in(1), l.out());
     std::size_t at = 0;
     for (const ConvPass& pass : backward_data_passes(s)) {
-      run_packed(l, pass, x.n, spec.body, l.in(0), l.in(1), nullptr, l.out(), at);
+      run_packed(l, pass, x.n, spec.kernels, l.in(0), l.in(1), nullptr, l.out(), at);
       at += packed_elements(pass.geometry);
     }
   }
@@ -68,8 +70,8 @@ struct ConvWeightsOp : Op {
   void launch(Launch& l) const override {
     const ConvGeometry g = forward_pass(shape(l.in(0).shape)).geometry;
     const int batch = l.in(0).shape.n;
-    if (l.gemm == "clblast") return run_clblast_weights(l, g, batch, l.in(0), l.in(1), l.out());
-    run_packed_weights(l, g, batch, spec.body, l.in(0), l.in(1), nullptr, l.out(), g.depth());
+    if (use_clblast(l, spec.kernels)) return run_clblast_weights(l, g, batch, l.in(0), l.in(1), l.out());
+    run_packed_weights(l, g, batch, spec.kernels, l.in(0), l.in(1), nullptr, l.out(), item_pitch(l.out()));
   }
 };
 
@@ -122,11 +124,14 @@ struct ConvOp : Op {
   }
 
   void launch(Launch& l) const override {
-    const ConvPass pass = forward_pass(conv_shape(l.in(0).shape, l.in(1).shape, spec));
+    ConvShape s = conv_shape(l.in(0).shape, l.in(1).shape, spec);
+    s.weights_pitch = item_pitch(l.in(1));
+    const ConvPass pass = forward_pass(s);
     const TensorView* bias = l.inputs.size() > 2 ? &l.in(2) : nullptr;
     const int batch = l.in(0).shape.n;
-    if (l.gemm == "clblast") return run_clblast_forward(l, pass.geometry, batch, l.in(0), l.in(1), bias, l.out());
-    run_packed(l, pass, batch, spec.body, l.in(0), l.in(1), bias, l.out());
+    if (use_clblast(l, spec.kernels))
+      return run_clblast_forward(l, pass.geometry, batch, l.in(0), l.in(1), bias, l.out());
+    run_packed(l, pass, batch, spec.kernels, l.in(0), l.in(1), bias, l.out());
   }
 };
 

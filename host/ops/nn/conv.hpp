@@ -4,19 +4,20 @@
 
 namespace clerestory {
 
-/// Which kernels the packed backend runs: those for the device's type, or, for tests, one of the two by name.
-enum class ConvBody { ByDevice, Cpu, Gpu };
+/// Which kernels run: ByPlan, those of Launch::gemm ("packed" has a body for CPUs and one for GPUs, chosen by the
+/// device's type); the others name them, for tests and comparisons.
+enum class ConvKernels { ByPlan, Cpu, Gpu, Clblast };
 
 struct ConvSpec {
   int stride = 1;  // along both axes
   int pad = 0;     // zeros around the picture
-  ConvBody body = ConvBody::ByDevice;
+  ConvKernels kernels = ConvKernels::ByPlan;
 };
 
 /// y[n,o,y,x] = bias[o] + sum over i, ky, kx of w[o,i,ky,kx] * x[n,i, y*stride + ky - pad, x*stride + kx - pad].
 /// x {N,I,H,W}, w {O,I,KH,KW}, bias {1,O,1,1} or empty; the result is {N, O, (H + 2 pad - KH)/stride + 1, ...}.
-/// Launch::gemm chooses the backend: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl) or "clblast" (im2col
-/// and CLBlast). Both sum in a fixed order.
+/// Backends: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl) and "clblast" (im2col and CLBlast). Both sum in
+/// a fixed order.
 Value conv(Value x, Value w, Value bias, const ConvSpec& spec = {});
 
 /// db[c] = sum over n and pixels of dy[n,c]: {1,C,1,1}. The gradient of a bias per channel.

@@ -8,19 +8,24 @@
 
 namespace clerestory {
 
+/// Whether the op at hand runs on CLBlast.
+bool use_clblast(const Launch& launch, ConvKernels kernels);
+/// Elements between the batch items of a tensor (rows of its matrix of weights).
+int item_pitch(const TensorView& tensor);
+
 // Packed: our own kernels.
 
 /// Elements of packed weights of a pass, in its workspace.
 std::size_t packed_elements(const ConvGeometry& geometry);
 /// target = weights * source (+ bias): packs the weights at element `at` of the workspace, then runs the pass.
-void run_packed(Launch& launch, const ConvPass& pass, int batch, ConvBody body, const TensorView& source,
+void run_packed(Launch& launch, const ConvPass& pass, int batch, ConvKernels kernels, const TensorView& source,
                 const TensorView& weights, const TensorView* bias, const TensorView& target, std::size_t at = 0);
 
 /// Most elements of partial sums that run_packed_weights takes from the workspace.
 std::size_t partial_elements(const ConvGeometry& geometry);
 /// gradient[outputs][depth], rows `row_pitch` apart, = sum over positions of target * source under each tap (+ bias of
 /// each column).
-void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, ConvBody body,
+void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, ConvKernels kernels,
                         const TensorView& source, const TensorView& target, const TensorView* bias,
                         const TensorView& gradient, int row_pitch);
 

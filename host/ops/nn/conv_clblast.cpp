@@ -87,9 +87,8 @@ void run_clblast_forward(Launch& l, const ConvGeometry& forward, int batch, cons
   }
   for (int n = 0; n < batch; ++n)
     for_channels(forward, [&](const ConvGeometry& g, int first) {
-      clblast_gemm(l, g.outputs, positions, g.depth(),
-                   {w, static_cast<std::uint64_t>(first) * g.taps(), forward.depth()}, columns_of(l, g, x, n, first),
-                   bias || first > 0 ? 1 : 0, {y, item(y, n), positions});
+      clblast_gemm(l, g.outputs, positions, g.depth(), {w, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(w)},
+                   columns_of(l, g, x, n, first), bias || first > 0 ? 1 : 0, {y, item(y, n), positions});
     });
 }
 
@@ -100,8 +99,8 @@ void run_clblast_data(Launch& l, const ConvGeometry& forward, int batch, const T
     for_channels(forward, [&](const ConvGeometry& g, int first) {
       const bool plain = is_plain_product(g);
       clblast_gemm(l, g.depth(), positions, g.outputs,
-                   {w, static_cast<std::uint64_t>(first) * g.taps(), forward.depth(), true},
-                   {dy, item(dy, n), positions}, 0, {plain ? dx : l.workspace, plain ? item(dx, n) : 0, positions});
+                   {w, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(w), true}, {dy, item(dy, n), positions},
+                   0, {plain ? dx : l.workspace, plain ? item(dx, n) : 0, positions});
       if (!plain)
         l.run("nn/im2col.cl", "col2im",
               Range::of2(static_cast<std::size_t>(g.source_plane), static_cast<std::size_t>(g.channels)), l.workspace,
@@ -117,7 +116,7 @@ void run_clblast_weights(Launch& l, const ConvGeometry& forward, int batch, cons
       MatrixView columns = columns_of(l, g, x, n, first);
       columns.transposed = true;
       clblast_gemm(l, g.outputs, g.depth(), positions, {dy, item(dy, n), positions}, columns, n > 0 ? 1 : 0,
-                   {dw, static_cast<std::uint64_t>(first) * g.taps(), forward.depth()});
+                   {dw, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(dw)});
     });
 }
 

@@ -85,7 +85,7 @@ ConvPass forward_pass(const ConvShape& s) {
     g.grid_h = 1;
   }
   const int taps = s.kernel_h * s.kernel_w;
-  return {g, {s.channels * taps, taps, s.kernel_w, 0, 0, 1, 1}};
+  return {g, {s.weights_pitch, taps, s.kernel_w, 0, 0, 1, 1}};
 }
 
 std::vector<ConvPass> backward_data_passes(const ConvShape& s) {
@@ -118,7 +118,7 @@ std::vector<ConvPass> backward_data_passes(const ConvShape& s) {
       g.source_y = y.source, g.source_x = x.source;
       g.target_step = s.stride, g.target_y = py, g.target_x = px;
       const int taps = s.kernel_h * s.kernel_w;
-      passes.push_back({g, {taps, s.channels * taps, s.kernel_w, y.first, x.first, y.step, x.step}});
+      passes.push_back({g, {taps, s.weights_pitch, s.kernel_w, y.first, x.first, y.step, x.step}});
     }
   return passes;
 }

@@ -39,6 +39,7 @@ struct ConvShape {
   int channels = 0, height = 0, width = 0;
   int outputs = 0, kernel_h = 1, kernel_w = 1;
   int stride = 1, pad = 0;
+  int weights_pitch = 0;  // elements between the weights of two outputs
 
   int out_height() const { return (height + 2 * pad - kernel_h) / stride + 1; }
   int out_width() const { return (width + 2 * pad - kernel_w) / stride + 1; }

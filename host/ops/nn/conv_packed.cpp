@@ -10,8 +10,8 @@ namespace {
 constexpr std::size_t scratch_elements = 128 * 1024;  // half a megabyte of floats: half of a usual L2 cache
 constexpr int gpu_tile = 64, gpu_group = 16, gpu_depth = 16;
 
-bool on_gpu(const Launch& l, ConvBody body) {
-  return body == ConvBody::Gpu || (body == ConvBody::ByDevice && !l.device.info().cpu);
+bool on_gpu(const Launch& l, ConvKernels kernels) {
+  return kernels == ConvKernels::Gpu || (kernels == ConvKernels::ByPlan && !l.device.info().cpu);
 }
 
 // An eighth is left to the driver's own use of local memory.
@@ -29,11 +29,17 @@ TensorView part(const TensorView& whole, std::size_t at) {
 
 }  // namespace
 
+bool use_clblast(const Launch& l, ConvKernels kernels) {
+  return kernels == ConvKernels::Clblast || (kernels == ConvKernels::ByPlan && l.gemm == "clblast");
+}
+
+int item_pitch(const TensorView& t) { return t.shape.n > 1 ? t.stride : static_cast<int>(t.shape.item()); }
+
 std::size_t packed_elements(const ConvGeometry& g) {
   return blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
 }
 
-void run_packed(Launch& l, const ConvPass& pass, int batch, ConvBody body, const TensorView& source,
+void run_packed(Launch& l, const ConvPass& pass, int batch, ConvKernels kernels, const TensorView& source,
                 const TensorView& weights, const TensorView* bias, const TensorView& target, std::size_t at) {
   const ConvGeometry& g = pass.geometry;
   const ConvTaps& t = pass.taps;
@@ -45,7 +51,7 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, ConvBody body, const
           std::array{t.step_x, t.step_y});
   const TensorView& some_bias = bias ? *bias : weights;
   const int has_bias = bias != nullptr;
-  if (on_gpu(l, body)) {
+  if (on_gpu(l, kernels)) {
     const Range range{{blocks(g.positions(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
                        static_cast<std::size_t>(batch)},
                       {gpu_group, gpu_group, 1}};
@@ -66,9 +72,9 @@ std::size_t partial_elements(const ConvGeometry& g) {
   return static_cast<std::size_t>(most_partials(g)) * g.outputs * g.depth();
 }
 
-void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvBody body, const TensorView& source,
+void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvKernels kernels, const TensorView& source,
                         const TensorView& target, const TensorView* bias, const TensorView& gradient, int row_pitch) {
-  const bool gpu = on_gpu(l, body);
+  const bool gpu = on_gpu(l, kernels);
   ConvBlocking b;
   if (!gpu) b = block_weights(g, batch, scratch(l));
   const int partials =

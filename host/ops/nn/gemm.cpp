@@ -27,7 +27,7 @@ Shape shape_of(const Matrix& m) {
 // Elements between rows of a matrix in memory: rows that are batch items lie as far apart as the view says.
 int row_pitch(const TensorView& t) {
   const Matrix m = matrix(t.shape);
-  return m.kind == Kind::Channels && m.rows > 1 ? t.stride : m.columns;
+  return m.kind == Kind::Channels ? item_pitch(t) : m.columns;
 }
 
 // {rows, depth} times {depth, columns}, all row-major but for A where it is transposed: columns are positions.
@@ -87,7 +87,7 @@ struct MatmulOp : Op {
     Graph& graph = node.inputs[0].graph();
     const Value a = node.inputs[0], b = node.inputs[1], dc = gradients[0];
     const auto product = [&](Value left, bool transpose_left, Value right, bool transpose_right, Value like) {
-      return graph.make<MatmulOp>({left, right}, MatmulSpec{transpose_left, transpose_right, spec.body},
+      return graph.make<MatmulOp>({left, right}, MatmulSpec{transpose_left, transpose_right, spec.kernels},
                                   matrix(like.shape()).kind);
     };
     std::vector<Value> result{
@@ -115,14 +115,15 @@ struct MatmulOp : Op {
     const Sizes s = sizes(a.shape, b.shape);
     const TensorView* bias = l.inputs.size() > 2 ? &l.in(2) : nullptr;
     const int a_pitch = row_pitch(a), b_pitch = row_pitch(b), c_pitch = row_pitch(c);
-    if (l.gemm == "clblast") {
+    if (use_clblast(l, spec.kernels)) {
       if (bias) fill_columns(l, *bias, c, s.c.columns, c_pitch);
       clblast_gemm(l, s.c.rows, s.c.columns, s.depth, {a, 0, a_pitch, spec.transpose_a},
                    {b, 0, b_pitch, spec.transpose_b}, bias ? 1 : 0, {c, 0, c_pitch});
     } else if (spec.transpose_b) {
-      run_packed_weights(l, inner_product_pass(s.c, s.depth, a_pitch, b_pitch), 1, spec.body, b, a, bias, c, c_pitch);
+      run_packed_weights(l, inner_product_pass(s.c, s.depth, a_pitch, b_pitch), 1, spec.kernels, b, a, bias, c,
+                         c_pitch);
     } else {
-      run_packed(l, product_pass(s.c, s.depth, spec.transpose_a, a_pitch, b_pitch, c_pitch), 1, spec.body, b, a,
+      run_packed(l, product_pass(s.c, s.depth, spec.transpose_a, a_pitch, b_pitch, c_pitch), 1, spec.kernels, b, a,
                  nullptr, c);
     }
   }
@@ -143,10 +144,10 @@ Value matmul(Value a, Value b, const MatmulSpec& spec) {
   return a.graph().make<MatmulOp>({a, b}, spec, matrix(a.shape()).kind);
 }
 
-Value linear(Value x, Value w, Value bias, ConvBody body) {
+Value linear(Value x, Value w, Value bias, ConvKernels kernels) {
   std::vector<Value> inputs{x, w};
   if (bias) inputs.push_back(bias);
-  return x.graph().make<MatmulOp>(std::move(inputs), MatmulSpec{false, true, body}, Kind::Channels);
+  return x.graph().make<MatmulOp>(std::move(inputs), MatmulSpec{false, true, kernels}, Kind::Channels);
 }
 
 }  // namespace clerestory
