@@ -7,7 +7,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <memory>
 #include <system_error>
 
 #include "host/error.hpp"
@@ -28,29 +27,42 @@ fs::path temporary_for(const fs::path& path) {
 
 }  // namespace
 
-std::string read_file(const fs::path& path, std::uint64_t limit, bool allow_empty) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) throw usage_error("cannot be opened: " + reason(errno), path.string());
-  const auto close = [](const int* d) { ::close(*d); };
-  const std::unique_ptr<const int, decltype(close)> closing(&descriptor, close);
-
+InputFile::InputFile(const fs::path& path)
+    : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+  if (descriptor_ < 0) throw usage_error("cannot be opened: " + reason(errno), path.string());
   struct stat status {};
-  if (::fstat(descriptor, &status) != 0) throw usage_error("cannot be read: " + reason(errno), path.string());
-  if (S_ISDIR(status.st_mode)) throw usage_error("is a folder", path.string(), {}, "a file");
-  if (!S_ISREG(status.st_mode)) throw usage_error("is not a regular file", path.string());
-  const auto size = static_cast<std::uint64_t>(status.st_size);
-  if (size > limit)
-    throw usage_error("is too large", path.string(), fmt::format("{} bytes", size), fmt::format("at most {}", limit));
-  if (size == 0 && !allow_empty) throw usage_error("is empty", path.string());
+  const int failed = ::fstat(descriptor_, &status);
+  if (failed == 0 && S_ISREG(status.st_mode)) {
+    size_ = static_cast<std::uint64_t>(status.st_size);
+    return;
+  }
+  const std::string why = failed != 0 ? "cannot be read: " + reason(errno) : "is not a regular file";
+  ::close(descriptor_);
+  if (failed == 0 && S_ISDIR(status.st_mode)) throw usage_error("is a folder", path.string(), {}, "a file");
+  throw usage_error(why, path.string());
+}
 
-  std::string bytes(size, '\0');
-  for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t got = ::read(descriptor, bytes.data() + done, bytes.size() - done);
+InputFile::~InputFile() { ::close(descriptor_); }
+
+void InputFile::read(void* to, std::size_t bytes, std::uint64_t at) const {
+  for (std::size_t done = 0; done < bytes;) {
+    const ssize_t got =
+        ::pread(descriptor_, static_cast<char*>(to) + done, bytes - done, static_cast<off_t>(at + done));
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw usage_error("cannot be read: " + reason(errno), path.string());
-    if (got == 0) throw usage_error("became shorter while it was read", path.string());
+    if (got < 0) throw usage_error("cannot be read: " + reason(errno), path_.string());
+    if (got == 0) throw usage_error("ends too early", path_.string());
     done += static_cast<std::size_t>(got);
   }
+}
+
+std::string read_file(const fs::path& path, std::uint64_t limit, bool allow_empty) {
+  const InputFile file(path);
+  if (file.size() > limit)
+    throw usage_error("is too large", path.string(), fmt::format("{} bytes", file.size()),
+                      fmt::format("at most {}", limit));
+  if (file.size() == 0 && !allow_empty) throw usage_error("is empty", path.string());
+  std::string bytes(file.size(), '\0');
+  file.read(bytes.data(), bytes.size(), 0);
   return bytes;
 }
 

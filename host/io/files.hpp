@@ -9,6 +9,24 @@
 
 namespace clerestory {
 
+/// A regular file open for reading. Throws usage_error when it is missing, a folder or unreadable, and when it turns
+/// out shorter than asked for.
+class InputFile {
+ public:
+  explicit InputFile(const std::filesystem::path& path);
+  ~InputFile();
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  std::uint64_t size() const { return size_; }
+  void read(void* to, std::size_t bytes, std::uint64_t at) const;
+
+ private:
+  std::filesystem::path path_;
+  std::uint64_t size_ = 0;
+  int descriptor_ = -1;
+};
+
 /// Bytes of a regular file. Throws usage_error when it is missing, a folder, unreadable, empty (unless allowed) or
 /// larger than `limit` (checked before memory is taken).
 std::string read_file(const std::filesystem::path& path, std::uint64_t limit = std::uint64_t{1} << 32,

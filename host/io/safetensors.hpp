@@ -38,7 +38,7 @@ struct TensorFile {
 TensorFile read_safetensors(const std::filesystem::path& path);
 
 enum class FloatStorage { F32, F16 };
-/// Writes tensors in the order of their names, so equal content gives equal bytes. F16 rounds to nearest even and
+/// Writes wide types first and equal ones in the order of their names, so equal content gives equal bytes. F16 rounds to nearest even and
 /// throws Error on a finite value beyond 65504. Atomic.
 void write_safetensors(const std::filesystem::path& path, const TensorFile& file,
                        FloatStorage storage = FloatStorage::F32);

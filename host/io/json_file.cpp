@@ -1,0 +1,29 @@
+#include "host/io/json_file.hpp"
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+
+namespace clerestory {
+
+nlohmann::json parse_json_object(std::string_view text, const std::string& where) {
+  nlohmann::json value;
+  try {
+    value = nlohmann::json::parse(text);
+  } catch (const nlohmann::json::exception& error) {
+    throw usage_error(std::string("is no valid JSON: ") + error.what(), where);
+  }
+  if (!value.is_object()) throw usage_error("wrong JSON", where, brief(value), "an object");
+  return value;
+}
+
+nlohmann::json read_json_object(const std::filesystem::path& path) {
+  return parse_json_object(read_file(path, std::uint64_t{1} << 26), path.string());
+}
+
+std::string brief(const nlohmann::json& value) {
+  std::string text = value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,19 @@
+// JSON with this project's errors. Heavy (nlohmann): include it in .cpp files only.
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+namespace clerestory {
+
+/// Parses text that must be a JSON object. Throws usage_error naming `where` and the place of the mistake.
+nlohmann::json parse_json_object(std::string_view text, const std::string& where);
+
+/// Reads a file of at most 64 MiB that holds a JSON object.
+nlohmann::json read_json_object(const std::filesystem::path& path);
+
+/// Text of a value for a message, cut after some 60 characters.
+std::string brief(const nlohmann::json& value);
+
+}  // namespace clerestory

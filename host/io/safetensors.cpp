@@ -1,0 +1,258 @@
+#include "host/io/safetensors.hpp"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "host/error.hpp"
+#include "host/io/config_values.hpp"
+#include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
+
+namespace clerestory {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the format is little endian");
+
+using Json = nlohmann::json;
+
+constexpr std::uint64_t max_header = 100'000'000;  // bytes, the limit of the format's own reader
+constexpr float half_max = 65504;
+constexpr const char* metadata_key = "__metadata__";
+
+struct DType {
+  const char* name;
+  std::uint64_t size;
+};
+constexpr DType known_types[] = {{"F32", 4}, {"F16", 2}, {"BF16", 2}, {"F64", 8}, {"I32", 4}, {"I64", 8}, {"U64", 8}};
+
+struct Entry {
+  std::string name, dtype;
+  std::vector<long> shape;
+  std::uint64_t count = 1, begin = 0, end = 0;  // values; bytes from the start of the data
+};
+
+std::uint64_t whole(const Json& value, const std::string& what, const std::string& where) {
+  // 2^53: far beyond any file, and products of two such numbers are checked below.
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() > (std::uint64_t{1} << 53))
+    throw usage_error("wrong " + what, where, brief(value), "a whole number, not negative");
+  return value.get<std::uint64_t>();
+}
+
+Entry parse_entry(const std::string& name, const Json& json, std::uint64_t data_bytes, const std::string& file) {
+  const std::string where = file + ": tensor " + name;
+  if (!json.is_object() || !json.contains("dtype") || !json.contains("shape") || !json.contains("data_offsets"))
+    throw usage_error("wrong header entry", where, brief(json), "dtype, shape and data_offsets");
+  Entry entry;
+  entry.name = name;
+  entry.dtype = json["dtype"].is_string() ? json["dtype"].get<std::string>() : brief(json["dtype"]);
+  const auto type = std::find_if(std::begin(known_types), std::end(known_types),
+                                 [&](const DType& t) { return entry.dtype == t.name; });
+  if (type == std::end(known_types))
+    throw usage_error("unknown dtype", where, entry.dtype, "F32, F16, BF16, F64, I32, I64 or U64");
+  const Json &shape = json["shape"], &offsets = json["data_offsets"];
+  if (!shape.is_array()) throw usage_error("wrong shape", where, brief(shape), "an array");
+  if (!offsets.is_array() || offsets.size() != 2)
+    throw usage_error("wrong data_offsets", where, brief(offsets), "two numbers");
+  entry.begin = whole(offsets[0], "data_offsets", where), entry.end = whole(offsets[1], "data_offsets", where);
+  if (entry.begin > entry.end || entry.end > data_bytes)
+    throw usage_error("data_offsets lie outside the file", where, brief(offsets),
+                      fmt::format("a range in 0 to {}", data_bytes));
+  for (const Json& dimension : shape) {
+    const std::uint64_t size = whole(dimension, "shape", where);
+    // Refused before the product can overflow; a shape with a zero may be as large as it likes elsewhere.
+    if (size != 0 && entry.count > data_bytes / size)
+      throw usage_error("the shape is larger than the file", where, brief(shape));
+    entry.count *= size;
+    entry.shape.push_back(static_cast<long>(size));
+  }
+  if (entry.count * type->size != entry.end - entry.begin)
+    throw usage_error("shape and data_offsets disagree", where, fmt::format("{} bytes", entry.end - entry.begin),
+                      fmt::format("{} values of {}, {} bytes", entry.count, entry.dtype, entry.count * type->size));
+  return entry;
+}
+
+// Ranges must follow each other from the first byte of the data to the last.
+void check_coverage(std::vector<Entry>& entries, std::uint64_t data_bytes, const std::string& where) {
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry& a, const Entry& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
+  std::uint64_t at = 0;
+  for (const Entry& e : entries) {
+    if (e.begin != at)
+      throw usage_error(e.begin < at ? "tensors overlap" : "bytes belong to no tensor", where + ": tensor " + e.name,
+                        fmt::format("begins at {}", e.begin), fmt::format("{}", at));
+    at = e.end;
+  }
+  if (at != data_bytes)
+    throw usage_error("bytes after the last tensor", where, fmt::format("{}", data_bytes), fmt::format("{}", at));
+}
+
+template <class T>
+std::vector<T> raw(const InputFile& file, const Entry& entry, std::uint64_t data_at) {
+  std::vector<T> values(entry.count);
+  file.read(values.data(), values.size() * sizeof(T), data_at + entry.begin);
+  return values;
+}
+
+StoredTensor load(const InputFile& file, const Entry& entry, std::uint64_t data_at, const std::string& where) {
+  const auto convert = [&]<class From>(auto to_float) {
+    const std::vector<From> from = raw<From>(file, entry, data_at);
+    std::vector<float> to(from.size());
+    std::transform(from.begin(), from.end(), to.begin(), to_float);
+    return StoredTensor(entry.shape, std::move(to));
+  };
+  if (entry.dtype == "F32") return {entry.shape, raw<float>(file, entry, data_at)};
+  if (entry.dtype == "F16")
+    return convert.operator()<std::uint16_t>([](std::uint16_t bits) { return imath_half_to_float(bits); });
+  if (entry.dtype == "BF16")
+    return convert.operator()<std::uint16_t>([](std::uint32_t bits) { return std::bit_cast<float>(bits << 16); });
+  if (entry.dtype == "F64") return convert.operator()<double>([](double v) { return static_cast<float>(v); });
+  if (entry.dtype == "I32") return {entry.shape, raw<std::int32_t>(file, entry, data_at)};
+  std::vector<std::uint64_t> words = raw<std::uint64_t>(file, entry, data_at);
+  if (entry.dtype == "I64" && std::any_of(words.begin(), words.end(), [](std::uint64_t w) { return w >> 63; }))
+    throw usage_error("I64 holds negative values, which are not read", where + ": tensor " + entry.name);
+  return {entry.shape, std::move(words)};
+}
+
+template <class T>
+const std::vector<T>& values_as(const StoredTensor& tensor, const char* type, const std::string& where) {
+  static constexpr const char* names[] = {"floats", "32-bit integers", "64-bit words"};
+  if (const auto* values = std::get_if<std::vector<T>>(&tensor.values)) return *values;
+  throw usage_error("the tensor has another type", where, names[tensor.values.index()], type);
+}
+
+struct Stored {  // one tensor on its way into a file
+  std::string name, dtype;
+  std::uint64_t size;
+  const StoredTensor* tensor;
+};
+
+Stored describe(const std::string& name, const StoredTensor& tensor, FloatStorage storage) {
+  if (std::holds_alternative<std::vector<std::int32_t>>(tensor.values)) return {name, "I32", 4, &tensor};
+  if (std::holds_alternative<std::vector<std::uint64_t>>(tensor.values)) return {name, "U64", 8, &tensor};
+  return storage == FloatStorage::F32 ? Stored{name, "F32", 4, &tensor} : Stored{name, "F16", 2, &tensor};
+}
+
+void check_shape(const Stored& s, const std::string& where) {
+  std::uint64_t count = 1;
+  for (long d : s.tensor->shape) count *= static_cast<std::uint64_t>(d);
+  if (count != s.tensor->count())
+    throw Error(ErrorKind::Failed, "shape and number of values disagree", where + ": tensor " + s.name,
+                fmt::format("{} values", s.tensor->count()), fmt::format("{}", count));
+}
+
+std::vector<std::uint16_t> to_half(const std::vector<float>& values, const std::string& where) {
+  std::vector<std::uint16_t> halves(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isfinite(values[i]) && std::abs(values[i]) > half_max)
+      throw Error(ErrorKind::Failed, "a value does not fit into half precision", where,
+                  fmt::format("{} at {}", values[i], i), fmt::format("at most {}", half_max));
+    halves[i] = imath_float_to_half(values[i]);
+  }
+  return halves;
+}
+
+void write_values(AtomicFile& out, const Stored& s, const std::string& where) {
+  if (s.dtype == "F16") {
+    const auto halves = to_half(std::get<0>(s.tensor->values), where + ": tensor " + s.name);
+    out.write(halves.data(), halves.size() * sizeof(halves[0]));
+    return;
+  }
+  std::visit([&](const auto& values) { out.write(values.data(), values.size() * sizeof(values[0])); },
+             s.tensor->values);
+}
+
+}  // namespace
+
+std::size_t StoredTensor::count() const {
+  return std::visit([](const auto& v) { return v.size(); }, values);
+}
+const std::vector<float>& StoredTensor::floats(const std::string& where) const {
+  return values_as<float>(*this, "floats", where);
+}
+const std::vector<std::int32_t>& StoredTensor::ints(const std::string& where) const {
+  return values_as<std::int32_t>(*this, "32-bit integers", where);
+}
+const std::vector<std::uint64_t>& StoredTensor::words(const std::string& where) const {
+  return values_as<std::uint64_t>(*this, "64-bit words", where);
+}
+
+const StoredTensor& TensorFile::get(const std::string& name, const std::string& where) const {
+  if (const auto found = tensors.find(name); found != tensors.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& [known, tensor] : tensors) names.push_back(known);
+  throw usage_error("the tensor " + name + " is missing", where,
+                    names.empty() ? "no tensors" : "nearest: " + nearest_word(name, names));
+}
+
+TensorFile read_safetensors(const std::filesystem::path& path) {
+  const std::string where = path.string();
+  const InputFile input(path);
+  if (input.size() < 8) throw usage_error("is no safetensors file", where, fmt::format("{} bytes", input.size()));
+  std::uint64_t header_bytes = 0;
+  input.read(&header_bytes, 8, 0);
+  if (header_bytes > max_header || header_bytes > input.size() - 8)
+    throw usage_error("is no safetensors file, or truncated", where, fmt::format("a header of {} bytes", header_bytes),
+                      fmt::format("at most {}", std::min(max_header, input.size() - 8)));
+  std::string text(header_bytes, '\0');
+  input.read(text.data(), text.size(), 8);
+  const Json header = parse_json_object(text, where);
+
+  const std::uint64_t data_at = 8 + header_bytes, data_bytes = input.size() - data_at;
+  TensorFile file;
+  std::vector<Entry> entries;
+  for (const auto& [name, value] : header.items()) {
+    if (name != metadata_key) {
+      entries.push_back(parse_entry(name, value, data_bytes, where));
+      continue;
+    }
+    if (!value.is_object()) throw usage_error("wrong metadata", where, brief(value), "an object of texts");
+    for (const auto& [key, text_value] : value.items()) {
+      if (!text_value.is_string()) throw usage_error("metadata must be text", where, key + ": " + brief(text_value));
+      file.metadata[key] = text_value.get<std::string>();
+    }
+  }
+  check_coverage(entries, data_bytes, where);
+  for (const Entry& entry : entries) file.tensors.emplace(entry.name, load(input, entry, data_at, where));
+  return file;
+}
+
+void write_safetensors(const std::filesystem::path& path, const TensorFile& file, FloatStorage storage) {
+  const std::string where = path.string();
+  std::vector<Stored> order;
+  for (const auto& [name, tensor] : file.tensors) {
+    if (name == metadata_key) throw Error(ErrorKind::Failed, "this name is taken by the format", where, name);
+    order.push_back(describe(name, tensor, storage));
+    check_shape(order.back(), where);
+  }
+  // Wide types first keeps every tensor aligned; names decide among equals.
+  std::stable_sort(order.begin(), order.end(), [](const Stored& a, const Stored& b) { return a.size > b.size; });
+
+  Json header = Json::object();
+  if (!file.metadata.empty()) header[metadata_key] = file.metadata;
+  std::uint64_t at = 0;
+  for (const Stored& s : order) {
+    const std::uint64_t end = at + s.tensor->count() * s.size;
+    header[s.name] = {{"dtype", s.dtype}, {"shape", s.tensor->shape}, {"data_offsets", {at, end}}};
+    at = end;
+  }
+  std::string text;
+  try {
+    text = header.dump();
+  } catch (const Json::exception& error) {
+    throw Error(ErrorKind::Failed, std::string("a name or the metadata is no UTF-8: ") + error.what(), where);
+  }
+  text.resize((text.size() + 7) / 8 * 8, ' ');
+
+  AtomicFile out(path);
+  const std::uint64_t header_bytes = text.size();
+  out.write(&header_bytes, 8);
+  out.write(text);
+  for (const Stored& s : order) write_values(out, s, where);
+  out.commit();
+}
+
+}  // namespace clerestory
