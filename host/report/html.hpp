@@ -54,7 +54,8 @@ class HtmlReport {
 
  private:
   std::string title_, subtitle_, body_, footer_;
-  int comparisons_ = 0;
+  std::vector<std::string> sections_;
+  int plots_ = 0;
 };
 
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 // Line plots as SVG, drawn by gnuplot.
 #pragma once
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -27,6 +28,6 @@ struct Plot {
 /// Throws ErrorKind::Failed when gnuplot is missing or complains, ErrorKind::Usage on series of unequal lengths or
 /// with nothing to draw. Points a log axis cannot show (<= 0) are left out.
 std::string plot_svg(const Plot& plot);
-void write_plot(const std::string& path, const Plot& plot);
+void write_plot(const std::filesystem::path& path, const Plot& plot);
 
 }  // namespace clerestory

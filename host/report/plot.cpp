@@ -1,0 +1,138 @@
+// Plots: a script for gnuplot, its SVG back.
+#include "host/report/plot.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/report/child_process.hpp"
+
+namespace clerestory {
+namespace {
+
+// Told apart by people with any kind of colour vision: Okabe and Ito, "Color Universal Design", 2008.
+constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"};
+constexpr const char* kInk = "#5b6066";  // html.cpp lets these two follow the page's colours
+constexpr const char* kGrid = "#d9dadc";
+
+/// Single-quoted: gnuplot expands nothing in it, no escapes and no commands.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (char c : text) {
+    if (c == '\'') out += "'";
+    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return out + "'";
+}
+
+bool drawable(const Plot& plot, double x, double y) {
+  return std::isfinite(x) && std::isfinite(y) && (!plot.log_x || x > 0) && (!plot.log_y || y > 0);
+}
+
+/// One data block: x y low high; an empty line breaks the curve where a point cannot be drawn.
+std::string data_block(const Plot& plot, const Series& series, std::size_t& drawn) {
+  std::string text;
+  bool gap = true;
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const double x = series.x[i], y = series.y[i];
+    if (!drawable(plot, x, y)) {
+      if (!gap) text += "\n";
+      gap = true;
+      continue;
+    }
+    const double e = series.error.empty() || !std::isfinite(series.error[i]) ? 0 : series.error[i];
+    // On a log axis the lower end may lie beyond zero: the bar then goes far down, but stays a number.
+    const double low = plot.log_y ? std::max(y - e, y * 1e-3) : y - e;
+    text += fmt::format("{} {} {} {}\n", x, y, low, y + e);
+    gap = false;
+    ++drawn;
+  }
+  return text;
+}
+
+std::string series_command(const Series& series, std::size_t index) {
+  const std::string colour = kColours[index % std::size(kColours)];
+  const std::string data = fmt::format("$data{}", index);
+  const std::string title = series.label.empty() ? "notitle" : "title " + quoted(series.label);
+  std::string text;
+  if (!series.error.empty())
+    text += fmt::format("{} using 1:2:3:4 with yerrorbars pointtype 0 linewidth 1 linecolor rgb '{}' notitle, ", data,
+                        colour);
+  switch (series.stroke) {
+    case Stroke::Line:
+      return text + fmt::format("{} with lines linewidth 1.8 linecolor rgb '{}' {}", data, colour, title);
+    case Stroke::Dashed:
+      return text +
+             fmt::format("{} with lines linewidth 1.4 dashtype (6,4) linecolor rgb '{}' {}", data, colour, title);
+    case Stroke::LinePoints:
+      return text + fmt::format("{} with linespoints linewidth 1.6 pointtype 7 pointsize 0.5 linecolor rgb '{}' {}",
+                                data, colour, title);
+    case Stroke::Points:
+      return text + fmt::format("{} with points pointtype 7 pointsize 0.5 linecolor rgb '{}' {}", data, colour, title);
+  }
+  return text;
+}
+
+std::string range_command(const char* axis, const std::optional<std::pair<double, double>>& range) {
+  return range ? fmt::format("set {}range [{}:{}]\n", axis, range->first, range->second) : "";
+}
+
+std::string script_of(const Plot& plot) {
+  std::string script = fmt::format(
+      "set terminal svg noenhanced dynamic size {},{} font 'sans-serif,12' linewidth 1\n"
+      "set encoding utf8\n"
+      "set border 3 linewidth 0.8 linecolor rgb '{}'\n"
+      "set tics nomirror out scale 0.5 textcolor rgb '{}'\n"
+      "set grid ytics linewidth 0.6 linetype 1 linecolor rgb '{}'\n"
+      "set key top right samplen 2 spacing 1.2 textcolor rgb '{}' noenhanced\n"
+      "set bars 0.6\n"
+      "set lmargin 9\nset rmargin 3\n",
+      plot.width, plot.height, kInk, kInk, kGrid, kInk);
+  if (!plot.title.empty()) script += fmt::format("set title {} textcolor rgb '{}'\n", quoted(plot.title), kInk);
+  script += fmt::format("set xlabel {} textcolor rgb '{}'\nset ylabel {} textcolor rgb '{}'\n", quoted(plot.x_label),
+                        kInk, quoted(plot.y_label), kInk);
+  if (plot.log_x) script += "set logscale x\n";
+  if (plot.log_y) script += "set logscale y\n";
+  script += range_command("x", plot.x_range) + range_command("y", plot.y_range);
+
+  std::size_t drawn = 0;
+  std::string commands;
+  for (std::size_t i = 0; i < plot.series.size(); ++i) {
+    const Series& series = plot.series[i];
+    if (series.x.size() != series.y.size() || (!series.error.empty() && series.error.size() != series.y.size()))
+      throw usage_error("series of unequal lengths", "plot " + plot.title + ", " + series.label,
+                        fmt::format("{} x, {} y, {} errors", series.x.size(), series.y.size(), series.error.size()));
+    const std::size_t before = drawn;
+    const std::string data = data_block(plot, series, drawn);
+    if (drawn == before) continue;  // gnuplot refuses an empty block
+    script += fmt::format("$data{} << END_OF_DATA\n{}END_OF_DATA\n", i, data);
+    commands += (commands.empty() ? "plot " : ", ") + series_command(series, i);
+  }
+  if (drawn == 0) throw usage_error("nothing to draw", "plot " + plot.title);
+  return script + commands + "\n";
+}
+
+/// gnuplot titles every picture "Gnuplot", which browsers show as a hint: put our title there.
+std::string with_own_title(std::string svg, const std::string& title) {
+  const auto from = svg.find("<title>"), to = svg.find("</title>");
+  if (from == std::string::npos || to == std::string::npos) return svg;
+  std::string escaped;
+  for (char c : title) escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
+  return svg.replace(from + 7, to - from - 7, escaped);
+}
+
+}  // namespace
+
+std::string plot_svg(const Plot& plot) {
+  const std::string script = script_of(plot);
+  const ChildResult result = run_child({"gnuplot", "-"}, script);
+  if (result.status != 0 || result.out.find("</svg>") == std::string::npos)
+    throw Error(ErrorKind::Failed, "gnuplot failed: " + result.errors, "plot " + plot.title,
+                fmt::format("exit status {}", result.status));
+  return with_own_title(result.out, plot.title);
+}
+
+void write_plot(const std::filesystem::path& path, const Plot& plot) { write_file(path, plot_svg(plot)); }
+
+}  // namespace clerestory

@@ -1,0 +1,179 @@
+// Collecting, writing and reading provenance.json.
+#include "host/report/provenance.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+
+extern char** environ;
+
+namespace clerestory {
+namespace {
+
+#include "host/report/build_info.inc"
+
+using Json = nlohmann::ordered_json;
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+std::string host_name() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof(name) - 1) == 0 ? name : "unknown";
+}
+
+/// The variables that change what is computed or how fast.
+std::map<std::string, std::string> relevant_environment() {
+  static const char* const prefixes[] = {"POCL_", "CLBLAST_", "CLERESTORY_", "OCL_"};
+  std::map<std::string, std::string> found;
+  for (char** entry = environ; *entry; ++entry) {
+    const std::string text = *entry;
+    const auto equals = text.find('=');
+    if (equals != std::string::npos &&
+        std::ranges::any_of(prefixes, [&](const char* p) { return text.starts_with(p); }))
+      found[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  return found;
+}
+
+Json files_json(const std::vector<FileRecord>& files) {
+  Json list = Json::array();
+  for (const FileRecord& file : files)
+    list.push_back({{"path", file.path}, {"bytes", file.bytes}, {"hash", file.hash}});
+  return list;
+}
+
+std::vector<FileRecord> files_of(const Json& list) {
+  std::vector<FileRecord> files;
+  for (const Json& file : list)
+    files.push_back({file.at("path").get<std::string>(), file.at("hash").get<std::string>(),
+                     file.at("bytes").get<std::uintmax_t>()});
+  return files;
+}
+
+bool plain_for_shell(const std::string& word) {
+  return !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
+    return std::isalnum(c) || std::string_view("-_./=:,+@%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+}
+
+}  // namespace
+
+const Build& this_build() {
+  static const Build build{kCommit, kDirty, kBuildType, kCompiler, kVersion};
+  return build;
+}
+
+std::string utc_now() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+Provenance begin_provenance(std::vector<std::string> command, std::string device) {
+  Provenance p;
+  p.command = std::move(command);
+  p.build = this_build();
+  p.host = host_name();
+  p.cpu = cpu_name();
+  p.device = std::move(device);
+  p.environment = relevant_environment();
+  p.started = utc_now();
+  return p;
+}
+
+FileRecord record_file(const std::filesystem::path& path) {
+  const std::string hash = file_hash(path);
+  return {path.string(), hash, std::filesystem::file_size(path)};
+}
+
+std::string command_text(const std::vector<std::string>& command) {
+  std::string text;
+  for (const std::string& word : command) {
+    if (!text.empty()) text += " ";
+    if (plain_for_shell(word)) {
+      text += word;
+      continue;
+    }
+    text += "'";
+    for (char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    text += "'";
+  }
+  return text;
+}
+
+std::string provenance_json(const Provenance& p) {
+  Json left_out = Json::array();
+  for (const LeftOut& item : p.left_out)
+    left_out.push_back({{"what", item.what}, {"why", item.why}, {"saved", item.saved}});
+  const Json json = {{"command", p.command},
+                     {"build",
+                      {{"commit", p.build.commit},
+                       {"dirty", p.build.dirty},
+                       {"type", p.build.type},
+                       {"compiler", p.build.compiler},
+                       {"version", p.build.version}}},
+                     {"host", p.host},
+                     {"cpu", p.cpu},
+                     {"device", p.device},
+                     {"environment", p.environment},
+                     {"seeds", p.seeds},
+                     {"facts", p.facts},
+                     {"figures", p.figures},
+                     {"inputs", files_json(p.inputs)},
+                     {"outputs", files_json(p.outputs)},
+                     {"left_out", left_out},
+                     {"started", p.started},
+                     {"ended", p.ended}};
+  // Paths and the environment need not be UTF-8: what is not becomes U+FFFD instead of an error.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_provenance(const std::filesystem::path& path, const Provenance& provenance) {
+  write_file(path, provenance_json(provenance));
+}
+
+Provenance read_provenance(const std::filesystem::path& path) {
+  try {
+    const Json json = Json::parse(read_file(path, std::uint64_t{64} << 20));
+    Provenance p;
+    json.at("command").get_to(p.command);
+    const Json& build = json.at("build");
+    p.build = {build.at("commit").get<std::string>(), build.at("dirty").get<bool>(),
+               build.at("type").get<std::string>(), build.at("compiler").get<std::string>(),
+               build.at("version").get<std::string>()};
+    json.at("host").get_to(p.host);
+    json.at("cpu").get_to(p.cpu);
+    json.at("device").get_to(p.device);
+    json.at("environment").get_to(p.environment);
+    json.at("seeds").get_to(p.seeds);
+    json.at("facts").get_to(p.facts);
+    json.at("figures").get_to(p.figures);
+    p.inputs = files_of(json.at("inputs"));
+    p.outputs = files_of(json.at("outputs"));
+    for (const Json& item : json.at("left_out"))
+      p.left_out.push_back(
+          {item.at("what").get<std::string>(), item.at("why").get<std::string>(), item.at("saved").get<std::string>()});
+    json.at("started").get_to(p.started);
+    json.at("ended").get_to(p.ended);
+    return p;
+  } catch (const Json::exception& error) {
+    throw usage_error(std::string("not a provenance file: ") + error.what(), path.string());
+  }
+}
+
+}  // namespace clerestory

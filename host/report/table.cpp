@@ -1,0 +1,182 @@
+// Tables as text, Markdown and JSON.
+#include "host/report/table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "host/error.hpp"
+#include "host/math/statistics.hpp"
+
+namespace clerestory {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const Measure* measure(const Cell& cell) { return std::get_if<Measure>(&cell); }
+
+/// Characters, not bytes, of UTF-8: columns hold a plus-minus sign.
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+std::string padded(const std::string& text, std::size_t width, bool right) {
+  const std::string space(width - std::min(width, width_of(text)), ' ');
+  return right ? space + text : text + space;
+}
+
+std::string heading(const Column& column) {
+  return column.unit.empty() ? column.name : column.name + " [" + column.unit + "]";
+}
+
+bool is_numeric(const Table& table, std::size_t column) {
+  return std::ranges::any_of(table.rows, [&](const auto& row) { return measure(row[column]) != nullptr; });
+}
+
+std::string number(double value, int digits) {
+  if (!std::isfinite(value)) return fmt::format("{}", value);
+  // Integers below a million stay whole ("1024", not "1.02e+03").
+  if (value == std::floor(value) && std::abs(value) < 1e6) return fmt::format("{:.0f}", value);
+  return fmt::format("{:.{}g}", value, digits);
+}
+
+/// The deviation with as many decimals as the mean shows, so that both can be read as one number.
+std::string deviation_like(const std::string& mean, double deviation, int digits) {
+  if (mean.find('e') != std::string::npos || !std::isfinite(deviation))
+    return number(deviation, std::max(1, digits - 1));
+  const auto point = mean.find('.');
+  const int decimals = point == std::string::npos ? 0 : static_cast<int>(mean.size() - point - 1);
+  const std::string text = fmt::format("{:.{}f}", deviation, decimals);
+  return std::stod(text) == 0 && deviation > 0 ? number(deviation, 1) : text;
+}
+
+Json cell_json(const Cell& cell) {
+  if (const auto* text = std::get_if<std::string>(&cell)) return *text;
+  if (const Measure* m = measure(cell)) {
+    // JSON has no NaN: a mean that is not finite becomes null.
+    const auto finite = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
+    return {{"mean", finite(m->mean)}, {"deviation", finite(m->deviation)}, {"count", m->count}};
+  }
+  return nullptr;
+}
+
+Cell cell_of(const Json& json) {
+  if (json.is_null()) return {};
+  if (json.is_string()) return json.get<std::string>();
+  const auto real = [&](const char* key) { return json.at(key).is_null() ? std::nan("") : json.at(key).get<double>(); };
+  return Measure{real("mean"), real("deviation"), json.at("count").get<int>()};
+}
+
+const char* const kBest[] = {"none", "lowest", "highest"};
+
+}  // namespace
+
+Measure measure_of(const std::vector<double>& samples) {
+  return {mean(std::span<const double>(samples)), standard_deviation(std::span<const double>(samples)),
+          static_cast<int>(samples.size())};
+}
+
+void Table::add(std::vector<Cell> row) {
+  if (row.size() != columns.size())
+    throw Error(ErrorKind::Failed, "row of another length", "table " + title, std::to_string(row.size()),
+                std::to_string(columns.size()));
+  rows.push_back(std::move(row));
+}
+
+std::string cell_text(const Cell& cell, const Column& column) {
+  if (const auto* text = std::get_if<std::string>(&cell)) return *text;
+  const Measure* m = measure(cell);
+  if (!m) return "-";
+  const std::string text = number(m->mean, column.digits);
+  return m->count > 1 ? text + " \u00b1 " + deviation_like(text, m->deviation, column.digits) : text;
+}
+
+bool is_best(const Table& table, std::size_t row, std::size_t column) {
+  const Best best = table.columns[column].best;
+  const Measure* mine = measure(table.rows[row][column]);
+  if (best == Best::None || !mine || !std::isfinite(mine->mean)) return false;
+  return std::ranges::none_of(table.rows, [&](const auto& other) {
+    const Measure* m = measure(other[column]);
+    return m && std::isfinite(m->mean) && (best == Best::Lowest ? m->mean < mine->mean : m->mean > mine->mean);
+  });
+}
+
+std::string table_text(const Table& table) {
+  const std::size_t columns = table.columns.size();
+  std::vector<std::vector<std::string>> cells(1);
+  for (const Column& column : table.columns) cells[0].push_back(heading(column));
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    cells.emplace_back();
+    for (std::size_t c = 0; c < columns; ++c)
+      cells.back().push_back(cell_text(table.rows[r][c], table.columns[c]) + (is_best(table, r, c) ? " *" : ""));
+  }
+  std::string text = table.title.empty() ? "" : table.title + "\n";
+  for (std::size_t r = 0; r < cells.size(); ++r) {
+    std::string line;
+    for (std::size_t c = 0; c < columns; ++c) {
+      std::size_t width = 0;
+      for (const auto& row : cells) width = std::max(width, width_of(row[c]));
+      line += (c ? "  " : "") + padded(cells[r][c], width, is_numeric(table, c));
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string table_markdown(const Table& table) {
+  const auto cell = [](std::string text, bool bold) {
+    for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, "\\");
+    return bold ? " **" + text + "** |" : " " + text + " |";
+  };
+  std::string text = table.title.empty() ? "" : "**" + table.title + "**\n\n";
+  text += "|";
+  for (const Column& column : table.columns) text += cell(heading(column), false);
+  text += "\n|";
+  for (std::size_t c = 0; c < table.columns.size(); ++c) text += is_numeric(table, c) ? "---:|" : "---|";
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    text += "\n|";
+    for (std::size_t c = 0; c < table.columns.size(); ++c)
+      text += cell(cell_text(table.rows[r][c], table.columns[c]), is_best(table, r, c));
+  }
+  return text + "\n";
+}
+
+std::string table_json(const Table& table) {
+  Json json = {{"title", table.title}, {"columns", Json::array()}, {"rows", Json::array()}};
+  for (const Column& column : table.columns)
+    json["columns"].push_back({{"name", column.name},
+                               {"unit", column.unit},
+                               {"best", kBest[static_cast<int>(column.best)]},
+                               {"digits", column.digits}});
+  for (const auto& row : table.rows) {
+    Json cells = Json::array();
+    for (const Cell& cell : row) cells.push_back(cell_json(cell));
+    json["rows"].push_back(std::move(cells));
+  }
+  return json.dump(1);
+}
+
+Table table_from_json(const std::string& text, const std::string& name) {
+  try {
+    const Json json = Json::parse(text);
+    Table table;
+    table.title = json.at("title").get<std::string>();
+    for (const Json& column : json.at("columns")) {
+      const auto best = std::ranges::find(kBest, column.at("best").get<std::string>());
+      if (best == std::end(kBest)) throw usage_error("unknown direction in a table", name, column.at("best").dump());
+      table.columns.push_back({column.at("name").get<std::string>(), column.at("unit").get<std::string>(),
+                               static_cast<Best>(best - std::begin(kBest)), column.at("digits").get<int>()});
+    }
+    for (const Json& row : json.at("rows")) {
+      std::vector<Cell> cells;
+      for (const Json& cell : row) cells.push_back(cell_of(cell));
+      table.add(std::move(cells));
+    }
+    return table;
+  } catch (const Json::exception& error) {
+    throw usage_error(std::string("not a table: ") + error.what(), name);
+  }
+}
+
+}  // namespace clerestory
