@@ -1,0 +1,180 @@
+#include "experiments/applications/invert.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "experiments/applications/invert_report.hpp"
+#include "experiments/applications/run_folder.hpp"
+#include "host/error.hpp"
+#include "host/io/camera_file.hpp"
+#include "host/io/datasets.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+#include "nets/predict.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+bool wanted(const InvertOptions& options, const std::string& map) {
+  return options.only.empty() || std::find(options.only.begin(), options.only.end(), map) != options.only.end();
+}
+
+void check_options(const InvertOptions& options) {
+  static const std::vector<std::string> maps{"albedo", "normal", "depth", "material"};
+  for (const std::string& name : options.only)
+    if (std::find(maps.begin(), maps.end(), name) == maps.end())
+      throw usage_error("there is no such map", "--only", name, "albedo, normal, depth or material");
+  if (options.depth_scale && options.known)
+    throw usage_error("two ways to set the scale of depth", "--depth-scale and --known", "both", "one of them");
+  if (options.depth_scale && !(*options.depth_scale > 0 && *options.depth_scale < 1e4))
+    throw usage_error("not a length", "--depth-scale", fmt::format("{}", *options.depth_scale), "metres between 0 and 10000");
+  if (options.fov && !options.camera.empty())
+    throw usage_error("two ways to set the camera", "--fov and --camera", "both", "one of them");
+}
+
+/// The camera from --camera, --fov, the G-buffer's own, or the default angle, in this order.
+Camera choose_camera(const InvertOptions& options, const GBuffer& given, int width, int height) {
+  if (!options.camera.empty()) {
+    const CameraFile file = read_camera(options.camera);
+    if (!file.has_pose) say("camera: no camera_to_world in the file, a level camera is assumed");
+    if (file.distortion) say("camera: lens distortion is known but not removed");
+    return file.camera.resized(width, height);
+  }
+  if (options.fov) return Camera::from_fov(width, height, options.fov);
+  if (given.camera) return given.camera->resized(width, height);
+  say("camera: no --fov and no --camera, 65 degrees across the longer side and a level camera are assumed");
+  return Camera::from_fov(width, height);
+}
+
+void require_size(const std::optional<Image>& map, const std::string& name, const InvertOptions& options, const Image& photo) {
+  if (!map || (map->width == photo.width && map->height == photo.height)) return;
+  throw usage_error("the map '" + name + "' has another size than the photograph", options.gbuffer.string(),
+                    fmt::format("{}x{}", map->width, map->height), fmt::format("{}x{}", photo.width, photo.height));
+}
+
+/// Metres from relative depth, and where the scale came from.
+std::string scale_depth(const InvertOptions& options, Image& depth, const Prediction& prediction) {
+  const double p99 = scene_scale(depth.data, "predicted depth");
+  double factor = 0;
+  std::string how;
+  if (options.known) {
+    const int x = static_cast<int>(options.known->x), y = static_cast<int>(options.known->y);
+    if (x < 0 || y < 0 || x >= depth.width || y >= depth.height)
+      throw usage_error("the point lies outside of the picture", "--known", fmt::format("{},{}", x, y),
+                        fmt::format("0..{},0..{}", depth.width - 1, depth.height - 1));
+    if (!(options.known->metres > 0)) throw usage_error("not a distance", "--known", fmt::format("{}", options.known->metres), "metres above 0");
+    if (!(depth.at(0, y, x) > 0)) throw usage_error("no depth was predicted there", "--known", fmt::format("{},{}", x, y));
+    factor = options.known->metres / static_cast<double>(depth.at(0, y, x));
+    how = fmt::format("{} m at pixel {},{} (--known)", options.known->metres, x, y);
+  } else if (options.depth_scale) {
+    factor = *options.depth_scale / p99;
+    how = "--depth-scale";
+  } else {
+    factor = prediction.scene_scale / p99;
+    how = fmt::format("predicted, typically wrong by {:.0f} %", 100 * std::expm1(prediction.scale_error));
+  }
+  for (float& d : depth.data) d = static_cast<float>(d * factor);
+  return fmt::format("{:.2f} m at the 99th percentile, {}", factor * p99, how);
+}
+
+}  // namespace
+
+fs::path invert(const InvertOptions& options) {
+  check_options(options);
+  InvertRecord record;
+  Stopwatch clock;
+  const Photo photo = read_photo(options.photo);
+  if (photo.clamped) say(fmt::format("{}: {} negative values set to 0", options.photo.string(), photo.clamped));
+  const Image& image = photo.image;
+  GBuffer given;
+  if (!options.gbuffer.empty()) given = read_gbuffer(options.gbuffer);
+  require_size(given.albedo, "albedo", options, image), require_size(given.normal, "normal", options, image);
+  require_size(given.depth, "depth", options, image), require_size(given.material, "material", options, image);
+
+  Scene scene;
+  scene.photo = image;
+  scene.camera = choose_camera(options, given, image.width, image.height);
+  scene.camera.check(options.camera.empty() ? "--fov" : options.camera.string());
+  const fs::path out = options.out.empty() ? fs::path("runs/invert") / options.photo.stem() : options.out;
+  StagedFolder folder(out);
+  Device device = Device::open(options.device);
+  record.provenance = begin_provenance(options.command, device.fingerprint());
+  record.provenance.seeds["render"] = options.render.seed;
+  record.provenance.inputs.push_back(record_file(options.photo));
+  record.provenance.facts["photo"] = photo.note;
+  record.provenance.figures["seconds: reading"] = clock.lap();
+
+  const bool rerenders = options.only.empty();
+  PredictRequest request;
+  request.albedo = !given.albedo && wanted(options, "albedo");
+  request.normal = !given.normal && wanted(options, "normal");
+  request.depth = !given.depth && wanted(options, "depth");
+  request.material = !given.material && wanted(options, "material");
+  Prediction prediction;
+  if (request.any()) {
+    const fs::path weights = options.weights.empty() ? shipped_weights() : options.weights;
+    prediction = predict_maps(device, weights, image, request, options.gemm);
+    record.provenance.inputs.push_back(record_file(weights));
+    record.provenance.facts["network"] = prediction.note;
+    for (const std::string& what : prediction.left_out) record.provenance.left_out.push_back({what, "not asked for", ""});
+    if (request.depth) {
+      record.provenance.facts["scale of depth"] = scale_depth(options, prediction.depth, prediction);
+      say("depth: " + record.provenance.facts["scale of depth"]);
+    }
+  }
+  record.provenance.figures["seconds: network"] = clock.lap();
+
+  if (wanted(options, "albedo")) scene.albedo = given.albedo ? *given.albedo : prediction.albedo;
+  if (wanted(options, "normal")) scene.normal = given.normal ? *given.normal : prediction.normal;
+  if (wanted(options, "depth")) scene.depth = given.depth ? *given.depth : prediction.depth;
+  if (wanted(options, "material")) {
+    if (given.material) {
+      scene.material = *given.material;
+    } else {
+      scene.material = prediction.material;
+      // A scene-linear file has no white to saturate at; a photograph does.
+      const Image flags = photo.encoding == Encoding::Gamma ? emission_flags(image) : Image(image.width, image.height, 1);
+      std::copy(flags.data.begin(), flags.data.end(), scene.material.plane(2));
+    }
+  }
+
+  std::optional<Rerender> rerender;
+  if (rerenders) {
+    scene.check(out.string());
+    record.rendering = render_scene(device, scene, options.render);
+    rerender = Rerender{record.rendering.radiance, record.rendering.standard_error, record.rendering.uncertainty};
+    record.provenance.figures["seconds: re-render"] = clock.lap();
+    record.provenance.figures["share of samples dropped"] = record.rendering.dropped / std::max(record.rendering.rays, 1.0);
+    record.provenance.facts["light"] = options.render.light;
+    for (const std::string& what : record.rendering.left_out) record.provenance.left_out.push_back({what, "", ""});
+    say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped",
+                    record.rendering.rays * 1e-6, 100 * record.rendering.hits / std::max(record.rendering.rays, 1.0), record.rendering.dropped));
+  }
+  write_run(folder.path(), scene, rerender);
+  record.provenance.figures["MiB: device memory, most"] = static_cast<double>(device.memory_peak()) / 0x1p20;
+  record.provenance.figures["seconds: building kernels"] = device.build_seconds();
+  record.provenance.figures["seconds: writing"] = clock.lap();
+  record.provenance.ended = utc_now();
+  write_provenance(folder / "provenance.json", record.provenance);
+  write_invert_report(folder / "report.html", scene, rerender, record);
+  folder.commit();
+  return out;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,72 @@
+#include "experiments/applications/run_folder.hpp"
+
+#include "host/error.hpp"
+#include "host/io/camera_file.hpp"
+#include "host/report/preview.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Half where every value fits, float otherwise: a lamp may be brighter than half can say.
+void write_radiance(const fs::path& path, const Image& image) {
+  write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
+}
+
+void write_preview(const fs::path& path, const Image& display) { write_png(path, display, Encoding::Linear); }
+
+Image channel(const Image& image, int c) {
+  Image one(image.width, image.height, 1);
+  std::copy(image.plane(c), image.plane(c) + image.pixels(), one.data.begin());
+  return one;
+}
+
+}  // namespace
+
+void write_run(const fs::path& folder, const Scene& scene, const std::optional<Rerender>& rerender) {
+  write_radiance(folder / "photo.exr", scene.photo);
+  write_camera(folder / "camera.json", scene.camera);
+  if (!scene.albedo.data.empty()) {
+    write_exr(folder / "albedo.exr", scene.albedo);
+    write_preview(folder / "albedo.png", show_radiance(scene.albedo));
+  }
+  if (!scene.normal.data.empty()) {
+    write_exr(folder / "normal.exr", scene.normal, ExrType::Float);
+    write_preview(folder / "normal.png", show_normal(scene.normal));
+  }
+  if (!scene.depth.data.empty()) {
+    write_exr(folder / "depth.exr", scene.depth, ExrType::Float);
+    write_preview(folder / "depth.png", show_depth(scene.depth));
+  }
+  if (!scene.material.data.empty()) {
+    write_exr(folder / "material.exr", scene.material);
+    write_preview(folder / "roughness.png", show_unit(channel(scene.material, 0)));
+    write_preview(folder / "metallic.png", show_unit(channel(scene.material, 1)));
+  }
+  if (!rerender) return;
+  write_radiance(folder / "rerender.exr", rerender->radiance);
+  write_exr(folder / "stderr.exr", rerender->standard_error, ExrType::Float);
+  write_exr(folder / "uncertainty.exr", rerender->uncertainty);
+  write_preview(folder / "rerender.png", show_radiance(rerender->radiance));
+  write_preview(folder / "uncertainty.png", show_unit(rerender->uncertainty));
+}
+
+Scene read_run(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw usage_error("there is no such run folder", folder.string());
+  Scene scene;
+  scene.camera = read_camera(folder / "camera.json").camera;
+  scene.photo = read_map(folder / "photo.exr", 3);
+  scene.albedo = read_map(folder / "albedo.exr", 3);
+  scene.normal = read_map(folder / "normal.exr", 3);
+  scene.depth = read_map(folder / "depth.exr", 1);
+  scene.material = read_map(folder / "material.exr", 3);
+  scene.check(folder.string());
+  return scene;
+}
+
+Rerender read_rerender(const fs::path& folder) {
+  return {read_map(folder / "rerender.exr", 3), read_map(folder / "stderr.exr", 3), read_map(folder / "uncertainty.exr", 1)};
+}
+
+}  // namespace clerestory

@@ -1,0 +1,39 @@
+// MGNet on one photograph: from linear radiance of any size to maps of the same size.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/cl/device.hpp"
+#include "host/io/image.hpp"
+
+namespace clerestory {
+
+/// Which heads are needed: what nobody asks for is pruned from the plan.
+struct PredictRequest {
+  bool albedo = true, normal = true, depth = true, material = true;
+  bool any() const { return albedo || normal || depth || material; }
+};
+
+struct Prediction {
+  Image albedo, normal;    // 3, 3
+  Image depth;             // 1: relative, 0..1
+  Image material;          // 3: roughness, metallic, 0
+  double scene_scale = 0;  // metres of the 99th percentile of depth
+  double scale_error = 0;  // median |delta log| of scene_scale on validation, from the weights
+  std::string note;        // weights, preset and size the network ran at
+  std::string explanation; // of the plan
+  std::vector<std::string> left_out;
+};
+
+/// Weights that come with the program: `nets/weights` in the source tree it was built from, or CLERESTORY_WEIGHTS.
+/// Throws usage_error when there are none.
+std::filesystem::path shipped_weights();
+
+/// The photograph enters scaled so that its 95th percentile of luminance is 0.9 and clamped to [0, 1], resized to the
+/// longer side stored with the weights; maps come back to full size by a joint bilateral guided by the photograph.
+/// Throws usage_error naming the weights when they do not fit.
+Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
+                        const PredictRequest& request, const std::string& gemm = "auto");
+
+}  // namespace clerestory

@@ -1,0 +1,41 @@
+// The scene rendered again from its maps, camera and light by the Monte Carlo layer: no photograph goes in but through
+// `light = image`.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host/cl/device.hpp"
+#include "nets/scene.hpp"
+
+namespace clerestory {
+
+/// Names as on the command line; render_scene() throws usage_error naming the setting on an unknown one.
+struct RenderSettings {
+  int spp = 64;
+  std::string sampler = "vndf_caps";  // vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16
+  std::string points = "sobol";       // independent | sobol
+  std::string ssrt = "hierarchical";  // dda | hierarchical
+  std::string delta = "linear";       // linear | window
+  std::string light = "image";        // image | constant | panorama
+  std::uint32_t seed = 0;
+};
+
+/// What the layer gives for every pixel, in the scene's own units, and what it counted.
+struct Rendering {
+  Image radiance, standard_error, uncertainty;  // 3, 3, 1 channels
+  double rays = 0;          // traced
+  double dropped = 0;       // samples that were not finite: a bias, printed
+  double facing_away = 0;   // pixels not shaded because their normal faces away from the viewer
+  double hits = 0;          // rays that end on a visible surface
+  std::size_t bytes = 0;    // device memory of the plan
+  std::string explanation;  // of the plan
+  std::vector<std::string> left_out;
+};
+
+Rendering render_scene(Device& device, const Scene& scene, const RenderSettings& settings);
+
+/// Radiance of rays that leave the picture under `light = image`: the mean of the photograph's pixels that do not emit.
+std::array<double, 3> ambient_of(const Scene& scene);
+
+}  // namespace clerestory
