@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/error.hpp"
+
 namespace clerestory {
 namespace {
 

@@ -56,7 +56,7 @@ ViewStore::Packed ViewStore::pack(const PreparedView& view) {
   packed.scene_scale = view.scene_scale;
   for (const Image* map : {&view.image, &view.truth.albedo, &view.truth.normal, &view.truth.depth, &view.truth.material})
     for (const float value : map->data)
-      packed.values.push_back(half(std::clamp(value, -HALF_MAX, HALF_MAX)).bits());
+      packed.values.push_back(half(std::clamp(value, -65504.0f, 65504.0f)).bits());
   for (std::size_t i = 0; i < view.masks.geometry.data.size(); ++i)
     packed.masks.push_back(static_cast<std::uint8_t>((view.masks.geometry.data[i] > 0.5f ? 1 : 0) | (view.masks.albedo.data[i] > 0.5f ? 2 : 0) |
                                                      (view.masks.material.data[i] > 0.5f ? 4 : 0)));
