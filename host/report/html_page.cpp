@@ -39,7 +39,7 @@ figcaption b{color:var(--ink);font-weight:600}
 table{border-collapse:collapse;font-size:.93rem;font-variant-numeric:tabular-nums;min-width:22rem}
 th,td{padding:.42rem 1.1rem .42rem 0;text-align:left;vertical-align:baseline}
 th{font-weight:600;font-size:.82rem;border-bottom:1px solid var(--ink);white-space:nowrap}
-th small{font-weight:400;color:var(--soft);margin-left:.3em}
+th small{font-weight:400;font-size:.95em;color:var(--soft);margin-left:.3em}
 td{border-bottom:1px solid var(--rule)}
 .number{text-align:right;white-space:nowrap;padding-left:.8rem}
 td strong{font-weight:700}
@@ -47,6 +47,7 @@ td .deviation{color:var(--soft);font-weight:400}
 .plot svg{display:block;width:100%;max-width:46rem;height:auto}
 .plot svg text{font-family:var(--sans)}
 .plot .gridline{stroke:var(--rule)}
+@media (prefers-color-scheme:dark){.plot svg{filter:brightness(1.2)}}
 .plot [fill="rgb(91,96,102)"]{fill:var(--soft)}
 .plot [stroke="rgb( 91,  96, 102)"]{stroke:var(--soft)}
 .compare .stage{position:relative;overflow:hidden;border-radius:3px;background:var(--stage);margin:0 auto;--at:50%}
@@ -98,8 +99,8 @@ dialog p{margin:.6rem auto 0;text-align:center;font-size:.9rem}
 const char* const kPageScript = R"js(
 'use strict';
 // Two pictures under one bar. Each side holds the same picture at several stored exposures. Shown values are
-// radiance^(1/2.2), so a gain g of the radiance is a gain g^(1/2.2) of what is shown: a CSS brightness. The darkest
-// stored exposure that still needs a gain of at least one is taken, so highlights return when the exposure falls.
+// radiance^(1/2.2), so a gain g of the radiance is a gain g^(1/2.2) of what is shown: a CSS brightness. The brightest
+// stored exposure not above the wanted one is taken, so highlights return when the exposure falls.
 for (const figure of document.querySelectorAll('.compare')) {
   const stage = figure.querySelector('.stage'), wipe = figure.querySelector('.wipe');
   const exposure = figure.querySelector('.exposure'), output = figure.querySelector('output');

@@ -57,7 +57,7 @@ std::string series_command(const Series& series, std::size_t index) {
   const std::string title = series.label.empty() ? "notitle" : "title " + quoted(series.label);
   std::string text;
   if (!series.error.empty())
-    text += fmt::format("{} using 1:2:3:4 with yerrorbars pointtype 0 linewidth 1 linecolor rgb '{}' notitle, ", data,
+    text += fmt::format("{} using 1:3:(0):($4-$3) with vectors nohead linewidth 1 linecolor rgb '{}' notitle, ", data,
                         colour);
   switch (series.stroke) {
     case Stroke::Line:
@@ -86,8 +86,7 @@ std::string script_of(const Plot& plot) {
       "set tics nomirror out scale 0.5 textcolor rgb '{}'\n"
       "set grid ytics linewidth 0.6 linetype 1 linecolor rgb '{}'\n"
       "set key top right samplen 2 spacing 1.2 textcolor rgb '{}' noenhanced\n"
-      "set bars 0.6\n"
-      "set lmargin 9\nset rmargin 3\n",
+      "set rmargin 3\n",
       plot.width, plot.height, kInk, kInk, kGrid, kInk);
   if (!plot.title.empty()) script += fmt::format("set title {} textcolor rgb '{}'\n", quoted(plot.title), kInk);
   script += fmt::format("set xlabel {} textcolor rgb '{}'\nset ylabel {} textcolor rgb '{}'\n", quoted(plot.x_label),
