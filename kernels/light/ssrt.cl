@@ -1,0 +1,226 @@
+// Screen-space ray tracing: the first cell of a depth map that a ray meets.
+//
+// A ray (origin, direction, camera metres) is clipped to z < -near and to the picture's frustum. What is left is a
+// straight piece a -> b on the picture, over which x, y and the inverse depth k = -1/z are affine in s in [0, 1].
+// Depth is a grid of constant cells. The border x = i lies at s = (i - a.x) / (b.x - a.x), rows alike; a cell is crossed
+// over the interval between its borders when that is not empty, and is hit when somewhere in it the ray is at or behind
+// the cell's depth (min k <= 1/depth), the cell is not the one to skip, faces the ray (FACING: direction . normal <= 0)
+// and, with THICKNESS, the ray is not wholly deeper than depth + thickness. The hit is the first such cell.
+// A ray walks cell by cell (DDA: the symmetric one of Amanatides and Woo 1987), or over blocks of the pyramid of
+// largest inverse depths, down where it might meet something and up where not (after Uludag 2014, GPU Pro 5 ch. 4).
+// Borders are those of cells either way and k is monotone in s, so both give the same cell to the last bit.
+//
+// On a CPU (GROUP 1) a work-item takes 16 samples of a pixel in lanes, each with its own level and place; else one ray.
+//
+// Rays: {1, 3, pixels, samples}, samples fastest, a multiple of 16; a zero direction is no ray. Results, same layout:
+// pixel y * w + x of the cell, or -1; delta: depth of the ray less that of the cell where the ray enters it behind the
+// surface, else 0, over scene_scale (WINDOW: in window depth, (1 - n/z)/(1 - n), z over the largest depth, n the
+// smallest); u = tanh(10 delta), 1 on a miss, 0 for no ray.
+//
+// Origins: the surface of the ray's own pixel, which it skips; or ORIGIN_MAP {n, 3, h, w}, ORIGIN_RAYS {1, 3, pixels,
+// samples} with skip (a pixel or -1) in the same layout.
+#include "lib/camera.clh"
+#include "lib/chunk.clh"
+#include "lib/lanes.clh"
+#pragma OPENCL FP_CONTRACT OFF
+
+// Conditions are held as ints, 0 or -1, whatever `real` is.
+#if LANES == 16
+typedef int16 ints;
+#define LOAD(p) vload16(0, p)
+#define STORE(v, p) vstore16(v, 0, p)
+#define IS(comparison) convert_int16(comparison)
+#define PICK(c, yes, no) select((lanes)(no), (lanes)(yes), convert_mask16(c))
+#define PICK_INT(c, yes, no) select((ints)(no), (ints)(yes), c)
+#define INTS(v) convert_int16(v)
+#define UINTS(v) as_uint16(v)
+#define LANES_OF(v) convert_real16(v)
+#define GATHER(p, i)                                                                                        \
+  (lanes)((p)[i.s0], (p)[i.s1], (p)[i.s2], (p)[i.s3], (p)[i.s4], (p)[i.s5], (p)[i.s6], (p)[i.s7], (p)[i.s8], \
+          (p)[i.s9], (p)[i.sa], (p)[i.sb], (p)[i.sc], (p)[i.sd], (p)[i.se], (p)[i.sf])
+static inline int any_of(const ints c) {
+  const int8 a = c.lo | c.hi;
+  const int4 b = a.lo | a.hi;
+  const int2 d = b.lo | b.hi;
+  return d.x | d.y;
+}
+#else
+typedef int ints;
+#define LOAD(p) (*(p))
+#define STORE(v, p) (*(p) = (v))
+#define IS(comparison) (-(int)(comparison))
+#define PICK(c, yes, no) ((c) ? (lanes)(yes) : (lanes)(no))
+#define PICK_INT(c, yes, no) ((c) ? (ints)(yes) : (ints)(no))
+#define INTS(v) ((int)(v))
+#define UINTS(v) ((uint)(v))
+#define LANES_OF(v) ((real)(v))
+#define GATHER(p, i) (p)[i]
+static inline int any_of(const ints c) { return c; }
+#endif
+
+#define HUGE_SLOPE R(1e30)
+
+// Cell by cell, a ray that crosses no border of an axis stays in its row or column; beyond a block it is looked up.
+#ifdef DDA
+#define FIRST_LEVEL 0
+#define TOP_LEVEL 0
+#define STAY(axis, cell) cell
+#else
+#define FIRST_LEVEL min(2, levels - 1)
+#define TOP_LEVEL (levels - 1)
+#define STAY(axis, cell) cell_at(axis, leave)
+#endif
+
+// The lesser of two, neither NaN.
+static inline lanes least(const lanes a, const lanes b) { return PICK(IS(a < b), a, b); }
+
+// What of [t0, t1] satisfies f + t g >= 0.
+static inline void clip(const lanes f, const lanes g, lanes *t0, lanes *t1) {
+  const lanes t = -f / g;
+  *t0 = PICK(IS(g > R(0)) & IS(f < R(0)), fmax(*t0, t), *t0);
+  *t1 = PICK(IS(g < R(0)), fmin(*t1, t), *t1);
+  *t1 = PICK(IS(g == R(0)) & IS(f < R(0)), R(-1), *t1);
+}
+
+// One axis of the picture, turned so that the ray moves forward: a ray that moves backward is mirrored at 0, which is
+// exact, and its cell i is then numbered ~i (so that blocks, i >> level, are complements too). flip is 0 or -1.
+typedef struct {
+  lanes start, slope, reciprocal;
+  lanes half_cell;  // .5 in the sign of all positions on this axis: rounds to nearest where conversion cuts
+  ints flip;
+} Axis;
+
+// A ray along the other axis never meets a border of this one: its reciprocal puts them beyond s = 1.
+static inline Axis axis_of(const lanes start, const lanes end) {
+  Axis a;
+  const lanes slope = end - start;
+  a.flip = IS(slope < R(0));
+  a.half_cell = PICK(a.flip, R(-0.5), R(0.5));
+  a.start = PICK(a.flip, -start, start);
+  a.slope = PICK(IS(fabs(slope) < R(1) / HUGE_SLOPE), R(0), fabs(slope));
+  a.reciprocal = PICK(IS(a.slope == R(0)), HUGE_SLOPE, R(1) / a.slope);
+  return a;
+}
+
+// Where the ray meets the border between the cells i - 1 and i.
+static inline lanes border(const Axis a, const ints i) { return (LANES_OF(i) - a.start) * a.reciprocal; }
+
+// The cell in which the ray is at s: border(i) <= s < border(i + 1). Rounding leaves only the nearest border in doubt.
+static inline ints cell_at(const Axis a, const lanes s) {
+  const ints nearest = INTS(fma(s, a.slope, a.start) + a.half_cell);
+  return nearest + IS(border(a, nearest) > s);
+}
+
+kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
+#if defined(ORIGIN_MAP) || defined(ORIGIN_RAYS)
+                 IN(origin), IN_INT(skip),
+#endif
+#ifdef FACING
+                 IN(normal),
+#endif
+                 OUT_INT(hit), OUT(delta), OUT(u), CHUNK_ARGS, const int w, const int h, const int stride,
+                 const int level_rows, const int levels, const real thickness) {
+  const int packet = (int)get_global_id(0);
+  const int packets = (samples + LANES - 1) / LANES;
+  const int p = packet / packets;
+  if (p >= pixels) return;
+  const ulong ray = RAY(p, (packet - p * packets) * LANES);
+  const int plane = w * h;
+  const int n = (first_pixel + p) / plane;
+  const int own = first_pixel + p - n * plane;  // the ray's own pixel
+  const Camera c = camera_at(AT(camera, n));
+  global const real *cells = AT(pyramid, n);
+
+  global const real *directions = AT(direction, 0) + ray;
+  const lanes dx = LOAD(directions), dy = LOAD(directions + RAY_PLANE), dz = LOAD(directions + 2 * RAY_PLANE);
+#if defined(ORIGIN_RAYS)
+  global const real *origins = AT(origin, 0) + ray;
+  const lanes ox = LOAD(origins), oy = LOAD(origins + RAY_PLANE), oz = LOAD(origins + 2 * RAY_PLANE);
+  const ints skipped = LOAD(AT(skip, 0) + ray);
+#elif defined(ORIGIN_MAP)
+  global const real *origins = AT(origin, n) + own;
+  const lanes ox = origins[0], oy = origins[plane], oz = origins[2 * plane];
+  const ints skipped = AT(skip, n)[own];
+#else
+  const int own_y = own / w, own_x = own - own_y * w;
+  const real own_k = cells[own_y * stride + own_x];
+  const real3 point = pixel_ray(c, own_x, own_y) / own_k;
+  const lanes ox = point.x, oy = point.y, oz = point.z;
+  const ints skipped = own;
+#endif
+
+  // Clip in homogeneous coordinates, in which each side of the frustum is a plane: x = (cx m + fx X) / m, m = -z.
+  const lanes om = -oz, dm = -dz;
+  lanes t0 = R(0), t1 = R(REAL_MAX);
+  clip(om - R(0.5) * AT(range, n)[1], dm, &t0, &t1);
+  clip(c.cx * om + c.fx * ox, c.cx * dm + c.fx * dx, &t0, &t1);
+  clip(((real)w - c.cx) * om - c.fx * ox, ((real)w - c.cx) * dm - c.fx * dx, &t0, &t1);
+  clip(c.cy * om - c.fy * oy, c.cy * dm - c.fy * dy, &t0, &t1);
+  clip(((real)h - c.cy) * om + c.fy * oy, ((real)h - c.cy) * dm + c.fy * dy, &t0, &t1);
+  ints is_ray = IS(dx != R(0)) | IS(dy != R(0)) | IS(dz != R(0));
+#if !defined(ORIGIN_RAYS) && !defined(ORIGIN_MAP)
+  is_ray &= IS((lanes)(own_k) > R(0));
+#endif
+  ints active = is_ray & IS(t0 < t1);
+
+  // The two ends on the picture. A ray that goes to infinity ends in its vanishing point with k = 0.
+  const ints endless = IS(t1 >= R(REAL_MAX));
+  const lanes am = om + t0 * dm;
+  const lanes bm = PICK(endless, dm, om + t1 * dm);
+  const lanes zero = R(0), right = (real)w, bottom = (real)h;
+  const Axis x = axis_of(clamp(c.cx + c.fx * (ox + t0 * dx) / am, zero, right),
+                         clamp(c.cx + c.fx * PICK(endless, dx, ox + t1 * dx) / bm, zero, right));
+  const Axis y = axis_of(clamp(c.cy - c.fy * (oy + t0 * dy) / am, zero, bottom),
+                         clamp(c.cy - c.fy * PICK(endless, dy, oy + t1 * dy) / bm, zero, bottom));
+  const lanes k0 = R(1) / am;
+  const lanes k_slope = PICK(endless, R(0), R(1) / bm) - k0;
+
+  lanes s = R(0), gap = R(0);
+  ints i = cell_at(x, s), j = cell_at(y, s);
+  ints level = FIRST_LEVEL, found = -1;
+  active &= IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
+  while (any_of(active)) {
+    const ints block_i = i >> level, block_j = j >> level;
+    const ints exit_i = (block_i + 1) << level, exit_j = (block_j + 1) << level;
+    const lanes sx = border(x, exit_i), sy = border(y, exit_j);
+    const lanes leave = least(least(sx, sy), R(1));
+    const lanes k_in = fma(s, k_slope, k0), k_out = fma(leave, k_slope, k0);
+    const ints row = level_rows - ((ints)(level_rows) >> level) + (block_j ^ y.flip);
+    const ints index = (row * stride + (block_i ^ x.flip)) & active;
+    const lanes k_cell = GATHER(cells, index);
+    const ints meets = active & IS(least(k_in, k_out) <= k_cell);
+    const ints leaf = meets & IS(level == 0);
+    if (any_of(leaf)) {
+      const ints cell = (j ^ y.flip) * w + (i ^ x.flip);
+      ints hits = leaf & IS(cell != skipped);
+#ifdef THICKNESS
+      hits &= IS(fmax(k_in, k_out) * (R(1) + thickness * k_cell) >= k_cell);
+#endif
+#ifdef FACING
+      const ints at = cell & leaf;
+      global const real *nx = AT(normal, n), *ny = nx + plane, *nz = ny + plane;
+      hits &= IS(dx * GATHER(nx, at) + dy * GATHER(ny, at) + dz * GATHER(nz, at) <= R(0));
+#endif
+      found = PICK_INT(hits, cell, found);
+#ifdef WINDOW
+      const real nearest = AT(range, n)[1];
+      const lanes behind = nearest * (k_cell - k_in) / (R(1) - nearest / AT(range, n)[2]);
+#else
+      const lanes behind = (R(1) / k_in - R(1) / k_cell) / AT(range, n)[0];
+#endif
+      gap = PICK(hits, fmax(behind, R(0)), gap);
+      active &= ~hits;
+    }
+    // Down into a block that may be met; else on to the cell beyond it, one level up.
+    const ints down = meets & IS(level > 0);
+    const ints on = active & ~down;
+    i = PICK_INT(on, PICK_INT(IS(sx <= leave), exit_i, STAY(x, i)), i);
+    j = PICK_INT(on, PICK_INT(IS(sy <= leave), exit_j, STAY(y, j)), j);
+    s = PICK(on, leave, s);
+    level = PICK_INT(on, min(level + 1, TOP_LEVEL), level + down);
+    active &= IS(s < R(1)) & IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
+  }
+  STORE(found, AT(hit, 0) + ray);
+  STORE(gap, AT(delta, 0) + ray);
+  STORE(PICK(is_ray, PICK(IS(found < 0), R(1), tanh(R(10) * gap)), R(0)), AT(u, 0) + ray);
+}
