@@ -61,18 +61,21 @@ Cell number(double value) { return std::isfinite(value) ? Cell(Measure{value, 0,
 
 }  // namespace
 
-ViewResult judge_view(const std::string& name, const PreparedView& view, const MapSet& predicted, const MapSet* means,
-                      std::optional<double> log_scale) {
+ViewResult trivial_errors(const std::string& name, const PreparedView& view, const MapSet* means) {
   ViewResult result;
   result.view = name;
-  result.ours = map_errors(predicted, view.truth, view.masks);
   result.constant = best_constant_errors(view.truth, view.masks);
   if (means) result.mean_map = map_errors(*means, view.truth, view.masks);
   Image clamped = view.image;  // as the net sees it
   for (float& v : clamped.data) v = std::clamp(v, 0.0f, 1.0f);
   result.picture[at(static_cast<int>(MapError::Albedo))] = scale_invariant_mse(clamped, view.truth.albedo, view.masks.albedo);
-  if (log_scale && view.scene_scale > 0) result.log_scale_error = std::abs(*log_scale - std::log(view.scene_scale));
   return result;
+}
+
+void judge(ViewResult& result, const PreparedView& view, const MapSet& predicted, std::optional<double> log_scale) {
+  result.ours = map_errors(predicted, view.truth, view.masks);
+  result.log_scale_error.reset();
+  if (log_scale && view.scene_scale > 0) result.log_scale_error = std::abs(*log_scale - std::log(view.scene_scale));
 }
 
 double EvaluationSummary::score() const {

@@ -18,9 +18,10 @@ struct ViewResult {
   std::optional<double> log_scale_error;  // |ln predicted - ln true scene_scale|
 };
 
-/// Judges predictions at the size of the prepared view. `means` may be null; `log_scale` absent.
-ViewResult judge_view(const std::string& name, const PreparedView& view, const MapSet& predicted, const MapSet* means,
-                      std::optional<double> log_scale);
+/// What the trivial predictors get on a view, our own errors left empty. `means` may be null.
+ViewResult trivial_errors(const std::string& name, const PreparedView& view, const MapSet* means);
+/// Fills in ours: predictions at the size of the prepared view; `log_scale` may be absent.
+void judge(ViewResult& result, const PreparedView& view, const MapSet& predicted, std::optional<double> log_scale);
 
 /// One metric over all views that have it.
 struct MetricSummary {

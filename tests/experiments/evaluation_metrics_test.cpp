@@ -6,6 +6,7 @@
 
 #include "experiments/evaluation/metrics.hpp"
 #include "experiments/evaluation/summary.hpp"
+#include "host/error.hpp"
 
 namespace clerestory {
 namespace {

@@ -1,0 +1,145 @@
+#include "experiments/training/history.hpp"
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+using nlohmann::json;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+json numbers(const std::vector<double>& values) {
+  json out = json::array();
+  for (const double v : values) out.push_back(std::isfinite(v) ? json(v) : json(nullptr));
+  return out;
+}
+
+std::vector<double> numbers(const json& values) {
+  std::vector<double> out;
+  for (const json& v : values) out.push_back(v.is_null() ? nan : v.get<double>());
+  if (out.size() != map_error_count) throw json::other_error::create(501, "a point of the curve has another number of errors", &values);
+  return out;
+}
+
+std::string cell_of(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-"; }
+
+/// Errors of the last validation, against what a net without skill would get.
+std::string result_table(const HistoryPoint& last) {
+  std::string out = "| map | error on validation | ratio to the best trivial predictor |\n|---|---|---|\n";
+  for (int i = 0; i < map_error_count; ++i) {
+    const auto& metric = info(static_cast<MapError>(i));
+    out += fmt::format("| {} | {} {} | {} |\n", metric.name, cell_of(last.errors[static_cast<std::size_t>(i)]), metric.unit,
+                       cell_of(last.ratios[static_cast<std::size_t>(i)]));
+  }
+  return out + fmt::format("\nGeometric mean of the ratios {}; scene scale: median |Δ ln| {}, a factor of {:.2f}.\n", cell_of(last.score),
+                           cell_of(last.scale_error), std::exp(last.scale_error));
+}
+
+}  // namespace
+
+HistoryPoint history_point(const EvaluationSummary& summary, std::int64_t step, double hours) {
+  HistoryPoint point{step, hours, summary.score(), {}, {}, summary.median_log_scale_error};
+  for (int i = 0; i < map_error_count; ++i) {
+    const MetricSummary* metric = summary.find(static_cast<MapError>(i));
+    point.errors.push_back(metric ? metric->ours.mean : nan);
+    point.ratios.push_back(metric ? metric->ratio : nan);
+  }
+  return point;
+}
+
+double History::hours() const {
+  double total = 0;
+  for (const Leg& leg : legs) total += leg.hours;
+  return total;
+}
+
+std::int64_t History::views_seen() const {
+  std::int64_t total = 0;
+  for (const Leg& leg : legs) total += leg.views_seen;
+  return total;
+}
+
+std::string history_json(const History& history) {
+  json legs = json::array();
+  for (const Leg& l : history.legs) {
+    json curve = json::array();
+    for (const HistoryPoint& p : l.curve)
+      curve.push_back({{"step", p.step}, {"hours", p.hours}, {"score", p.score}, {"errors", numbers(p.errors)}, {"ratios", numbers(p.ratios)}, {"scale_error", p.scale_error}});
+    legs.push_back({{"experiment", l.experiment}, {"variant", l.variant}, {"config_hash", l.config_hash}, {"commit", l.commit},
+                    {"started", l.started}, {"preset", l.preset}, {"width", l.width}, {"height", l.height}, {"batch", l.batch},
+                    {"seed", l.seed}, {"rooms", l.rooms}, {"views", l.views}, {"steps", l.steps}, {"views_seen", l.views_seen},
+                    {"hours", l.hours}, {"init", l.init}, {"overrides", l.overrides}, {"curve", curve}});
+  }
+  return legs.dump();
+}
+
+History history_from_json(const std::string& text, const std::string& where) {
+  try {
+    History history;
+    for (const json& j : json::parse(text)) {
+      Leg l;
+      l.experiment = j.at("experiment"), l.variant = j.at("variant"), l.config_hash = j.at("config_hash");
+      l.commit = j.at("commit"), l.started = j.at("started"), l.preset = j.at("preset");
+      l.width = j.at("width"), l.height = j.at("height"), l.batch = j.at("batch"), l.seed = j.at("seed");
+      l.rooms = j.at("rooms"), l.views = j.at("views"), l.steps = j.at("steps"), l.views_seen = j.at("views_seen");
+      l.hours = j.at("hours"), l.init = j.at("init"), l.overrides = j.at("overrides").get<std::vector<std::string>>();
+      for (const json& p : j.at("curve"))
+        l.curve.push_back({p.at("step"), p.at("hours"), p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")), p.at("scale_error")});
+      history.legs.push_back(std::move(l));
+    }
+    return history;
+  } catch (const json::exception& e) {
+    throw usage_error("the history of training cannot be read", where, e.what(), "what `clerestory train` wrote");
+  }
+}
+
+Plot history_plot(const History& history) {
+  Plot plot;
+  plot.title = "Validation error over the best trivial predictor";
+  plot.x_label = "hours of training", plot.y_label = "ratio (1: no skill)";
+  for (int i = -1; i < map_error_count; ++i) {
+    Series series;
+    series.label = i < 0 ? "geometric mean" : info(static_cast<MapError>(i)).name;
+    series.stroke = i < 0 ? Stroke::LinePoints : Stroke::Line;
+    for (const Leg& leg : history.legs)
+      for (const HistoryPoint& p : leg.curve) {
+        const double value = i < 0 ? p.score : p.ratios[static_cast<std::size_t>(i)];
+        if (!std::isfinite(value)) continue;
+        series.x.push_back(p.hours), series.y.push_back(value);
+      }
+    if (!series.x.empty()) plot.series.push_back(std::move(series));
+  }
+  // A net that knows nothing yet may be many times worse than a constant: the interesting part is below 2.
+  double most = 0;
+  for (const Series& s : plot.series)
+    for (const double y : s.y) most = std::max(most, y);
+  if (most > 2) plot.y_range = {{0, 2}};
+  return plot;
+}
+
+std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts, const std::string& plot) {
+  std::string card = "# Weights of MGNet\n\nMaps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained from random "
+                     "weights on generated rooms alone, by the commands below.\n\n| | |\n|---|---|\n";
+  for (const auto& [name, value] : facts) card += fmt::format("| {} | {} |\n", name, value);
+  card += fmt::format("| training | {:.2f} hours, {} views seen, {} leg{} |\n", history.hours(), history.views_seen(), history.legs.size(),
+                      history.legs.size() == 1 ? "" : "s");
+  if (!history.legs.empty() && !history.legs.back().curve.empty())
+    card += "\n## Validation\n" + result_table(history.legs.back().curve.back()) +
+            fmt::format("\n![validation error against hours]({})\n", plot) +
+            "\nConventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.\n";
+  card += "\n## Legs\n| leg | started (UTC) | size | batch | rooms | views | steps | views seen | hours | seed | from | commit | settings |\n"
+          "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  int number = 0;
+  for (const Leg& l : history.legs)
+    card += fmt::format("| {} | {} | {}x{} | {} | {} | {} | {} | {} | {:.2f} | {} | {} | {} | `{}` |\n", ++number, l.started, l.width, l.height,
+                        l.batch, l.rooms, l.views, l.steps, l.views_seen, l.hours, l.seed, l.init.empty() ? "random" : l.init, l.commit,
+                        fmt::join(l.overrides, " "));
+  return card + "\n## Limits\nTrained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its scale in "
+                "metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are read as surfaces.\n";
+}
+
+}  // namespace clerestory

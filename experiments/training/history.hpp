@@ -1,0 +1,53 @@
+// What weights carry about how they came to be: legs of training, and the curve of validation errors over all of them.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "experiments/evaluation/summary.hpp"
+#include "host/report/plot.hpp"
+
+namespace clerestory {
+
+/// One validation.
+struct HistoryPoint {
+  std::int64_t step = 0;  // of its leg
+  double hours = 0;       // of training, all legs together
+  double score = 0;       // geometric mean of the ratios to the best trivial predictor
+  std::vector<double> errors;  // map_error_count values, NaN where a metric has no view
+  std::vector<double> ratios;
+  double scale_error = 0;  // median |delta ln scene_scale|
+};
+HistoryPoint history_point(const EvaluationSummary& summary, std::int64_t step, double hours);
+
+/// One uninterrupted plan of training: a config on a set of views.
+struct Leg {
+  std::string experiment, variant, config_hash, commit, started;  // started: UTC
+  std::string preset;
+  int width = 0, height = 0, batch = 0;
+  std::uint64_t seed = 0;
+  std::int64_t rooms = 0, views = 0;  // of the training set
+  std::int64_t steps = 0, views_seen = 0;
+  double hours = 0;
+  std::string init;                   // file name of the weights it started from; empty: random
+  std::vector<std::string> overrides; // keys that differ from the defaults, as "a.b=c"
+  std::vector<HistoryPoint> curve;
+};
+
+struct History {
+  std::vector<Leg> legs;
+  double hours() const;
+  std::int64_t views_seen() const;
+};
+
+/// JSON text for a file's metadata, and back. Throws usage_error naming `where`.
+std::string history_json(const History& history);
+History history_from_json(const std::string& json, const std::string& where);
+
+/// Ratios over hours: one curve per map, the score, and the line of the best trivial predictor.
+Plot history_plot(const History& history);
+/// The model card in Markdown. `facts`: file name, size, hash...; `plot`: path of the SVG relative to the card.
+std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts,
+                       const std::string& plot);
+
+}  // namespace clerestory

@@ -1,0 +1,131 @@
+#include "experiments/training/schema.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace clerestory {
+namespace {
+
+Schema make_schema() {
+  Schema s;
+  const double none = std::numeric_limits<double>::infinity();
+  s.section("run", "Where the run goes: `<root>/<experiment>/<variant>-<hash>-s<seed>/`.");
+  s.text("run.root", "runs", "folder of all runs").aside();
+  s.text("run.experiment", "train", "first part of the run's name").aside();
+  s.text("run.variant", "mgnet", "second part of the run's name").aside();
+  s.text("run.device", "", "OpenCL device; empty: CLERESTORY_DEVICE or the first that passes the probe").aside();
+  s.integer("run.seed", 1, "of the first weights, the order of views and the augmentation", {0, 1e15}).aside();
+
+  s.section("model", "The network.");
+  s.text("model.preset", "compact", "size of MGNet", {"paper", "compact"});
+  s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
+  s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
+  s.text("model.init", "", "weights or checkpoint to start from; empty: random weights");
+  s.text("model.gemm", "auto", "backend of convolutions", {"auto", "packed", "clblast"});
+
+  s.section("data", "Views in InteriorVerse's layout (`clerestory generate` writes it).");
+  s.texts("data.train", {"data/generated"}, "folders with training rooms");
+  s.text("data.train_split", "train", "list of rooms in those folders");
+  s.texts("data.validation", {}, "folders with validation rooms; empty: the training folders");
+  s.text("data.validation_split", "val", "list of rooms in those folders");
+  s.integer("data.validation_views", 64, "views judged at each validation, spread over the list; 0: all", {0, 1e9}).aside();
+  s.integer("data.mean_views", 1024, "training views behind the mean maps, spread over the list; 0: all", {0, 1e9}).aside();
+  s.integer("data.cache_mib", 8192, "memory for decoded views; views beyond are decoded again every epoch", {0, 1e7}).aside();
+  s.flag("data.flip", true, "mirror half of the views (the normal's x changes sign)");
+  s.reals("data.exposure", {0.85, 0.95}, "range of the 95th percentile of luminance, drawn anew each time; 0.9 is what inference uses",
+          {0.01, 10});
+
+  s.section("train", "Optimisation. A leg ends at the first of its limits; at least one must be set.");
+  s.integer("train.batch", 8, "views per step", {1, 1024});
+  s.integer("train.steps", 0, "end after so many steps; 0: no such limit", {0, 1e12});
+  s.real("train.epochs", 0, "end after so many passes over the views; 0: no such limit", {0, 1e9});
+  s.real("train.minutes", 0, "end after so many minutes of training (breaks not counted); 0: no such limit. The rate then "
+         "follows the clock, so two such runs do not agree bit for bit", {0, 1e6});
+  s.real("train.rate", 5e-4, "learning rate at the start", {0, 10});
+  s.text("train.schedule", "cosine", "how the rate falls over the leg", {"cosine", "step", "constant"});
+  s.real("train.rate_factor", 0.5, "step: what the rate is multiplied by", {0, 1});
+  s.real("train.rate_every", 0.25, "step: after each such part of the leg", {1e-6, 1});
+  s.real("train.rate_least", 0.02, "cosine: part of the rate that remains at the end", {0, 1});
+  s.integer("train.warmup", 0, "steps over which the rate rises from 0", {0, 1e9});
+  s.real("train.beta1", 0.5, "Adam: decay of the mean gradient", {0, 0.999999});
+  s.real("train.beta2", 0.999, "Adam: decay of the mean square", {0, 0.999999});
+
+  s.section("loss", "Weights of the terms; their sum is minimised. A weight of 0 leaves the term's target unlearned.");
+  s.real("loss.albedo", 1, "log-space squared error of albedo", {0, none});
+  s.real("loss.normal", 1, "1 - cosine of normals", {0, none});
+  s.real("loss.material", 1, "squared error of roughness and metallic", {0, none});
+  s.real("loss.depth", 1, "log-space squared error of depth after one scale per image", {0, none});
+  s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
+  s.real("loss.perceptual", 0.02, "VGG16 feature distance, where weights are given", {0, none});
+  s.text("loss.perceptual_weights", "", "ImageNet weights of VGG16 as safetensors; empty: no perceptual term");
+
+  s.section("log", "How often things are written. Steps; 0: never.");
+  s.integer("log.every", 20, "training losses into metrics.jsonl", {0, 1e9}).aside();
+  s.integer("log.validate_every", 500, "validation; also at the end", {0, 1e9}).aside();
+  s.integer("log.checkpoint_every", 500, "checkpoint; also at the end and when interrupted", {0, 1e9}).aside();
+  s.real("log.checkpoint_minutes", 5, "also a checkpoint when so many minutes passed since the last; 0: not", {0, 1e6}).aside();
+  return s;
+}
+
+void forbid(bool bad, const Config& config, const std::string& key, const std::string& what, const std::string& expected) {
+  if (bad) throw usage_error(what, key + " (" + config.origin(key) + ")", "", expected);
+}
+
+}  // namespace
+
+const Schema& training_schema() {
+  static const Schema schema = make_schema();
+  return schema;
+}
+
+double LegLimits::fraction(std::int64_t step, double minutes_so_far) const {
+  double part = 0;
+  if (steps > 0) part = std::max(part, static_cast<double>(step) / static_cast<double>(steps));
+  if (minutes > 0) part = std::max(part, minutes_so_far / minutes);
+  return std::min(part, 1.0);
+}
+
+double LearningRate::at(std::int64_t step, double fraction) const {
+  double rate = initial;
+  if (kind == Kind::Step) rate *= std::pow(factor, std::floor(std::min(fraction, 1 - 1e-9) / every + 1e-9));
+  if (kind == Kind::Cosine) rate *= least + (1 - least) * 0.5 * (1 + std::cos(std::numbers::pi * fraction));
+  if (step < warmup) rate *= static_cast<double>(step + 1) / static_cast<double>(warmup);
+  return rate;
+}
+
+TrainingOptions training_options(const Config& c) {
+  TrainingOptions o;
+  o.root = c.text("run.root"), o.experiment = c.text("run.experiment"), o.variant = c.text("run.variant");
+  o.device = c.text("run.device");
+  o.seed = static_cast<std::uint64_t>(c.integer("run.seed"));
+  o.preset = c.text("model.preset"), o.init = c.text("model.init"), o.gemm = c.text("model.gemm");
+  o.size = {static_cast<int>(c.integer("model.width")), static_cast<int>(c.integer("model.height"))};
+  o.train_roots = c.texts("data.train"), o.validation_roots = c.texts("data.validation");
+  if (o.validation_roots.empty()) o.validation_roots = o.train_roots;
+  o.train_split = c.text("data.train_split"), o.validation_split = c.text("data.validation_split");
+  o.validation_views = static_cast<int>(c.integer("data.validation_views"));
+  o.mean_views = static_cast<int>(c.integer("data.mean_views"));
+  o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
+  const auto& exposure = c.reals("data.exposure");
+  forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range", "two numbers, the lower first");
+  o.augmentation = {c.flag("data.flip"), exposure[0], exposure[1]};
+  o.batch = static_cast<int>(c.integer("train.batch"));
+  o.steps = c.integer("train.steps"), o.epochs = c.real("train.epochs"), o.minutes = c.real("train.minutes");
+  forbid(o.steps == 0 && o.epochs == 0 && o.minutes == 0, c, "train.steps", "the run has no end",
+         "train.steps, train.epochs or train.minutes above 0");
+  const std::string& schedule = c.text("train.schedule");
+  o.rate.kind = schedule == "step" ? LearningRate::Kind::Step : schedule == "cosine" ? LearningRate::Kind::Cosine : LearningRate::Kind::Constant;
+  o.rate.initial = c.real("train.rate"), o.rate.factor = c.real("train.rate_factor"), o.rate.every = c.real("train.rate_every");
+  o.rate.least = c.real("train.rate_least"), o.rate.warmup = c.integer("train.warmup");
+  o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2");
+  o.w_albedo = c.real("loss.albedo"), o.w_normal = c.real("loss.normal"), o.w_material = c.real("loss.material");
+  o.w_depth = c.real("loss.depth"), o.w_scale = c.real("loss.scale");
+  o.perceptual_weights = c.text("loss.perceptual_weights");
+  o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
+  o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");
+  o.checkpoint_every = c.integer("log.checkpoint_every"), o.checkpoint_minutes = c.real("log.checkpoint_minutes");
+  return o;
+}
+
+}  // namespace clerestory

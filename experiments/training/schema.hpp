@@ -1,0 +1,52 @@
+// Every key of a training config, with its default and meaning.
+#pragma once
+#include "experiments/training/batches.hpp"
+#include "host/io/config.hpp"
+
+namespace clerestory {
+
+const Schema& training_schema();
+
+/// When a leg of training ends: after so many steps, so many passes over the data or so many minutes, whichever comes
+/// first; 0 means no such limit.
+struct LegLimits {
+  std::int64_t steps = 0;  // those of `epochs` included
+  double minutes = 0;
+  /// Part of the leg that is over, in [0, 1].
+  double fraction(std::int64_t step, double minutes_so_far) const;
+};
+
+/// Learning rate as a function of the part of the leg that is over.
+struct LearningRate {
+  enum class Kind { Constant, Step, Cosine } kind = Kind::Cosine;
+  double initial = 5e-4;
+  double factor = 0.5, every = 0.25;  // Step: multiplied by `factor` after each `every` of the leg
+  double least = 0.02;                // Cosine: ends at least * initial
+  std::int64_t warmup = 0;            // first steps of the leg, linear from 0
+  double at(std::int64_t step, double fraction) const;
+};
+
+/// The typed form of a training config. Throws usage_error naming key and origin when values do not go together.
+struct TrainingOptions {
+  std::string preset;
+  Size size;  // of views; the longer side is stored with the weights
+  std::vector<std::string> train_roots, validation_roots;
+  std::string train_split, validation_split;
+  int validation_views = 0, mean_views = 0;
+  std::uint64_t cache_bytes = 0;
+  int batch = 0;
+  std::int64_t steps = 0;
+  double epochs = 0, minutes = 0;
+  LearningRate rate;
+  double beta1 = 0, beta2 = 0;
+  Augmentation augmentation;
+  double w_albedo = 1, w_normal = 1, w_material = 1, w_depth = 1, w_scale = 1, w_perceptual = 0;
+  std::string perceptual_weights;  // file; empty: the term is off
+  std::string init, gemm, device, root, experiment, variant;
+  std::int64_t log_every = 0, validate_every = 0, checkpoint_every = 0;
+  double checkpoint_minutes = 0;
+  std::uint64_t seed = 0;
+};
+TrainingOptions training_options(const Config& config);
+
+}  // namespace clerestory

@@ -1,0 +1,107 @@
+// The schema, the shipped configs, schedules and limits of a leg, and the history that weights carry.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "experiments/training/history.hpp"
+#include "experiments/training/schema.hpp"
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+TEST(TrainingOptions, ShippedConfigsResolve) {
+  const std::string folder = CLERESTORY_SOURCE_DIR "/experiments/configs/";
+  const TrainingOptions compact = training_options(load_config(folder + "mgnet_compact.toml", training_schema()));
+  EXPECT_EQ(compact.preset, "compact");
+  EXPECT_EQ(compact.size, (Size{160, 120}));
+  EXPECT_EQ(compact.minutes, 100);
+  EXPECT_EQ(compact.w_perceptual, 0);  // no ImageNet weights are given
+  const TrainingOptions paper = training_options(load_config(folder + "mgnet_paper.toml", training_schema()));
+  EXPECT_EQ(paper.batch, 64);
+  EXPECT_EQ(paper.epochs, 20);
+  EXPECT_EQ(paper.rate.kind, LearningRate::Kind::Step);
+  EXPECT_FALSE(paper.augmentation.flip);
+  // the base sets no limit: it is no run by itself
+  EXPECT_THROW(training_options(load_config(folder + "mgnet.toml", training_schema())), Error);
+}
+
+TEST(TrainingOptions, ValuesThatDoNotGoTogetherNameTheirKey) {
+  try {
+    training_options(Config(training_schema(), {"train.steps=1", "data.exposure=[0.9,0.8]"}));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    EXPECT_NE(std::string(e.what()).find("data.exposure"), std::string::npos) << e.what();
+  }
+  EXPECT_THROW(Config(training_schema(), {"train.lr=1"}), Error);
+}
+
+TEST(TrainingOptions, WhereARunGoesDoesNotRenameIt) {
+  const Config plain(training_schema(), {"train.steps=1"});
+  EXPECT_EQ(config_hash(plain), config_hash(plain.with({"run.root=/elsewhere", "log.every=7", "run.seed=3"})));
+  EXPECT_NE(config_hash(plain), config_hash(plain.with({"train.rate=1e-3"})));
+}
+
+TEST(LearningRateTest, FallsAsItsScheduleSays) {
+  LearningRate rate;
+  rate.initial = 1, rate.kind = LearningRate::Kind::Step;
+  EXPECT_DOUBLE_EQ(rate.at(9, 0), 1);
+  EXPECT_DOUBLE_EQ(rate.at(9, 0.2499), 1);
+  EXPECT_DOUBLE_EQ(rate.at(9, 0.25), 0.5);
+  EXPECT_DOUBLE_EQ(rate.at(9, 0.99), 0.125);
+  EXPECT_DOUBLE_EQ(rate.at(9, 1), 0.125);
+  rate.kind = LearningRate::Kind::Cosine;
+  EXPECT_DOUBLE_EQ(rate.at(9, 0), 1);
+  EXPECT_DOUBLE_EQ(rate.at(9, 0.5), 0.02 + 0.98 / 2);
+  EXPECT_NEAR(rate.at(9, 1), 0.02, 1e-15);
+  rate.kind = LearningRate::Kind::Constant, rate.warmup = 4;
+  EXPECT_DOUBLE_EQ(rate.at(0, 0), 0.25);
+  EXPECT_DOUBLE_EQ(rate.at(3, 0), 1);
+  EXPECT_DOUBLE_EQ(rate.at(400, 1), 1);
+}
+
+TEST(LegLimitsTest, FirstLimitCounts) {
+  EXPECT_DOUBLE_EQ((LegLimits{100, 0}.fraction(25, 1e9)), 0.25);
+  EXPECT_DOUBLE_EQ((LegLimits{0, 10}.fraction(25, 5)), 0.5);
+  EXPECT_DOUBLE_EQ((LegLimits{100, 10}.fraction(80, 5)), 0.8);
+  EXPECT_DOUBLE_EQ((LegLimits{100, 10}.fraction(800, 5)), 1);
+}
+
+History history() {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Leg leg;
+  leg.experiment = "e", leg.variant = "v", leg.commit = "abc", leg.preset = "compact", leg.init = "old.safetensors";
+  leg.width = 160, leg.height = 120, leg.batch = 8, leg.seed = 7, leg.rooms = 3, leg.views = 30, leg.steps = 100, leg.views_seen = 800;
+  leg.hours = 1.5, leg.overrides = {"train.rate=0.001"};
+  leg.curve = {{0, 0.1, 1.5, {30, 0.4, 0.02, 0.04, nan}, {1.5, 1.2, 1, 1, nan}, 0.7}, {100, 1.5, 0.8, {20, 0.3, 0.01, 0.03, nan}, {0.7, 0.8, 0.9, 1, nan}, 0.25}};
+  History h;
+  h.legs = {leg, leg};
+  return h;
+}
+
+TEST(HistoryTest, SurvivesItsText) {
+  const History h = history();
+  const std::string text = history_json(h);
+  const History back = history_from_json(text, "test");
+  EXPECT_EQ(history_json(back), text);
+  EXPECT_DOUBLE_EQ(back.hours(), 3);
+  EXPECT_EQ(back.views_seen(), 1600);
+  EXPECT_TRUE(std::isnan(back.legs[0].curve[0].errors[4]));
+  EXPECT_THROW(history_from_json("{", "test"), Error);
+  EXPECT_THROW(history_from_json(R"([{"experiment":"e"}])", "test"), Error);
+}
+
+TEST(HistoryTest, CardStatesTheFigures) {
+  const std::string card = model_card(history(), {{"file", "weights.safetensors"}}, "validation.svg");
+  for (const char* expected : {"| normals | 20 degrees | 0.7 |", "| metallic | - MSE | - |", "3.00 hours, 1600 views seen, 2 legs", "validation.svg",
+                               "old.safetensors", "a factor of 1.28", "`train.rate=0.001`"})
+    EXPECT_NE(card.find(expected), std::string::npos) << expected << "\n" << card;
+  const Plot plot = history_plot(history());
+  EXPECT_EQ(plot.series.size(), 5u);  // the mean and four maps; no view has metallic
+  EXPECT_EQ(plot.series[0].y.size(), 4u);
+}
+
+}  // namespace
+}  // namespace clerestory
