@@ -218,7 +218,8 @@ void check_differences(const OpCase& c, const std::vector<Tensor>& gradients, co
 
 std::set<std::string> launched(Precision precision) {
   std::set<std::string> names;
-  for (const KernelProfile& k : test_device(precision).profile()) names.insert(k.kernel);
+  for (const KernelProfile& k : test_device(precision).profile())
+    names.insert(k.kernel.substr(k.kernel.find_last_of(":/") + 1));
   return names;
 }
 

@@ -1,0 +1,85 @@
+#include "host/ops/tensor/resize.hpp"
+
+#include <algorithm>
+
+#include "host/ops/tensor/rows.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr auto kFile = "tensor/resize.cl";
+constexpr int kGpuRows = 8;  // rows of one work-group; a CPU's takes the whole plane, so that tables are made once
+
+/// Outputs that read one input, at most: those within one input's distance on either side.
+int most_readers(int ins, int outs) {
+  if (ins == 1) return outs;
+  return std::min(outs, 2 * (outs - 1) / (ins - 1) + 1);
+}
+
+int rows_of(const Device& device, int height) { return row_group(device) == 1 ? height : std::min(height, kGpuRows); }
+
+std::vector<Signature> resized(const Value& x, int h, int w, const char* op) {
+  Shape s = x.shape();
+  if (h < 1 || w < 1) throw Error(ErrorKind::Failed, "an empty plane", op, fmt::format("{}x{}", h, w));
+  s.h = h, s.w = w;
+  return {{s, Type::Real}};
+}
+
+struct BilinearAdjointOp : Op {  // dy -> dx
+  Shape input;
+  explicit BilinearAdjointOp(Shape s) : input(s) {}
+  std::string name() const override { return "resize_bilinear_adjoint"; }
+  std::vector<Signature> infer(std::span<const Value>) const override { return {{input, Type::Real}}; }
+  void launch(Launch& l) const override {
+    const Shape& out = l.in(0).shape;
+    const int most_y = most_readers(input.h, out.h), most_x = most_readers(input.w, out.w), rows = rows_of(l.device, input.h);
+    const std::size_t real = real_size(l.precision);
+    l.run_with(row_defines(l.device), kFile, "resize_bilinear_adjoint",
+               row_range(l.device, (input.h + rows - 1) / rows, input.c, input.n), l.in(0), l.out(), input.h, input.w, out.h,
+               out.w, most_y, most_x, rows, Arg::local(size(out.w) * real), Arg::local(size(most_x * input.w) * real),
+               Arg::local(size(input.w) * sizeof(int)));
+  }
+};
+
+struct BilinearOp : Op {
+  int h, w;
+  BilinearOp(int h_, int w_) : h(h_), w(w_) {}
+  std::string name() const override { return "resize_bilinear"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override { return resized(in[0], h, w, "resize_bilinear"); }
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    return {g[0].graph().make<BilinearAdjointOp>({g[0]}, node.in_shape(0))};
+  }
+  void launch(Launch& l) const override {
+    const Shape& s = l.in(0).shape;
+    const int rows = rows_of(l.device, h);
+    const std::size_t real = real_size(l.precision);
+    l.run_with(row_defines(l.device), kFile, "resize_bilinear", row_range(l.device, (h + rows - 1) / rows, s.c, s.n), l.in(0),
+               l.out(), s.h, s.w, h, w, rows, Arg::local(size(s.w) * real), Arg::local(size(w) * real),
+               Arg::local(size(w) * sizeof(int)));
+  }
+};
+
+struct SampleOp : Op {
+  bool area;
+  int h, w;
+  SampleOp(bool a, int h_, int w_) : area(a), h(h_), w(w_) {}
+  std::string name() const override { return area ? "resize_area" : "resize_nearest"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override { return resized(in[0], h, w, name().c_str()); }
+  void launch(Launch& l) const override {
+    const Shape& s = l.in(0).shape;
+    const Range range{{size(h) * size(w), size(s.c), size(s.n)}, {64, 1, 1}};
+    l.run(kFile, area ? "resize_area" : "resize_nearest", range, l.in(0), l.out(), s.h, s.w, h, w);
+  }
+};
+
+}  // namespace
+
+Value resize_bilinear(Value x, int height, int width) {
+  if (x.shape().h == height && x.shape().w == width) return x;
+  return x.graph().make<BilinearOp>({x}, height, width);
+}
+
+Value resize_area(Value x, int height, int width) { return x.graph().make<SampleOp>({x}, true, height, width); }
+Value resize_nearest(Value x, int height, int width) { return x.graph().make<SampleOp>({x}, false, height, width); }
+
+}  // namespace clerestory

@@ -1,0 +1,69 @@
+// Pooling of {N, C, H, W}, stride 2. Rows: one plane.
+#include "lib/lanes.clh"
+
+#define FOR_LANES(x, w) for (int x = (int)get_local_id(0); x < (w); x += GROUP)
+
+// y = mean of 2x2; an odd last row or column is left out. y: {N, C, H/2, W/2}.
+kernel void average_pool(IN(x), OUT(y), const int height, const int width) {
+  const int c = (int)get_group_id(0), n = (int)get_group_id(1);
+  const int h = height / 2, w = width / 2;
+  global const real *from = AT(x, n) + (ulong)c * height * width;
+  global real *to = AT(y, n) + (ulong)c * h * w;
+  for (int j = 0; j < h; ++j) {
+    global const real *a = from + 2 * j * width;
+    FOR_LANES(i, w)
+      to[j * w + i] = R(0.25) * ((a[2 * i] + a[2 * i + 1]) + (a[width + 2 * i] + a[width + 2 * i + 1]));
+  }
+}
+
+kernel void average_pool_adjoint(IN(dy), OUT(dx), const int height, const int width) {
+  const int c = (int)get_group_id(0), n = (int)get_group_id(1);
+  const int h = height / 2, w = width / 2;
+  global const real *from = AT(dy, n) + (ulong)c * h * w;
+  global real *to = AT(dx, n) + (ulong)c * height * width;
+  for (int j = 0; j < height; ++j)
+    FOR_LANES(i, width)
+      to[j * width + i] = j < 2 * h && i < 2 * w ? R(0.25) * from[(j / 2) * w + i / 2] : R(0);
+}
+
+// y = maximum over 3x3, padding 1 (never chosen); y: {N, C, (H-1)/2+1, (W-1)/2+1}. which: 3 dy + dx of the first maximum in
+// reading order, which is where the gradient goes.
+kernel void max_pool(IN(x), OUT(y), OUT_INT(which), const int height, const int width) {
+  const int c = (int)get_group_id(0), n = (int)get_group_id(1);
+  const int h = (height - 1) / 2 + 1, w = (width - 1) / 2 + 1;
+  global const real *from = AT(x, n) + (ulong)c * height * width;
+  global real *to = AT(y, n) + (ulong)c * h * w;
+  global int *code = AT(which, n) + (ulong)c * h * w;
+  for (int j = 0; j < h; ++j)
+    FOR_LANES(i, w) {
+      real best = -INFINITY;
+      int at = 4;  // the centre is always inside
+      for (int k = 0; k < 9; ++k) {
+        const int sy = 2 * j - 1 + k / 3, sx = 2 * i - 1 + k % 3;
+        const bool inside = sy >= 0 && sy < height && sx >= 0 && sx < width;
+        const real v = inside ? from[sy * width + sx] : -INFINITY;
+        const bool better = v > best || isnan(v);
+        best = better ? v : best;
+        at = better ? k : at;
+      }
+      to[j * w + i] = best;
+      code[j * w + i] = at;
+    }
+}
+
+// Each input looks at the windows it lies in (at most two per axis): a gather, so the order is fixed.
+kernel void max_pool_adjoint(IN(dy), IN_INT(which), OUT(dx), const int height, const int width) {
+  const int c = (int)get_group_id(0), n = (int)get_group_id(1);
+  const int h = (height - 1) / 2 + 1, w = (width - 1) / 2 + 1;
+  global const real *from = AT(dy, n) + (ulong)c * h * w;
+  global const int *code = AT(which, n) + (ulong)c * h * w;
+  global real *to = AT(dx, n) + (ulong)c * height * width;
+  for (int sy = 0; sy < height; ++sy)
+    FOR_LANES(sx, width) {
+      real sum = R(0);
+      for (int j = sy / 2; j <= (sy + 1) / 2 && j < h; ++j)
+        for (int i = sx / 2; i <= (sx + 1) / 2 && i < w; ++i)
+          if (code[j * w + i] == 3 * (sy - 2 * j + 1) + (sx - 2 * i + 1)) sum += from[j * w + i];
+      to[sy * width + sx] = sum;
+    }
+}
