@@ -1,0 +1,306 @@
+// The command line on top of CLI11.
+#include "experiments/cli.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <utility>
+
+#include "host/io/files.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/provenance.hpp"
+
+namespace clerestory {
+namespace {
+
+template <class T>
+T read_number(const std::string& text, const std::string& option, const char* expected) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size())
+    throw usage_error("not " + std::string(expected), option, "'" + text + "'");
+  return value;
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts(1);
+  for (char c : text) {
+    if (c == separator)
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+}  // namespace
+
+void read_value(const std::string& text, const std::string&, std::string& to) { to = text; }
+
+void read_value(const std::string& text, const std::string& option, std::filesystem::path& to) {
+  if (text.empty()) throw usage_error("a path is empty", option);
+  to = text;
+}
+
+void read_value(const std::string& text, const std::string& option, int& to) {
+  to = read_number<int>(text, option, "an integer");
+}
+
+void read_value(const std::string& text, const std::string& option, std::int64_t& to) {
+  to = read_number<std::int64_t>(text, option, "an integer");
+}
+
+void read_value(const std::string& text, const std::string& option, std::uint64_t& to) {
+  to = read_number<std::uint64_t>(text, option, "an integer of at least 0");
+}
+
+void read_value(const std::string& text, const std::string& option, double& to) {
+  const double value = read_number<double>(text, option, "a number");
+  if (!std::isfinite(value)) throw usage_error("not a finite number", option, "'" + text + "'");
+  to = value;
+}
+
+void read_value(const std::string& text, const std::string& option, bool& to) {
+  if (text != "true" && text != "false") throw usage_error("not a flag", option, "'" + text + "'", "true or false");
+  to = text == "true";
+}
+
+void read_value(const std::string& text, const std::string& option, PixelSize& to) {
+  const auto parts = split(text, 'x');
+  constexpr int kMost = 65535;
+  if (parts.size() != 2) throw usage_error("not a size", option, "'" + text + "'", "WIDTHxHEIGHT");
+  const PixelSize size{read_number<int>(parts[0], option, "a width"), read_number<int>(parts[1], option, "a height")};
+  if (size.width < 1 || size.height < 1 || size.width > kMost || size.height > kMost)
+    throw usage_error("size out of range", option, "'" + text + "'", fmt::format("1 to {} each way", kMost));
+  to = size;
+}
+
+std::vector<double> read_numbers(const std::string& text, const std::string& option, std::size_t count) {
+  std::vector<double> numbers;
+  for (const std::string& part : split(text, ',')) {
+    numbers.emplace_back();
+    read_value(part, option, numbers.back());
+  }
+  if (numbers.size() != count)
+    throw usage_error("wrong number of values", option, "'" + text + "'", fmt::format("{} separated by commas", count));
+  return numbers;
+}
+
+std::vector<std::string> read_names(const std::string& text, const std::string& option) {
+  auto names = split(text, ',');
+  if (std::ranges::find(names, "") != names.end())
+    throw usage_error("an empty name in a list", option, "'" + text + "'");
+  return names;
+}
+
+void write_json_result(const CommonOptions& common, const std::string& json) {
+  if (!common.json) return;
+  if (common.json->empty())
+    std::fputs((json + "\n").c_str(), stdout);
+  else
+    write_file(*common.json, json + "\n");
+}
+
+struct Command::State {
+  CLI::App* app = nullptr;
+  std::map<const CLI::Option*, Take> takes;
+  CommonOptions common;
+  Action action;
+
+  CLI::Option* add_option(const std::string& names, const std::string& meta, const std::string& doc, Take take) {
+    // The values are handed out in their order on the command line after parsing; CLI11 only collects them.
+    CLI::Option* option = app->add_option_function<std::vector<std::string>>(
+        names, [](const std::vector<std::string>&) {}, doc);
+    option->type_name(meta);
+    takes[option] = std::move(take);
+    return option;
+  }
+
+  void hand_out() const {
+    std::map<const CLI::Option*, std::size_t> handed;
+    for (const CLI::Option* option : app->parse_order()) {
+      const auto take = takes.find(option);
+      const std::vector<std::string> values = option->results();
+      const std::size_t at = handed[option]++;
+      if (take != takes.end() && at < values.size()) take->second(values[at]);
+    }
+  }
+};
+
+Command& Command::option(const std::string& names, const std::string& meta, const std::string& doc, Take take,
+                         const std::string& shown_default) {
+  CLI::Option* added = state_->add_option(names, meta, doc, std::move(take));
+  added->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->allow_extra_args(false);
+  if (!shown_default.empty()) added->default_str(shown_default);
+  return *this;
+}
+
+Command& Command::single(const std::string& names, const std::string& meta, const std::string& doc, Take take,
+                         const std::string& shown_default) {
+  CLI::Option* added = state_->add_option(names, meta, doc, std::move(take));
+  added->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::Throw)->allow_extra_args(false);
+  if (!shown_default.empty()) added->default_str(shown_default);
+  return *this;
+}
+
+Command& Command::choice(const std::string& names, const std::string& doc, std::string& to,
+                         std::vector<std::string> words) {
+  const auto take = [names, words, &to](const std::string& text) {
+    if (std::ranges::find(words, text) == words.end())
+      throw usage_error("unknown choice", names, "'" + text + "'", joined(words));
+    to = text;
+  };
+  std::string meta;
+  for (const std::string& word : words) meta += (meta.empty() ? "" : "|") + word;
+  return single(names, meta, doc, take, to);
+}
+
+Command& Command::flag(const std::string& names, const std::string& doc, bool& to) {
+  state_->app->add_flag(names, to, doc);
+  return *this;
+}
+
+Command& Command::positional(const std::string& meta, const std::string& doc, Take take, int least, int most) {
+  CLI::Option* added = state_->add_option(meta, "", doc, std::move(take));
+  added->expected(most == 1 ? 1 : std::max(least, 1), most)->required(least > 0);
+  return *this;
+}
+
+Command& Command::arguments(const std::string& meta, const std::string& doc, std::vector<std::string>& to, int least) {
+  return positional(
+      meta, doc, [&to](const std::string& text) { to.push_back(text); }, least, CLI::detail::expected_max_vector_size);
+}
+
+Command& Command::light(std::vector<std::string> lights) {
+  state_->common.light = lights.front();
+  return choice("--light", "Who answers for radiance", state_->common.light, std::move(lights));
+}
+
+Command& Command::common(std::initializer_list<Common> which) {
+  CommonOptions& to = state_->common;
+  for (Common one : which) {
+    switch (one) {
+      case Common::Device:
+        option("--device", "NAME", "OpenCL device: its number in `clerestory devices`, or part of its name", to.device);
+        break;
+      case Common::Seed:
+        option("--seed", "N", "Seed of everything random", to.seed);
+        break;
+      case Common::Spp:
+        single("--spp", "N", "Samples a pixel", [&to](const std::string& text) {
+          read_value(text, "--spp", to.spp);
+          if (*to.spp < 1) throw usage_error("too few samples", "--spp", text, "at least 1");
+        });
+        break;
+      case Common::Weights:
+        option("--weights", "FILE", "Weights to use (.safetensors)", to.weights);
+        break;
+      case Common::Preset:
+        choice("--preset", "Size of the nets", to.preset, {"paper", "compact"});
+        break;
+      case Common::Gemm:
+        choice("--gemm", "Matrix products by CLBlast, by our packed kernels, or whichever was measured faster", to.gemm,
+               {"clblast", "packed", "auto"});
+        break;
+      case Common::Json:
+        // The file takes "=", so that a plain --json does not swallow the argument behind it.
+        state_->takes[state_->app->add_flag("--json")->description(
+            "Result as JSON on stdout, or into a file with --json=FILE")] = [&to](const std::string& text) {
+          to.json = text == "true" ? "" : text;
+        };
+        break;
+      case Common::Quiet:
+        flag("--quiet,-q", "No progress, no notes", to.quiet);
+        break;
+    }
+  }
+  return *this;
+}
+
+Command& Command::notes(const std::string& text) {
+  state_->app->footer(text);
+  return *this;
+}
+
+void Command::run(Action action) { state_->action = std::move(action); }
+
+struct CommandLine::State {
+  CLI::App app{"Takes a photograph of a room apart into material, geometry and light, and puts it together again",
+               "clerestory"};
+  std::map<std::string, CLI::App*> groups;
+  std::vector<std::shared_ptr<Command::State>> commands;
+
+  CLI::App* group(const std::string& name) {
+    CLI::App*& found = groups[name];
+    if (!found) found = app.add_subcommand(name)->require_subcommand(1);
+    return found;
+  }
+
+  void run_chosen(std::vector<std::string> command) const {
+    for (const auto& one : commands) {
+      if (!one->app->parsed()) continue;
+      one->hand_out();
+      one->common.command = std::move(command);
+      set_quiet(one->common.quiet);
+      one->action(one->common);
+      return;
+    }
+  }
+};
+
+CommandLine::CommandLine() : state_(std::make_unique<State>()) {
+  state_->app.require_subcommand(1);
+  state_->app.set_version_flag("--version", this_build().version + " (" + this_build().commit + ")");
+  state_->app.set_help_all_flag("--help-all", "Help of every command");
+  state_->app.footer(
+      "Exit codes: 0 done, 1 failed, 2 bad usage, config or input, 3 device trouble, 4 interrupted (can resume).");
+}
+
+CommandLine::~CommandLine() = default;
+
+void CommandLine::describe_group(const std::string& name, const std::string& doc) {
+  state_->group(name)->description(doc);
+}
+
+Command CommandLine::add(const std::string& name, const std::string& doc) {
+  const auto space = name.find(' ');
+  CLI::App* parent = space == std::string::npos ? &state_->app : state_->group(name.substr(0, space));
+  auto command = std::make_shared<Command::State>();
+  command->app = parent->add_subcommand(space == std::string::npos ? name : name.substr(space + 1), doc);
+  command->action = [name](const CommonOptions&) { throw Error(ErrorKind::Failed, "command without an action", name); };
+  state_->commands.push_back(command);
+  return Command(command);
+}
+
+int CommandLine::run(int argc, const char* const* argv) {
+  try {
+    state_->app.parse(argc, argv);
+    state_->run_chosen({argv, argv + argc});
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return state_->app.exit(error);  // --help, --version
+    std::fprintf(stderr, "clerestory: %s\n", error.what());
+    std::fputs("Run with --help for what there is.\n", stderr);
+    return static_cast<int>(ErrorKind::Usage);
+  } catch (const Error& error) {
+    std::fprintf(stderr, "clerestory: %s\n", error.what());
+    return error.exit_code();
+  } catch (const std::bad_alloc&) {
+    std::fputs("clerestory: out of memory\n", stderr);
+    return static_cast<int>(ErrorKind::Failed);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "clerestory: %s\n", error.what());
+    return static_cast<int>(ErrorKind::Failed);
+  }
+}
+
+}  // namespace clerestory

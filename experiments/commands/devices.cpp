@@ -1,0 +1,47 @@
+#include "experiments/commands/devices.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "experiments/cli.hpp"
+#include "host/cl/device.hpp"
+#include "host/cl/device_table.hpp"
+
+namespace clerestory {
+namespace {
+
+std::string devices_json(const std::vector<DeviceInfo>& devices) {
+  auto list = nlohmann::ordered_json::array();
+  for (const DeviceInfo& d : devices)
+    list.push_back({{"index", d.index},
+                    {"name", d.name},
+                    {"platform", d.platform},
+                    {"vendor", d.vendor},
+                    {"version", d.version},
+                    {"driver", d.driver},
+                    {"cpu", d.cpu},
+                    {"fp64", d.fp64},
+                    {"unified_memory", d.unified_memory},
+                    {"compute_units", d.compute_units},
+                    {"max_group", d.max_group},
+                    {"memory", d.memory},
+                    {"max_allocation", d.max_allocation},
+                    {"local_memory", d.local_memory}});
+  // Drivers may name themselves in any encoding.
+  return list.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+void add_devices_command(CommandLine& line) {
+  line.add("devices", "List the OpenCL devices").common({Common::Json}).run([](const CommonOptions& common) {
+    const std::vector<DeviceInfo> devices = list_devices();
+    if (common.json)
+      write_json_result(common, devices_json(devices));
+    else
+      std::fputs(device_table(devices).c_str(), stdout);
+    if (devices.empty()) throw Error(ErrorKind::Device, "there is no OpenCL device");
+  });
+}
+
+}  // namespace clerestory
