@@ -171,7 +171,7 @@ Command& Command::flag(const std::string& names, const std::string& doc, bool& t
 
 Command& Command::positional(const std::string& meta, const std::string& doc, Take take, int least, int most) {
   CLI::Option* added = state_->add_option(meta, "", doc, std::move(take));
-  added->expected(most == 1 ? 1 : std::max(least, 1), most)->required(least > 0);
+  added->expected(most == 1 ? 1 : std::max(least, 1), most)->required(least > 0)->allow_extra_args(most > 1);
   return *this;
 }
 
