@@ -63,8 +63,9 @@ void check_header(const OIIO::ImageSpec& spec, std::uint64_t file_bytes, const s
     throw usage_error("the pixel type is not read", where, spec.format.c_str(), "uint8, uint16, half or float");
 }
 
-// Positions of R, G, B where all three are there; else of every channel but alpha.
+// Positions of R, G, B where all three are there; else of every channel but alpha. A single channel may have any name.
 std::vector<int> channels_to_keep(const OIIO::ImageSpec& spec) {
+  if (spec.nchannels == 1) return {0};
   std::vector<int> rgb;
   for (const char* name : {"R", "G", "B"}) {
     const auto at = std::find(spec.channelnames.begin(), spec.channelnames.end(), name);
@@ -121,7 +122,6 @@ Decoded decode(const std::filesystem::path& path) {
   if (!failure.empty()) throw usage_error(fmt::format("{} is damaged or truncated: {}", format.name, failure), where);
 
   const std::vector<int> keep = channels_to_keep(spec);
-  if (keep.empty()) throw usage_error("the picture has no channel but alpha", where);
   Decoded out;
   out.image = Image(spec.width, spec.height, static_cast<int>(keep.size()));
   for (std::size_t c = 0; c < keep.size(); ++c) {
@@ -129,7 +129,7 @@ Decoded decode(const std::filesystem::path& path) {
     for (std::size_t i = 0; i < out.image.pixels(); ++i) plane[i] = interleaved[i * spec.nchannels + keep[c]];
     out.names.push_back(spec.channelnames[keep[c]]);
   }
-  out.alpha_dropped = spec.alpha_channel >= 0;
+  out.alpha_dropped = spec.alpha_channel >= 0 && spec.nchannels > 1;
   const int orientation = spec.get_int_attribute("Orientation", 1);
   if (orientation > 1 && orientation <= 8) out.image = upright(out.image, orientation), out.turned = true;
   const bool integer = !spec.format.is_floating_point();

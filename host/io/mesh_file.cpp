@@ -272,6 +272,7 @@ Part read_part(const tinygltf::Model& model, const tinygltf::Primitive& primitiv
                                                : accessor_values(model, found->second, width, where);
   };
   part.positions = take("POSITION", 3), part.normals = take("NORMAL", 3), part.uvs = take("TEXCOORD_0", 2);
+  if (part.vertices() == 0) throw usage_error("a primitive has no POSITION", where);
   std::vector<std::uint32_t> list(part.vertices());
   for (std::size_t i = 0; i < list.size(); ++i) list[i] = static_cast<std::uint32_t>(i);
   if (primitive.indices >= 0) {

@@ -1,0 +1,286 @@
+// Pictures: round trips, formats, channels, orientation, and what must not be read.
+#include "host/io/image.hpp"
+
+#include <OpenImageIO/imageio.h>
+
+#include <cmath>
+#include <limits>
+
+#include "host/io/files.hpp"
+#include "tests/io/testing.hpp"
+
+namespace clerestory {
+namespace {
+
+class Images : public Scratch {
+ protected:
+  // Writes with the library itself, as another program would.
+  std::filesystem::path foreign(const std::string& name, OIIO::ImageSpec spec, const std::vector<float>& values) const {
+    const auto path = folder / name;
+    const auto output = OIIO::ImageOutput::create(path.string());
+    EXPECT_TRUE(output && output->open(path.string(), spec) && output->write_image(OIIO::TypeFloat, values.data()) &&
+                output->close())
+        << name;
+    return path;
+  }
+};
+
+Image ramp(int width, int height, int channels) {
+  Image image(width, height, channels);
+  for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = 0.01f * static_cast<float>(i) + 0.1f;
+  return image;
+}
+
+TEST_F(Images, ExrRoundTrips) {
+  for (int channels : {1, 3}) {
+    const Image image = ramp(7, 5, channels);
+    write_exr(folder / "float.exr", image, ExrType::Float);
+    const Image same = read_image(folder / "float.exr");
+    EXPECT_EQ(same.width, 7);
+    EXPECT_EQ(same.height, 5);
+    EXPECT_EQ(same.channels, channels);
+    EXPECT_EQ(same.data, image.data) << "float is exact";
+
+    write_exr(folder / "half.exr", image, ExrType::Half);
+    const Image near = read_image(folder / "half.exr");
+    for (std::size_t i = 0; i < image.data.size(); ++i)  // half an ulp of an 11-bit significand
+      EXPECT_NEAR(near.data[i], image.data[i], std::ldexp(image.data[i], -11));
+  }
+  EXPECT_EQ(entries(), 2u) << "no temporaries";
+}
+
+TEST_F(Images, ExrKeepsSpecialValues) {
+  Image image(4, 1, 1);
+  image.data = {HUGE_VALF, -HUGE_VALF, std::nanf(""), 65504};
+  EXPECT_TRUE(fits_half(image));
+  write_exr(folder / "a.exr", image, ExrType::Half);
+  const Image same = read_image(folder / "a.exr");
+  EXPECT_EQ(same.data[0], HUGE_VALF);
+  EXPECT_EQ(same.data[1], -HUGE_VALF);
+  EXPECT_TRUE(std::isnan(same.data[2]));
+  EXPECT_EQ(same.data[3], 65504);
+}
+
+TEST_F(Images, HalfRefusesWhatDoesNotFit) {
+  Image image(3, 2, 3, 1);
+  image.at(1, 1, 2) = 70000;
+  EXPECT_FALSE(fits_half(image));
+  expect_error([&] { write_exr(folder / "a.exr", image); }, {"a.exr", "70000", "channel 1, pixel (2, 1)", "65504"},
+               ErrorKind::Failed);
+  EXPECT_EQ(entries(), 0u);
+  EXPECT_NO_THROW(write_exr(folder / "a.exr", image, ExrType::Float));
+}
+
+TEST_F(Images, EqualContentGivesEqualBytes) {
+  write_exr(folder / "a.exr", ramp(20, 10, 3));
+  write_exr(folder / "b.exr", ramp(20, 10, 3));
+  EXPECT_EQ(get(folder / "a.exr"), get(folder / "b.exr"));
+  EXPECT_EQ(encode_png(ramp(20, 10, 3), Encoding::Gamma, "a"), encode_png(ramp(20, 10, 3), Encoding::Gamma, "b"));
+}
+
+TEST_F(Images, ExrHeader) {
+  write_exr(folder / "a.exr", ramp(4, 2, 1), ExrType::Float, {}, {{"clerestory:seed", "7"}});
+  const auto input = OIIO::ImageInput::open((folder / "a.exr").string());
+  ASSERT_TRUE(input);
+  EXPECT_EQ(input->spec().channelnames, std::vector<std::string>{"Y"});
+  EXPECT_EQ(input->spec().get_string_attribute("clerestory:seed"), "7");
+  write_exr(folder / "b.exr", ramp(4, 2, 3));
+  const auto colour = OIIO::ImageInput::open((folder / "b.exr").string());
+  EXPECT_EQ(colour->spec().channelnames, (std::vector<std::string>{"R", "G", "B"}));
+  EXPECT_EQ(colour->spec().format, OIIO::TypeHalf);
+  expect_error([&] { write_exr(folder / "c.exr", ramp(2, 2, 2)); }, {"c.exr", "name per channel"}, ErrorKind::Failed);
+  expect_error([&] { write_exr(folder / "c.exr", Image()); }, {"c.exr", "empty"}, ErrorKind::Failed);
+}
+
+// All 256 codes survive; v * (1/255) and v / 255 may differ in the last place.
+void expect_codes(const Image& found, const Image& expected) {
+  ASSERT_EQ(found.data.size(), expected.data.size());
+  for (std::size_t i = 0; i < found.data.size(); ++i) EXPECT_FLOAT_EQ(found.data[i], expected.data[i]);
+}
+
+TEST_F(Images, PngRoundTrips) {
+  Image image(256, 1, 3);
+  for (int c = 0; c < 3; ++c)
+    for (int v = 0; v < 256; ++v) image.at(c, 0, v) = static_cast<float>(v) / 255;
+  write_png(folder / "linear.png", image, Encoding::Linear);
+  expect_codes(read_image(folder / "linear.png"), image);
+
+  // A photograph written as preview comes back: v -> v^2.2 -> code v.
+  const Photo photo = read_photo(folder / "linear.png");
+  write_png(folder / "gamma.png", photo.image, Encoding::Gamma);
+  expect_codes(read_image(folder / "gamma.png"), image);
+
+  Image outside(2, 1, 1);
+  outside.data = {-3, 7};
+  write_png(folder / "clamped.png", outside);
+  EXPECT_EQ(read_image(folder / "clamped.png").data, (std::vector<float>{0, 1}));
+  outside.data = {0, std::nanf("")};
+  expect_error([&] { write_png(folder / "nan.png", outside); }, {"nan.png", "pixel (1, 0)"}, ErrorKind::Failed);
+  expect_error([&] { write_png(folder / "two.png", Image(1, 1, 2)); }, {"one or three"}, ErrorKind::Failed);
+}
+
+TEST_F(Images, PhotographOfEightBits) {
+  const Photo photo = read_photo(asset("real/coffee/rgb.png"));
+  EXPECT_EQ(photo.encoding, Encoding::Gamma);
+  EXPECT_EQ(photo.image.width, 600);
+  EXPECT_EQ(photo.image.height, 400);
+  EXPECT_NE(photo.note.find("8-bit PNG"), std::string::npos) << photo.note;
+  EXPECT_NE(photo.note.find("2.2"), std::string::npos) << photo.note;
+  // Bytes from an independent decoder of the same file.
+  struct Known {
+    int x, y, rgb[3];
+  };
+  for (const Known& k :
+       {Known{0, 0, {21, 13, 8}}, {599, 0, {228, 184, 140}}, {0, 399, {197, 141, 100}}, {123, 45, {167, 64, 20}}})
+    for (int c = 0; c < 3; ++c)  // pow in float: a few ulp
+      EXPECT_NEAR(photo.image.at(c, k.y, k.x), std::pow(k.rgb[c] / 255.0, 2.2), 1e-6) << k.x << " " << k.y;
+}
+
+TEST_F(Images, PhotographsOfOtherKinds) {
+  const Photo exr = read_photo(asset("hdri/lab.exr"));
+  EXPECT_EQ(exr.encoding, Encoding::Linear);
+  EXPECT_EQ(exr.image.channels, 3);
+  EXPECT_NE(exr.note.find("as it is"), std::string::npos);
+
+  OIIO::ImageSpec grey(3, 2, 1, OIIO::TypeUInt16);
+  const Photo photo = read_photo(foreign("grey.png", grey, {0, 0.25f, 0.5f, 0.75f, 1, 0.1f}));
+  ASSERT_EQ(photo.image.channels, 3);
+  EXPECT_NE(photo.note.find("16-bit PNG"), std::string::npos) << photo.note;
+  EXPECT_NE(photo.note.find("grey"), std::string::npos) << photo.note;
+  for (int c = 0; c < 3; ++c)  // 16-bit codes: half a step of 1/65535 times the slope 2.2
+    EXPECT_NEAR(photo.image.at(c, 0, 2), std::pow(0.5, 2.2), 2.2 / 65535);
+
+  const Photo hdr = read_photo(foreign("a.hdr", OIIO::ImageSpec(16, 2, 3, OIIO::TypeFloat), std::vector<float>(96, 5)));
+  EXPECT_EQ(hdr.encoding, Encoding::Linear);
+  EXPECT_NEAR(hdr.image.at(1, 1, 7), 5, 5.0 / 256) << "8 bits of significand";
+
+  const Photo jpeg =
+      read_photo(foreign("a.jpg", OIIO::ImageSpec(16, 16, 3, OIIO::TypeUInt8), std::vector<float>(768, 0.5f)));
+  EXPECT_EQ(jpeg.encoding, Encoding::Gamma);
+  EXPECT_NEAR(jpeg.image.at(0, 3, 3), std::pow(0.5, 2.2), 0.02);
+
+  OIIO::ImageSpec two(2, 2, 2, OIIO::TypeHalf);
+  two.channelnames = {"u", "v"};
+  two.alpha_channel = -1;
+  expect_error([&] { read_photo(foreign("two.exr", two, std::vector<float>(8))); }, {"two.exr", "2: u, v"});
+}
+
+TEST_F(Images, AlphaIsDroppedAndDoesNotScale) {
+  OIIO::ImageSpec spec(2, 1, 4, OIIO::TypeUInt8);
+  spec["oiio:UnassociatedAlpha"] = 1;
+  const Photo photo = read_photo(foreign("a.png", spec, {1, 0.6f, 0.2f, 0, 0.2f, 0.6f, 1, 0.4f}));
+  ASSERT_EQ(photo.image.channels, 3);
+  EXPECT_NE(photo.note.find("alpha dropped"), std::string::npos) << photo.note;
+  EXPECT_NEAR(photo.image.at(1, 0, 1), std::pow(0.6, 2.2), 1e-6);
+  EXPECT_NEAR(photo.image.at(0, 0, 0), 1, 1e-6) << "colour under alpha 0 survives";
+
+  OIIO::ImageSpec grey(1, 1, 2, OIIO::TypeUInt8);
+  grey.channelnames = {"Y", "A"};
+  grey.alpha_channel = 1;
+  grey["oiio:UnassociatedAlpha"] = 1;
+  EXPECT_EQ(read_image(foreign("grey.png", grey, {1, 0.2f})).channels, 1);
+}
+
+TEST_F(Images, OrientationOfJpegIsApplied) {
+  // 16 x 8, left half bright: where it lands tells the turn. Blocks are flat, so compression keeps them.
+  std::vector<float> values;
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 16; ++x) values.insert(values.end(), 3, x < 8 ? 1.0f : 0.0f);
+  struct Turn {
+    int orientation, width, height, bright_x, bright_y;
+  };
+  for (const Turn& t : {Turn{1, 16, 8, 0, 0},
+                        {2, 16, 8, 15, 0},
+                        {3, 16, 8, 15, 7},
+                        {4, 16, 8, 0, 7},
+                        {5, 8, 16, 0, 0},
+                        {6, 8, 16, 7, 0},
+                        {7, 8, 16, 7, 15},
+                        {8, 8, 16, 0, 15}}) {
+    OIIO::ImageSpec spec(16, 8, 3, OIIO::TypeUInt8);
+    spec["Orientation"] = t.orientation;
+    spec["jpeg:subsampling"] = "4:4:4";
+    const Image image = read_image(foreign("o.jpg", spec, values));
+    ASSERT_EQ(image.width, t.width) << t.orientation;
+    ASSERT_EQ(image.height, t.height) << t.orientation;
+    EXPECT_GT(image.at(0, t.bright_y, t.bright_x), 0.9f) << t.orientation;
+    EXPECT_LT(image.at(0, image.height - 1 - t.bright_y, image.width - 1 - t.bright_x), 0.1f) << t.orientation;
+  }
+}
+
+// All eight, pixel by pixel, on the smallest picture without symmetry. By EXIF's definition the stored top row is the
+// visual top, top, bottom, bottom, left, right, right, left side.
+TEST_F(Images, OrientationOfEveryPixel) {
+  const std::vector<float> stored{0, 0.2f, 0.4f, 0.6f, 0.8f, 1};  // 3 x 2: a b c / d e f
+  const std::vector<std::vector<float>> upright{{0, 0.2f, 0.4f, 0.6f, 0.8f, 1}, {0.4f, 0.2f, 0, 1, 0.8f, 0.6f},
+                                                {1, 0.8f, 0.6f, 0.4f, 0.2f, 0}, {0.6f, 0.8f, 1, 0, 0.2f, 0.4f},
+                                                {0, 0.6f, 0.2f, 0.8f, 0.4f, 1}, {0.6f, 0, 0.8f, 0.2f, 1, 0.4f},
+                                                {1, 0.4f, 0.8f, 0.2f, 0.6f, 0}, {0.4f, 1, 0.2f, 0.8f, 0, 0.6f}};
+  for (int o = 1; o <= 8; ++o) {
+    OIIO::ImageSpec spec(3, 2, 1, OIIO::TypeUInt8);
+    spec["Orientation"] = o;
+    const auto path = foreign(
+        "o.exr",
+        [&] {
+          auto s = spec;
+          s.set_format(OIIO::TypeFloat);
+          return s;
+        }(),
+        stored);
+    const Image image = read_image(path);
+    EXPECT_EQ(image.width, o < 5 ? 3 : 2) << o;
+    EXPECT_EQ(image.data, upright[static_cast<std::size_t>(o - 1)]) << o;
+  }
+}
+
+TEST_F(Images, MapsByChannelCount) {
+  OIIO::ImageSpec odd(2, 2, 1, OIIO::TypeFloat);
+  odd.channelnames = {"distance.whatever"};
+  EXPECT_EQ(read_map(foreign("odd.exr", odd, {1, 2, 3, 4}), 1).data, (std::vector<float>{1, 2, 3, 4}));
+
+  OIIO::ImageSpec alpha(1, 1, 1, OIIO::TypeFloat);
+  alpha.channelnames = {"A"};  // the only channel, whatever its name
+  EXPECT_EQ(read_map(foreign("alpha.exr", alpha, {0.5f}), 1).data, std::vector<float>{0.5f});
+
+  OIIO::ImageSpec many(1, 1, 5, OIIO::TypeFloat);
+  many.channelnames = {"B", "G", "R", "Y", "Z"};
+  many.alpha_channel = -1;
+  const auto path = foreign("many.exr", many, {1, 2, 3, 4, 5});
+  EXPECT_EQ(read_map(path, 3).data, (std::vector<float>{3, 2, 1})) << "R, G, B by name";
+
+  OIIO::ImageSpec layers(1, 1, 3, OIIO::TypeFloat);
+  layers.channelnames = {"Y", "U", "W"};
+  layers.alpha_channel = -1;
+  EXPECT_EQ(read_map(foreign("layers.exr", layers, {4, 5, 6}), 1).data, std::vector<float>{4});
+
+  expect_error([&] { read_map(asset("real/office/depth.exr"), 3); }, {"depth.exr", "1: Y", "R, G, B"});
+  expect_error([&] { read_map(asset("hdri/lab.exr"), 1); }, {"lab.exr", "3: R, G, B", "1, or one named Y"});
+}
+
+TEST_F(Images, RadianceMustBeFinite) {
+  for (float bad : {std::nanf(""), HUGE_VALF, -HUGE_VALF}) {
+    Image image(5, 4, 3, 1);
+    image.at(0, 3, 0) = bad;  // first in the first plane
+    image.at(2, 1, 4) = bad;  // first in reading order
+    expect_error([&] { check_radiance(image, "x.exr"); }, {"x.exr", "channel 2, pixel (4, 1)"});
+    write_exr(folder / "bad.exr", image, ExrType::Float);
+    expect_error([&] { read_photo(folder / "bad.exr"); }, {"bad.exr", "not finite"});
+  }
+}
+
+TEST_F(Images, NegativeRadianceIsClampedAndCounted) {
+  const auto path = asset("hdri/apartment.exr");
+  const Image raw = read_image(path);
+  std::uint64_t negative = 0;
+  float least = 0;
+  for (float v : raw.data) negative += v < 0, least = std::min(least, v);
+  EXPECT_LT(least, -0.5f) << "the panorama rings, as its README says";
+  const Photo photo = read_photo(path);
+  EXPECT_EQ(photo.clamped, negative);
+  EXPECT_GT(negative, 0u);
+  EXPECT_NE(photo.note.find(std::to_string(negative) + " negative"), std::string::npos) << photo.note;
+  for (std::size_t i = 0; i < raw.data.size(); ++i) ASSERT_EQ(photo.image.data[i], std::max(raw.data[i], 0.0f));
+}
+
+}  // namespace
+}  // namespace clerestory
