@@ -3,7 +3,7 @@
 #include "host/error.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/gemm.hpp"
-#include "host/ops/nn/unit_vectors.hpp"
+#include "host/ops/nn/unit_vector.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 
@@ -25,7 +25,7 @@ Maps mgnet(Graph& graph, Value image, const MgnetSize& size, bool training) {
   Maps maps;
   maps.albedo = activate(head("decoder_albedo", 3), Function::Unit);
   maps.material = activate(head("decoder_material", 2), Function::Unit);
-  maps.normal = unit_vectors(activate(head("decoder_normal", 3), Function::SignedUnit));
+  maps.normal = unit_vector(activate(head("decoder_normal", 3), Function::SignedUnit));
   const Value depth = head("decoder_depth", 3);
   maps.depth = activate(sum_to(depth, {depth.shape().n, 1, height, width}, 1.0 / 3), Function::Unit);
 
