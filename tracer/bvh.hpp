@@ -10,7 +10,7 @@ namespace clerestory {
 /// Children of a node, and triangles of a leaf, that the kernel tests at once.
 inline constexpr int kBvhWidth = 16;
 /// Entries of the traversal stack in kernels/trace/bvh.clh.
-inline constexpr int kBvhStack = 96;
+inline constexpr int kBvhStack = 192;
 
 /// Arrays as the kernel reads them, each row kBvhWidth wide:
 /// node n: `planes` rows 6n..6n+5 are lower x, y, z, upper x, y, z; `children` row n holds, per child, a node (>= 0)

@@ -1,0 +1,74 @@
+// Furniture and the things that stand on it. A piece is drawn (size, materials, variant) before it is built, so that the
+// room can find a place for it first.
+#pragma once
+#include <functional>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "tracer/palette.hpp"
+#include "tracer/shapes.hpp"
+
+namespace clerestory {
+
+/// A glTF model that may stand about.
+struct Model {
+  std::string name;
+  Mesh mesh;
+};
+
+/// What pieces are made from.
+struct Kit {
+  Palette* palette = nullptr;
+  const std::vector<Model>* models = nullptr;  // may be empty
+  float lamp_power = 1;                        // times the usual radiance of lamps
+  float lamp_on = 0.6f;                        // probability that a small lamp is lit
+};
+
+/// Local frame: origin in the middle of the footprint on the floor, the front looks along +z.
+struct Piece {
+  std::string name;
+  glm::vec3 size{0};  // x, y, z
+  std::function<void(Shapes&)> build;
+};
+
+// Seating and beds.
+Piece chair(const Kit& kit, Random& random);
+Piece stool(const Kit& kit, Random& random);
+Piece office_chair(const Kit& kit, Random& random);
+/// width: 0.8 makes an armchair.
+Piece sofa(const Kit& kit, Random& random, float width);
+Piece bed(const Kit& kit, Random& random);
+
+// Tables. Their size includes what stands around them.
+Piece dining_table(const Kit& kit, Random& random);
+Piece coffee_table(const Kit& kit, Random& random);
+Piece desk(const Kit& kit, Random& random);
+Piece side_table(const Kit& kit, Random& random);
+
+// Storage.
+Piece bookshelf(const Kit& kit, Random& random);
+Piece cabinet(const Kit& kit, Random& random);
+Piece wardrobe(const Kit& kit, Random& random);
+Piece kitchen_row(const Kit& kit, Random& random, float width);
+Piece tv_stand(const Kit& kit, Random& random);
+Piece box_stack(const Kit& kit, Random& random);
+
+// Smaller things on the floor.
+Piece plant(const Kit& kit, Random& random);
+Piece floor_lamp(const Kit& kit, Random& random);
+Piece ball(const Kit& kit, Random& random);
+Piece pedestal(const Kit& kit, Random& random, const Model& model);
+
+/// Things on a horizontal top: `shapes` has its origin in the middle of the top, which measures width x depth.
+/// `head_room`: height above it that is free.
+void clutter(Shapes& shapes, const Kit& kit, float width, float depth, float head_room, int count);
+/// A row of books, their spines looking along +z, standing on y = 0 from x = 0 to `width`.
+void books(Shapes& shapes, const Kit& kit, float width, float height, float depth);
+/// A lamp for tables; origin at its foot.
+void table_lamp(Shapes& shapes, const Kit& kit, float height);
+
+/// Light of lamps, warm to cold white, luminance 1.
+glm::vec3 lamp_color(Random& random);
+
+}  // namespace clerestory

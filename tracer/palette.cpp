@@ -1,0 +1,351 @@
+#include "tracer/palette.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+/// Linear colour from hue in turns, saturation and value, all of the gamma-encoded colour.
+glm::vec3 hsv(float hue, float saturation, float value) {
+  glm::vec3 rgb;
+  for (int c = 0; c < 3; ++c) {
+    const float k = std::fmod(hue * 6 + (c == 0 ? 5.f : c == 1 ? 3.f : 1.f), 6.f);
+    const float v = value - value * saturation * std::clamp(std::min(k, 4.f - k), 0.f, 1.f);
+    rgb[c] = std::pow(v, 2.2f);
+  }
+  return rgb;
+}
+
+glm::vec3 grey(float value) { return glm::vec3(std::pow(value, 2.2f)); }
+
+Material base(Texture texture, Random& random) {
+  Material m;
+  m.texture = static_cast<float>(texture);
+  m.seed = static_cast<float>(random.whole(0, 4095));
+  return m;
+}
+
+void colors(Material& m, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+  m.color_a = a, m.color_b = b, m.color_c = c;
+}
+
+void roughness(Material& m, float a, float b, float c) { m.roughness_a = a, m.roughness_b = b, m.roughness_c = c; }
+
+}  // namespace
+
+const char* name_of(MaterialClass kind) {
+  constexpr const char* names[] = {"wall_paint", "gloss_paint", "wood",    "tile",  "stone",  "fabric",  "leather",
+                                   "plastic",    "ceramic",     "metal", "carpet", "paper", "concrete"};
+  return names[static_cast<int>(kind)];
+}
+
+Palette::Palette(Random random, bool stone_only, bool no_stone)
+    : random_(random), stone_only_(stone_only), no_stone_(no_stone) {
+  for (int i = 0; i < 3; ++i) {
+    woods_.push_back(make(MaterialClass::Wood));
+    fabrics_.push_back(make(MaterialClass::Fabric));
+    if (i < 2) metals_.push_back(make(MaterialClass::Metal));
+  }
+  body_choice_ = random_.unit();
+}
+
+glm::vec3 Palette::paint_color() {
+  // Most walls are light and hardly coloured; some are not.
+  if (random_.chance(0.55f)) return hsv(random_.between(0.05f, 0.18f), random_.between(0, 0.12f), random_.between(0.78f, 0.9f));
+  if (random_.chance(0.7f)) return hsv(random_.unit(), random_.between(0.08f, 0.3f), random_.between(0.6f, 0.88f));
+  return hsv(random_.unit(), random_.between(0.3f, 0.65f), random_.between(0.35f, 0.75f));
+}
+
+glm::vec3 Palette::strong_color() {
+  if (random_.chance(0.25f)) return grey(random_.between(0.08f, 0.88f));
+  return hsv(random_.unit(), random_.between(0.35f, 0.9f), random_.between(0.3f, 0.88f));
+}
+
+Material Palette::make(MaterialClass kind) {
+  Random& r = random_;
+  switch (kind) {
+    case MaterialClass::WallPaint: {
+      Material m = base(Texture::Plaster, r);
+      const glm::vec3 c = paint_color();
+      colors(m, c * 0.97f, c * 1.02f, c * 0.85f);
+      const float rough = r.between(0.8f, 0.95f);
+      roughness(m, rough, rough + 0.03f, std::min(rough + 0.05f, 1.f));
+      m.scale = glm::vec3(r.between(0.8f, 3.f));
+      m.noise = r.between(0, 0.03f);
+      m.wear = r.chance(0.3f) ? r.between(0.2f, 0.4f) : 0;
+      return m;
+    }
+    case MaterialClass::GlossPaint: {
+      Material m = base(Texture::Plain, r);
+      const glm::vec3 c = r.chance(0.6f) ? hsv(r.between(0, 0.2f), r.between(0, 0.1f), r.between(0.8f, 0.9f))
+                                         : strong_color();
+      colors(m, c, c * 0.98f, c * 0.9f);
+      const float rough = r.between(0.12f, 0.4f);
+      roughness(m, rough, rough + 0.04f, rough + 0.25f);
+      m.scale = glm::vec3(r.between(1.f, 4.f));
+      m.wear = r.chance(0.4f) ? r.between(0.2f, 0.45f) : 0;
+      return m;
+    }
+    case MaterialClass::Wood: {
+      Material m = base(Texture::Wood, r);
+      // Pine, oak, walnut, ebony-stained, whitewashed.
+      const float kind_of = r.unit();
+      const float hue = r.between(0.055f, 0.1f);
+      const float value = kind_of < 0.3f ? r.between(0.7f, 0.85f) : kind_of < 0.65f ? r.between(0.5f, 0.68f)
+                        : kind_of < 0.9f ? r.between(0.28f, 0.45f) : r.between(0.12f, 0.22f);
+      const float saturation = r.between(0.35f, 0.68f) * (value > 0.7f ? 0.8f : 1.f);
+      const glm::vec3 light = hsv(hue, saturation, value);
+      colors(m, light, light * r.between(0.45f, 0.7f), light * 0.12f);
+      const bool varnished = r.chance(0.5f);  // varnish deepens the colour and makes it shine
+      if (varnished) m.color_a *= 0.85f, m.color_b *= 0.8f;
+      const float rough = varnished ? r.between(0.16f, 0.34f) : r.between(0.48f, 0.68f);
+      roughness(m, rough, rough + (varnished ? 0.05f : 0.14f), 0.9f);
+      m.scale = {0, 0, r.between(9.f, 26.f)};
+      m.warp = r.between(0.8f, 3.f);
+      m.noise = varnished ? 0 : r.between(0, 0.05f);
+      return m;
+    }
+    case MaterialClass::Tile: {
+      Material m = base(Texture::Tiles, r);
+      const glm::vec3 c = r.chance(0.6f) ? hsv(r.between(0.05f, 0.15f), r.between(0, 0.25f), r.between(0.6f, 0.9f))
+                                         : strong_color();
+      const glm::vec3 other = r.chance(0.4f) ? strong_color() : c * r.between(0.7f, 0.95f);
+      colors(m, c, other, grey(r.between(0.3f, 0.75f)));
+      const float rough = r.between(0.06f, 0.26f);
+      roughness(m, rough, rough + r.between(0.02f, 0.1f), 0.9f);
+      const float size = r.one_of({0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.6f});
+      m.scale = {1 / size, r.chance(0.7f) ? 1 / size : 2 / size, 1};
+      m.gap = std::clamp(r.between(0.0025f, 0.004f) / size, 0.006f, 0.03f);
+      m.tint = r.between(0.01f, 0.07f);
+      m.warp = r.between(0.5f, 2.f);
+      m.pattern = static_cast<float>(r.one_of({0, 0, 1, 2}));
+      return m;
+    }
+    case MaterialClass::Stone: {
+      if (no_stone_) return make(r.chance(0.5f) ? MaterialClass::Tile : MaterialClass::Concrete);
+      Material m = base(Texture::Stone, r);
+      m.pattern = static_cast<float>(r.whole(0, 1));
+      const glm::vec3 c = r.chance(0.55f) ? hsv(r.between(0.05f, 0.2f), r.between(0, 0.12f), r.between(0.72f, 0.88f))
+                                          : hsv(r.unit(), r.between(0.05f, 0.35f), r.between(0.15f, 0.5f));
+      colors(m, c, c * r.between(0.6f, 0.85f), c.x > 0.3f ? c * r.between(0.2f, 0.5f) : grey(r.between(0.6f, 0.85f)));
+      const float rough = r.chance(0.6f) ? r.between(0.06f, 0.2f) : r.between(0.3f, 0.5f);
+      roughness(m, rough, rough + 0.05f, rough + 0.2f);
+      m.scale = glm::vec3(r.between(0.8f, 2.5f) * (m.pattern > 0 ? 6.f : 1.f));
+      m.warp = r.between(0.5f, 2.5f);
+      return m;
+    }
+    case MaterialClass::Fabric: {
+      Material m = base(Texture::Fabric, r);
+      const glm::vec3 c = r.chance(0.45f) ? hsv(r.between(0.04f, 0.16f), r.between(0.02f, 0.3f), r.between(0.3f, 0.85f))
+                                          : strong_color();
+      m.pattern = static_cast<float>(r.one_of({0, 0, 0, 1, 2}));
+      const glm::vec3 other = m.pattern > 0 ? (r.chance(0.5f) ? strong_color() : c * 0.4f) : c * r.between(0.65f, 0.9f);
+      colors(m, c, other, c);
+      const float rough = r.between(0.86f, 0.96f);
+      roughness(m, rough, std::min(rough + 0.04f, 1.f), 1);
+      const float cells = m.pattern > 0 ? r.between(6.f, 20.f) : r.between(4.f, 14.f);
+      m.scale = glm::vec3(cells);
+      m.tint = r.between(0.03f, 0.12f);
+      return m;
+    }
+    case MaterialClass::Leather: {
+      Material m = base(Texture::Leather, r);
+      const glm::vec3 c = r.chance(0.7f) ? hsv(r.between(0.02f, 0.08f), r.between(0.3f, 0.75f), r.between(0.12f, 0.55f))
+                                         : strong_color() * 0.6f;
+      colors(m, c * 0.6f, c, c * 1.25f);
+      const float rough = r.between(0.3f, 0.45f);
+      roughness(m, rough + 0.25f, rough, rough + 0.15f);
+      m.scale = glm::vec3(r.between(50.f, 110.f));
+      m.wear = r.between(0, 0.4f);
+      return m;
+    }
+    case MaterialClass::Plastic: {
+      Material m = base(Texture::Plain, r);
+      const glm::vec3 c = r.chance(0.4f) ? grey(r.one_of({0.12f, 0.25f, 0.5f, 0.85f})) : strong_color();
+      colors(m, c, c * 0.97f, c * 0.9f);
+      const float rough = r.between(0.22f, 0.52f);
+      roughness(m, rough, rough + 0.03f, rough + 0.15f);
+      m.scale = glm::vec3(3);
+      m.wear = r.chance(0.3f) ? 0.3f : 0;
+      return m;
+    }
+    case MaterialClass::Ceramic: {
+      Material m = base(Texture::Plain, r);
+      const glm::vec3 c = r.chance(0.5f) ? hsv(0.12f, r.between(0, 0.1f), r.between(0.8f, 0.9f)) : strong_color();
+      colors(m, c, c * 0.96f, c);
+      const float rough = r.between(0.05f, 0.16f);
+      roughness(m, rough, rough + 0.02f, rough);
+      m.scale = glm::vec3(8);
+      return m;
+    }
+    case MaterialClass::Metal: {
+      Material m = base(Texture::Metal, r);
+      const float kind_of = r.unit();
+      const glm::vec3 c = kind_of < 0.55f   ? glm::vec3(r.between(0.5f, 0.65f)) * glm::vec3(1.0f, 0.99f, 0.97f)
+                          : kind_of < 0.7f  ? glm::vec3(0.86f, 0.62f, 0.3f)   // brass
+                          : kind_of < 0.8f  ? glm::vec3(0.85f, 0.5f, 0.36f)   // copper
+                          : kind_of < 0.9f  ? glm::vec3(0.88f, 0.88f, 0.87f)  // aluminium
+                                            : glm::vec3(0.16f, 0.15f, 0.15f); // blackened steel
+      colors(m, c, c * 0.92f, c * 0.7f);
+      const bool brushed = r.chance(0.6f);
+      const float rough = brushed ? r.between(0.22f, 0.42f) : r.between(0.06f, 0.16f);
+      roughness(m, rough, rough + (brushed ? 0.1f : 0.02f), std::min(rough + 0.3f, 0.6f));
+      m.metallic_a = m.metallic_b = m.metallic_c = 1;
+      m.scale = {3, 180, 180};
+      m.wear = r.chance(0.4f) ? r.between(0.3f, 0.5f) : 0;
+      return m;
+    }
+    case MaterialClass::Carpet: {
+      Material m = base(Texture::Fabric, r);
+      const glm::vec3 c = hsv(r.unit(), r.between(0.02f, 0.4f), r.between(0.3f, 0.75f));
+      colors(m, c, c * r.between(0.75f, 0.95f), c);
+      roughness(m, 0.96f, 1, 1);
+      m.scale = glm::vec3(r.between(3.f, 12.f));
+      m.tint = 0.1f;
+      m.noise = r.between(0.03f, 0.12f);
+      return m;
+    }
+    case MaterialClass::Paper: {
+      Material m = base(Texture::Plain, r);
+      const glm::vec3 c = strong_color();
+      colors(m, c, c * 0.95f, c * 0.8f);
+      const float rough = r.between(0.6f, 0.9f);
+      roughness(m, rough, rough, rough);
+      m.scale = glm::vec3(6);
+      return m;
+    }
+    case MaterialClass::Concrete: {
+      Material m = base(Texture::Plaster, r);
+      const glm::vec3 c = hsv(r.between(0.05f, 0.15f), r.between(0, 0.1f), r.between(0.4f, 0.7f));
+      colors(m, c * 0.8f, c * 1.1f, c * 0.6f);
+      const float rough = r.between(0.6f, 0.8f);
+      roughness(m, rough, rough + 0.15f, rough - 0.2f);  // dark patches are polished by feet
+      m.scale = glm::vec3(r.between(1.f, 3.f));
+      m.noise = r.between(0.05f, 0.15f);
+      m.wear = r.between(0.3f, 0.5f);
+      return m;
+    }
+  }
+  return {};
+}
+
+Material Palette::wood() { return stone_only_ ? make(MaterialClass::Stone) : random_.one_of(woods_); }
+Material Palette::fabric() { return random_.one_of(fabrics_); }
+Material Palette::metal() { return random_.one_of(metals_); }
+
+Material Palette::body() {
+  if (stone_only_) return make(MaterialClass::Stone);
+  if (body_choice_ < 0.5f) return woods_[0];
+  if (body_choice_ < 0.85f) return make(MaterialClass::GlossPaint);
+  return make(MaterialClass::Plastic);
+}
+
+Material Palette::top() {
+  if (stone_only_ || random_.chance(0.2f)) return make(MaterialClass::Stone);
+  return random_.chance(0.75f) ? random_.one_of(woods_) : make(MaterialClass::GlossPaint);
+}
+
+Material Palette::planks(const Material& wood) {
+  Material m = wood;
+  const float width = random_.between(0.07f, 0.2f);
+  m.scale.x = 1 / random_.between(0.7f, 2.2f);
+  m.scale.y = 1 / width;
+  m.gap = std::clamp(0.0018f / width, 0.006f, 0.03f);
+  m.tint = random_.between(0.05f, 0.2f);
+  return m;
+}
+
+Material Palette::floor() {
+  if (stone_only_) {
+    Material m = make(MaterialClass::Stone);
+    m.gap = random_.one_of({0.4f, 0.6f, 0.8f});
+    m.tint = 0.06f;
+    return m;
+  }
+  const float choice = random_.unit();
+  if (choice < 0.5f) return planks(make(MaterialClass::Wood));
+  if (choice < 0.72f) return make(MaterialClass::Tile);
+  if (choice < 0.86f) return make(MaterialClass::Carpet);
+  if (choice < 0.93f) return make(MaterialClass::Concrete);
+  return make(MaterialClass::Stone);
+}
+
+Material Palette::wall() {
+  if (stone_only_ && random_.chance(0.5f)) {
+    Material m = make(MaterialClass::Stone);
+    m.gap = random_.one_of({0.6f, 1.2f});
+    return m;
+  }
+  const float choice = random_.unit();
+  if (choice < 0.8f) return make(MaterialClass::WallPaint);
+  if (choice < 0.88f) return make(MaterialClass::Tile);
+  if (choice < 0.94f) return make(MaterialClass::Concrete);
+  return planks(make(MaterialClass::Wood));
+}
+
+Material Palette::ceiling() {
+  Material m = make(MaterialClass::WallPaint);
+  const glm::vec3 white = hsv(0.12f, random_.between(0, 0.05f), random_.between(0.84f, 0.9f));
+  colors(m, white, white * 1.02f, white * 0.95f);
+  return m;
+}
+
+Material Palette::rug() {
+  Material m = base(Texture::Rug, random_);
+  colors(m, strong_color(), strong_color(), strong_color());
+  roughness(m, 0.96f, 0.98f, 1);
+  m.scale = {static_cast<float>(random_.whole(2, 7)), static_cast<float>(random_.whole(2, 7)), 1};
+  m.tint = 0.12f;
+  m.pattern = static_cast<float>(random_.whole(0, 2));
+  return m;
+}
+
+Material Palette::painting() {
+  Material m = base(Texture::Painting, random_);
+  colors(m, strong_color(), strong_color(), strong_color());
+  const float rough = random_.chance(0.4f) ? random_.between(0.1f, 0.25f) : random_.between(0.5f, 0.85f);
+  roughness(m, rough, rough, rough);
+  m.scale = glm::vec3(random_.between(1.f, 3.5f));
+  m.warp = random_.between(0.5f, 3.f);
+  m.tint = random_.between(0, 0.15f);
+  m.pattern = static_cast<float>(random_.whole(0, 2));
+  return m;
+}
+
+Material Palette::mirror() {
+  Material m = base(Texture::Plain, random_);
+  colors(m, glm::vec3(0.88f), glm::vec3(0.88f), glm::vec3(0.88f));
+  roughness(m, 0.03f, 0.03f, 0.03f);
+  m.metallic_a = m.metallic_b = m.metallic_c = 1;
+  return m;
+}
+
+Material Palette::glass() {
+  Material m = base(Texture::Plain, random_);
+  const glm::vec3 c = grey(random_.between(0.08f, 0.2f));
+  colors(m, c, c, c);
+  const float rough = random_.between(0.04f, 0.12f);
+  roughness(m, rough, rough, rough);
+  return m;
+}
+
+Material Palette::diffuser() {
+  Material m = base(Texture::Plain, random_);
+  colors(m, grey(0.88f), grey(0.88f), grey(0.88f));
+  roughness(m, 0.5f, 0.5f, 0.5f);
+  return m;
+}
+
+Material Palette::trinket() {
+  switch (random_.whole(0, 5)) {
+    case 0: return make(MaterialClass::Ceramic);
+    case 1: return make(MaterialClass::Plastic);
+    case 2: return make(MaterialClass::Paper);
+    case 3: return stone_only_ ? make(MaterialClass::Stone) : make(MaterialClass::Wood);
+    case 4: return make(MaterialClass::GlossPaint);
+    default: return random_.chance(0.6f) ? make(MaterialClass::Paper) : make(MaterialClass::Metal);
+  }
+}
+
+}  // namespace clerestory
