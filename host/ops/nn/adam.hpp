@@ -1,0 +1,18 @@
+// Adam (kernels/nn/adam.cl): the update of parameters from their gradients, on the device.
+#pragma once
+#include <span>
+
+#include "host/graph/graph.hpp"
+
+namespace clerestory {
+
+struct AdamOptions {
+  double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
+};
+
+/// Appends one update per parameter (a state); empty gradients are passed over. Learning rate and step (1 for the first)
+/// are values 1x1x1x1. The moments are states named "adam.m.<parameter>" and "adam.v.<parameter>".
+void adam(std::span<const Value> parameters, std::span<const Value> gradients, Value learning_rate, Value step,
+          const AdamOptions& options = {});
+
+}  // namespace clerestory

@@ -1,0 +1,120 @@
+// Losses between a predicted and a true map, averaged over a mask: L = factor sum_mask e / sum mask; 0 where the mask is
+// empty. e per pixel, chosen by -D LOSS:
+//   SQUARED  sum_c (a - b)^2
+//   LOG      sum_c (ln(1 + a') - ln(1 + b))^2, a' = max(0, s a) with a scale s per picture when SCALED is 1, else a' = max(0, a)
+//   COSINE   |1 - a . b|
+// a, b: {N, C, H, W}; mask: {N, 1, H, W}, weights >= 0 (an averaged mask has fractions); pixels of weight 0 count for
+// nothing whatever they hold. s: {N, 1, 1, 1}, detached.
+#include "lib/lanes.clh"
+
+#define SQUARED 0
+#define LOG 1
+#define COSINE 2
+#ifndef LOSS
+#define LOSS SQUARED
+#endif
+
+#if LOSS == LOG && SCALED
+#define SCALE_OF(n) AT(scale, n)[0]
+#else
+#define SCALE_OF(n) R(1)
+#endif
+
+// Sums of mask * e and of mask over one block of pixels: sums[2 row], sums[2 row + 1]; row = n * blocks + block.
+// `scale` is read only when SCALED.
+kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int channels, const int plane, const int block) {
+  const int first = (int)get_group_id(0) * block, n = (int)get_group_id(1);
+  const int length = min(block, plane - first);
+  GROUP_SCRATCH(scratch);
+  const real s = SCALE_OF(n);
+  lanes total = (lanes)(R(0)), weight = (lanes)(R(0));
+  FOR_ROW(i, length) {
+    const int left = length - i;
+    const lanes m = lanes_load(AT(mask, n) + first + i, left);
+    lanes e = (lanes)(R(0));
+    for (int c = 0; c < channels; ++c) {
+      const lanes p = lanes_load(AT(a, n) + (ulong)c * plane + first + i, left);
+      const lanes t = lanes_load(AT(b, n) + (ulong)c * plane + first + i, left);
+#if LOSS == SQUARED
+      e += (p - t) * (p - t);
+#elif LOSS == LOG
+      const lanes d = log1p(fmax(s * p, (lanes)(R(0)))) - log1p(t);
+      e += d * d;
+#else
+      e += p * t;
+#endif
+    }
+#if LOSS == COSINE
+    e = fabs(R(1) - e);
+#endif
+    total += WHERE(m > R(0), m * e, (lanes)(R(0)));
+    weight += m;
+  }
+  const real sum = group_sum(total, scratch), count = group_sum(weight, scratch);
+  if (get_local_id(0) == 0) {
+    global real *to = AT(sums, 0) + 2 * (n * (int)get_num_groups(0) + (int)get_group_id(0));
+    to[0] = sum, to[1] = count;
+  }
+}
+
+// loss = factor * sum / count over all rows, and share = factor / count for the adjoint (0 for an empty mask). One work-item.
+kernel void map_loss_total(IN(sums), OUT(loss), OUT(share), const real factor, const int rows) {
+  if (get_global_id(0) > 0) return;
+  real sum = R(0), count = R(0);
+  for (int i = 0; i < rows; ++i) sum += AT(sums, 0)[2 * i], count += AT(sums, 0)[2 * i + 1];
+  const real f = count > R(0) ? factor / count : R(0);
+  AT(share, 0)[0] = f;
+  AT(loss, 0)[0] = f * sum;
+}
+
+// da = dloss * share * mask * de/da
+kernel void map_loss_adjoint(IN(dloss), IN(a), IN(b), IN(mask), IN(scale), IN(share), OUT(da), const int channels,
+                             const int plane, const int block) {
+  const int first = (int)get_group_id(0) * block, n = (int)get_group_id(1);
+  const int length = min(block, plane - first);
+  const real s = SCALE_OF(n);
+  const real weight = AT(dloss, 0)[0] * AT(share, 0)[0];
+  FOR_ROW(i, length) {
+    const int left = length - i;
+    const lanes m = lanes_load(AT(mask, n) + first + i, left);
+#if LOSS == COSINE
+    lanes dot_product = (lanes)(R(0));
+    for (int c = 0; c < channels; ++c)
+      dot_product += lanes_load(AT(a, n) + (ulong)c * plane + first + i, left) *
+                     lanes_load(AT(b, n) + (ulong)c * plane + first + i, left);
+    const lanes sign_of = WHERE(dot_product < R(1), (lanes)(R(-1)), WHERE(dot_product > R(1), (lanes)(R(1)), (lanes)(R(0))));
+#endif
+    for (int c = 0; c < channels; ++c) {
+      const ulong at = (ulong)c * plane + first + i;
+      const lanes p = lanes_load(AT(a, n) + at, left), t = lanes_load(AT(b, n) + at, left);
+#if LOSS == SQUARED
+      const lanes slope = R(2) * (p - t);
+#elif LOSS == LOG
+      const lanes q = s * p;
+      const lanes d = log1p(fmax(q, (lanes)(R(0)))) - log1p(t);
+      const lanes slope = WHERE(q > R(0), R(2) * s * d / (R(1) + q), (lanes)(R(0)));
+#else
+      const lanes slope = sign_of * t;
+#endif
+      lanes_store(WHERE(m > R(0), weight * m * slope, (lanes)(R(0))), AT(da, n) + at, left);
+    }
+  }
+}
+
+// The scale that brings a to b in the least-squares sense over the mask, per picture:
+//   s = clamp(sum a b / max(sum a^2, 1e-5), 0.001, 1000). Rows: one picture.
+kernel void least_squares_scale(IN(a), IN(b), IN(mask), OUT(scale), const int channels, const int plane) {
+  const int n = (int)get_group_id(0);
+  GROUP_SCRATCH(scratch);
+  lanes sum_ab = (lanes)(R(0)), sum_aa = (lanes)(R(0));
+  for (int c = 0; c < channels; ++c)
+    FOR_ROW(i, plane) {
+      const lanes m = lanes_load(AT(mask, n) + i, plane - i);
+      const lanes p = lanes_load(AT(a, n) + (ulong)c * plane + i, plane - i);
+      const lanes t = lanes_load(AT(b, n) + (ulong)c * plane + i, plane - i);
+      sum_ab += WHERE(m > R(0), m * p * t, (lanes)(R(0)));
+      sum_aa += WHERE(m > R(0), m * p * p, (lanes)(R(0)));
+    }
+  const real ab = group_sum(sum_ab, scratch), aa = group_sum(sum_aa, scratch);
+  if (get_local_id(0) == 0) AT(scale, n)[0] = clamp(ab / fmax(aa, R(1e-5)), R(0.001), R(1000));
+}
