@@ -11,7 +11,7 @@
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
-#include "nets/predict.hpp"
+#include "experiments/applications/predict.hpp"
 
 namespace clerestory {
 namespace {
