@@ -1,0 +1,44 @@
+#include "experiments/commands/invert.hpp"
+
+#include "experiments/applications/invert.hpp"
+#include "experiments/cli.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+
+void add_invert_command(CommandLine& line) {
+  const auto options = std::make_shared<InvertOptions>();
+  Command command = line.add("invert", "Take a photograph of a room apart and render it again");
+  command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
+      .option("--fov", "DEGREES", "Horizontal field of view; without it and --camera 65 across the longer side", options->fov)
+      .option("--camera", "FILE", "camera.json with fx, fy, cx, cy", options->camera)
+      .option("--gbuffer", "DIR|ROOM/NNN", "Maps that replace predicted ones: a folder of a run, or a generated view", options->gbuffer)
+      .option("--only", "MAPS", "albedo,normal,depth,material: these maps and no re-render",
+              [options](const std::string& text) { options->only = read_names(text, "--only"); })
+      .option("--depth-scale", "METRES", "99th percentile of depth", options->depth_scale)
+      .option("--known", "X,Y,METRES", "Depth at one pixel, which sets the scale of all",
+              [options](const std::string& text) {
+                const std::vector<double> v = read_numbers(text, "--known", 3);
+                options->known = KnownDepth{v[0], v[1], v[2]};
+              })
+      .option("--out", "DIR", "RUN folder; runs/invert/<stem of the photo> without it", options->out)
+      .choice("--sampler", "How directions are drawn", options->render.sampler,
+              {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
+      .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
+      .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
+      .choice("--delta", "What the uncertainty of a hit is measured in", options->render.delta, {"linear", "window"})
+      .light({"image", "constant", "panorama"})
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Gemm, Common::Quiet})
+      .notes("The camera looks along -z, x right, y up; depth is axial, in metres. See README.md for the RUN folder.");
+  command.run([options](const CommonOptions& common) {
+    options->device = common.device, options->gemm = common.gemm, options->weights = common.weights;
+    options->command = common.command;
+    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    options->render.light = common.light;
+    if (common.spp) options->render.spp = static_cast<int>(*common.spp);
+    const std::filesystem::path out = invert(*options);
+    say("report: " + (out / "report.html").string());
+  });
+}
+
+}  // namespace clerestory
