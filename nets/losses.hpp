@@ -1,0 +1,32 @@
+// The losses MGNet is trained with (Zhu et al. 2022, equation 8, with the terms of the released code).
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nets/mgnet.hpp"
+
+namespace clerestory {
+
+/// What the maps are compared with. Masks {n, 1, h, w} weigh pixels; scale_mask {n, 1, 1, 1} is 1 where log_scale is known.
+struct MapTargets {
+  Value albedo, normal, material, depth, log_scale;
+  Value albedo_mask, geometry_mask, material_mask, scale_mask;
+};
+
+/// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
+struct LossWeights {
+  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0;
+};
+
+/// The terms by name, each 1x1x1x1, weighted; "loss" is first and is their sum. With <.>_m a masked mean and perc the
+/// masked mean squared distance of VGG16's relu3_3 features of both maps times the mask:
+///   albedo    0.5 (<(ln(1 + A') - ln(1 + A))^2>_m over pixels and channels + w perc)
+///   normal    0.5 (<|1 - n'.n|>_m + w perc)
+///   material  0.5 (<(R' - R)^2 + (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels
+///   depth     <(ln(1 + max(0, s D')) - ln(1 + D))^2>_m, s the least-squares scale of each picture, detached
+///   scale     <(l' - l)^2>, beyond the paper: ln of the scene's scale
+using NamedValues = std::vector<std::pair<std::string, Value>>;
+NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights);
+
+}  // namespace clerestory
