@@ -1,0 +1,75 @@
+#include "tracer/trace_objects.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "tracer/bvh.hpp"
+
+namespace clerestory {
+namespace {
+
+template <class T>
+Buffer upload(Device& device, const std::vector<T>& data) {
+  Buffer buffer = device.allocate(data.size() * sizeof(T));
+  device.write(buffer, data.data(), data.size() * sizeof(T));
+  return buffer;
+}
+
+glm::vec3 vec(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+Mesh sphere_mesh(const std::array<float, 3>& center, float radius, int steps) {
+  Mesh mesh;
+  const int columns = 2 * steps;
+  for (int row = 0; row <= steps; ++row) {
+    const float theta = std::numbers::pi_v<float> * static_cast<float>(row) / static_cast<float>(steps);
+    for (int column = 0; column <= columns; ++column) {
+      const float phi = 2 * std::numbers::pi_v<float> * static_cast<float>(column) / static_cast<float>(columns);
+      const std::array<float, 3> n{std::sin(theta) * std::sin(phi), std::cos(theta), std::sin(theta) * std::cos(phi)};
+      mesh.normals.push_back(n);
+      mesh.positions.push_back({center[0] + radius * n[0], center[1] + radius * n[1], center[2] + radius * n[2]});
+    }
+  }
+  const auto at = [&](int row, int column) { return static_cast<std::uint32_t>(row * (columns + 1) + column); };
+  for (int row = 0; row < steps; ++row)
+    for (int column = 0; column < columns; ++column) {
+      if (row > 0) mesh.indices.push_back({at(row, column), at(row + 1, column), at(row, column + 1)});
+      if (row + 1 < steps) mesh.indices.push_back({at(row, column + 1), at(row + 1, column), at(row + 1, column + 1)});
+    }
+  return mesh;
+}
+
+TraceObjects::TraceObjects(Device device, const std::vector<PlacedMesh>& meshes) : device_(std::move(device)) {
+  std::vector<Triangle> triangles;
+  std::vector<float> normals;
+  std::vector<std::int32_t> objects;
+  for (const PlacedMesh& placed : meshes)
+    for (const auto& corners : placed.mesh.indices) {
+      Triangle& t = triangles.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) {
+        t.v[i].position = vec(placed.mesh.positions.at(corners[i]));
+        const auto& n = placed.mesh.normals.at(corners[i]);
+        normals.insert(normals.end(), n.begin(), n.end());
+      }
+      objects.push_back(placed.object);
+    }
+  const Bvh bvh = build_bvh(triangles);
+  planes_ = upload(device_, bvh.planes), children_ = upload(device_, bvh.children);
+  corners_ = upload(device_, bvh.corners), triangles_ = upload(device_, bvh.triangles);
+  normals_ = upload(device_, normals), objects_ = upload(device_, objects);
+}
+
+void TraceObjects::meet(const Rays& rays, const Hits& hits, float t_min) {
+  std::vector<Arg> args{planes_, children_, corners_, triangles_, normals_, objects_};
+  for (const Memory* m : {&rays.points, &rays.directions, &hits.distance, &hits.point, &hits.normal, &hits.object})
+    args.emplace_back(m->buffer), args.emplace_back(m->offset), args.emplace_back(m->stride);
+  for (const int number : {rays.first_pixel, rays.pixels, rays.first_sample, rays.samples, rays.pixel_capacity,
+                           rays.sample_capacity, static_cast<int>(rays.per_pixel), rays.plane})
+    args.emplace_back(number);
+  args.emplace_back(t_min);
+  const Range range = Range::of2(static_cast<std::size_t>(rays.samples), static_cast<std::size_t>(rays.pixels), 1);
+  device_.launch_with(device_.kernel("trace/objects.cl", "meet_objects"), range, args);
+}
+
+}  // namespace clerestory
