@@ -118,16 +118,15 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
 #ifdef FACING
                  IN(normal),
 #endif
-                 OUT_INT(hit), OUT(delta), OUT(u), CHUNK_ARGS, const int w, const int h, const int stride,
-                 const int level_rows, const int levels, const real thickness) {
+                 OUT_INT(hit), OUT(delta), OUT(u), CHUNK_ARGS, const int items, const int w, const int h,
+                 const int stride, const int level_rows, const int levels, const real thickness) {
   const int packet = (int)get_global_id(0);
   const int packets = (samples + LANES - 1) / LANES;
   const int p = packet / packets;
   if (p >= pixels) return;
   const ulong ray = RAY(p, (packet - p * packets) * LANES);
   const int plane = w * h;
-  const int n = (first_pixel + p) / plane;
-  const int own = first_pixel + p - n * plane;  // the ray's own pixel
+  const int n = min((first_pixel + p) / plane, items - 1);
   const Camera c = camera_at(AT(camera, n));
   global const real *cells = AT(pyramid, n);
 
@@ -138,10 +137,12 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
   const lanes ox = LOAD(origins), oy = LOAD(origins + RAY_PLANE), oz = LOAD(origins + 2 * RAY_PLANE);
   const ints skipped = LOAD(AT(skip, 0) + ray);
 #elif defined(ORIGIN_MAP)
+  const int own = first_pixel + p - n * plane;
   global const real *origins = AT(origin, n) + own;
   const lanes ox = origins[0], oy = origins[plane], oz = origins[2 * plane];
   const ints skipped = AT(skip, n)[own];
 #else
+  const int own = first_pixel + p - n * plane;  // the ray's own pixel
   const int own_y = own / w, own_x = own - own_y * w;
   const real own_k = cells[own_y * stride + own_x];
   const real3 point = pixel_ray(c, own_x, own_y) / own_k;

@@ -1,0 +1,70 @@
+#include "host/ops/light/image_light.hpp"
+
+#include "host/ops/light/rays.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr auto kFile = "light/image_light.cl";
+
+void check_light(const Value& image, const Value& ambient, const char* op) {
+  const Shape& s = image.shape();
+  if (!(ambient.shape() == Shape{s.n, 3, 1, 1}))
+    throw Error(ErrorKind::Failed, "the ambient radiance has another shape", op, ambient.shape().text(),
+                Shape{s.n, 3, 1, 1}.text());
+}
+
+/// What the three kernels share: rays in the last input, radiance out.
+struct LightOp : Op {
+  std::string kernel;
+  Shape picture;
+  LightOp(std::string k, Shape p) : kernel(std::move(k)), picture(p) {}
+  std::string name() const override { return kernel; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    const Value& rays = in.back();
+    check_rays(rays, rays.shape().c, kernel.c_str());
+    return {{{1, 3, rays.shape().h, rays.shape().w}, Type::Real}};
+  }
+  template <class... Tensors>
+  void run(Launch& l, const Tensors&... tensors) const {
+    const RayTile t = ray_tile(l, l.out().shape);
+    l.run(kFile, kernel, ray_range(t), tensors..., l.out(), t.first_pixel, t.pixels, t.first_sample, t.samples,
+          t.pixel_capacity, t.sample_capacity, picture.n, picture.w, picture.h);
+  }
+};
+
+struct ImageLightOp : LightOp {
+  using LightOp::LightOp;
+  void launch(Launch& l) const override { run(l, l.in(0), l.in(1), l.in(2)); }
+};
+struct ConstantLightOp : LightOp {
+  using LightOp::LightOp;
+  void launch(Launch& l) const override { run(l, l.in(0)); }
+};
+struct PanoramaLightOp : LightOp {
+  using LightOp::LightOp;
+  void launch(Launch& l) const override { run(l, l.in(0), l.in(1), l.in(2), l.in(3)); }
+};
+
+}  // namespace
+
+Value image_light(Value image, Value ambient, Value hit_pixel) {
+  check_light(image, ambient, "image_light");
+  if (image.shape().c != 3 || hit_pixel.type() != Type::Int)
+    throw Error(ErrorKind::Failed, "a picture of 3 channels and pixel indices are wanted", "image_light", image.shape().text());
+  return image.graph().make<ImageLightOp>({image, ambient, hit_pixel}, "image_light", image.shape());
+}
+
+Value constant_light(Value ambient, Value rays, Value image) {
+  check_light(image, ambient, "constant_light");
+  return ambient.graph().make<ConstantLightOp>({ambient, rays}, "constant_light", image.shape());
+}
+
+Value panorama_light(Value image, Value ambient, Value camera, Value directions) {
+  check_light(image, ambient, "panorama_light");
+  if (image.shape().c != 3 || !(camera.shape() == Shape{image.shape().n, 4, 1, 1}))
+    throw Error(ErrorKind::Failed, "a picture of 3 channels and its camera are wanted", "panorama_light", image.shape().text());
+  return image.graph().make<PanoramaLightOp>({image, ambient, camera, directions}, "panorama_light", image.shape());
+}
+
+}  // namespace clerestory

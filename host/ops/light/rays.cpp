@@ -1,0 +1,23 @@
+#include "host/ops/light/rays.hpp"
+
+#include <algorithm>
+
+namespace clerestory {
+
+RayTile ray_tile(const Launch& launch, const Shape& rays, long pixels) {
+  if (launch.chunk.pixels == 0) return {0, static_cast<int>(std::min<long>(rays.h, pixels)), 0, rays.w, rays.h, rays.w};
+  return {launch.chunk.first_pixel, launch.chunk.pixels, launch.chunk.first_sample, launch.chunk.samples, rays.h, rays.w};
+}
+
+void check_rays(const Value& rays, int channels, const char* op) {
+  const Shape& s = rays.shape();
+  if (s.n != 1 || s.c != channels || s.w % 16 != 0)
+    throw Error(ErrorKind::Failed, "not a tensor of rays", op, s.text(), fmt::format("1x{}xPIXELSx(16 k)", channels));
+}
+
+Range ray_range(const RayTile& tile) {
+  const std::size_t samples = static_cast<std::size_t>(tile.sample_capacity);
+  return Range::of2(samples, static_cast<std::size_t>(tile.pixels), samples % 64 == 0 ? 64 : 16);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,137 @@
+#include "host/ops/light/ssrt.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/math/statistics.hpp"
+#include "host/ops/light/depth_pyramid.hpp"
+#include "host/ops/light/rays.hpp"
+#include "host/ops/tensor/rows.hpp"
+
+namespace clerestory {
+namespace {
+
+enum class Origins { Surface, Map, Rays };
+
+void expect(const Value& value, const Shape& shape, const char* what) {
+  if (!(value.shape() == shape))
+    throw Error(ErrorKind::Failed, fmt::format("{} has another shape", what), "ssrt", value.shape().text(), shape.text());
+}
+
+// Inputs: pyramid, camera, range, directions, [points, skip], [normal].
+struct SsrtOp : Op {
+  Shape depth;
+  SsrtOptions options;
+  Origins origins;
+  bool facing;
+  SsrtOp(Shape d, const SsrtOptions& o, Origins from, bool f) : depth(d), options(o), origins(from), facing(f) {}
+
+  std::string name() const override { return "ssrt"; }
+
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    check_rays(in[3], 3, "ssrt");
+    Shape one = in[3].shape();
+    one.c = 1;
+    return {{one, Type::Int}, {one, Type::Real}, {one, Type::Real}};
+  }
+
+  void launch(Launch& l) const override {
+    Defines defines = row_defines(l.device);
+    if (options.solver == SsrtSolver::Dda) defines["DDA"] = "1";
+    if (options.delta == DeltaDepth::Window) defines["WINDOW"] = "1";
+    if (options.thickness > 0) defines["THICKNESS"] = "1";
+    if (origins == Origins::Map) defines["ORIGIN_MAP"] = "1";
+    if (origins == Origins::Rays) defines["ORIGIN_RAYS"] = "1";
+    if (facing) defines["FACING"] = "1";
+    if (origins == Origins::Surface && !facing) return march(l, defines);
+    if (origins == Origins::Surface) return march(l, defines, l.in(4));
+    if (!facing) return march(l, defines, l.in(4), l.in(5));
+    march(l, defines, l.in(4), l.in(5), l.in(6));
+  }
+
+  template <class... More>
+  void march(Launch& l, const Defines& defines, const More&... more) const {
+    // Rays of a list with origins of their own may be more than the picture has pixels.
+    const RayTile t = ray_tile(l, l.in(3).shape, origins == Origins::Rays ? 0x7fffffff : depth.n * depth.plane());
+    const PyramidLayout layout = pyramid_layout(depth.w, depth.h);
+    const int group = row_group(l.device), lanes = group == 1 ? 16 : 1;
+    const long packets = static_cast<long>(t.pixels) * ((t.samples + lanes - 1) / lanes);
+    l.run_with(defines, "light/ssrt.cl", "ssrt", Range::of(size(packets), size(group)), l.in(0), l.in(1), l.in(2), l.in(3),
+               more..., l.out(0), l.out(1), l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples,
+               t.pixel_capacity, t.sample_capacity, depth.n, depth.w, depth.h, layout.stride, layout.level_rows,
+               layout.levels, Launch::Real{options.thickness});
+  }
+
+  Cost cost(const Node& node) const override {
+    // About 25 steps of 60 operations for a ray at 640 x 480; three numbers in, three out, four bytes a step.
+    const double rays = static_cast<double>(node.outputs[0].shape.count());
+    return {rays * 25 * 60, rays * (24 + 25 * 4)};
+  }
+};
+
+}  // namespace
+
+SsrtSolver ssrt_solver_of(const std::string& name) {
+  if (name == "dda") return SsrtSolver::Dda;
+  if (name == "hierarchical") return SsrtSolver::Hierarchical;
+  throw usage_error("no such solver", "ssrt", name, "dda | hierarchical");
+}
+
+DeltaDepth delta_depth_of(const std::string& name) {
+  if (name == "linear") return DeltaDepth::Linear;
+  if (name == "window") return DeltaDepth::Window;
+  throw usage_error("no such difference of depths", "delta", name, "linear | window");
+}
+
+SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value directions, Value normal,
+              const RayOrigins& origins, const SsrtOptions& options) {
+  const Shape& d = depth.shape();
+  const PyramidLayout layout = pyramid_layout(d.w, d.h);
+  expect(depth, {d.n, 1, d.h, d.w}, "depth");
+  expect(pyramid, {d.n, 1, layout.level_rows, layout.stride}, "the pyramid");
+  expect(camera, {d.n, 4, 1, 1}, "the camera");
+  expect(range, {d.n, 3, 1, 1}, "the range of depths");
+  if (normal) expect(normal, {d.n, 3, d.h, d.w}, "the normal map");
+  if (static_cast<bool>(origins.points) != static_cast<bool>(origins.skip))
+    throw Error(ErrorKind::Failed, "points and pixels to skip come together", "ssrt");
+  if (!(options.thickness >= 0)) throw Error(ErrorKind::Failed, "a negative thickness", "ssrt");
+
+  std::vector<Value> inputs{pyramid, camera, range, directions};
+  Origins from = Origins::Surface;
+  if (origins.points) {
+    from = origins.points.shape() == Shape{d.n, 3, d.h, d.w} ? Origins::Map : Origins::Rays;
+    if (from == Origins::Rays) expect(origins.points, directions.shape(), "the origins");
+    Shape one = origins.points.shape();
+    one.c = 1;
+    expect(origins.skip, one, "pixels to skip");
+    if (origins.skip.type() != Type::Int) throw Error(ErrorKind::Failed, "pixels to skip are integers", "ssrt");
+    inputs.push_back(origins.points);
+    inputs.push_back(origins.skip);
+  }
+  if (normal) inputs.push_back(normal);
+  const Value first = depth.graph().make<SsrtOp>(inputs, d, options, from, static_cast<bool>(normal));
+  return {first, first.node->value(1), first.node->value(2)};
+}
+
+Tensor camera_tensor(std::span<const Camera> cameras) {
+  std::vector<double> values;
+  for (const Camera& c : cameras) values.insert(values.end(), {c.fx, c.fy, c.cx, c.cy});
+  return Tensor(Shape{static_cast<int>(cameras.size()), 4, 1, 1}, std::move(values));
+}
+
+Tensor depth_range(const Tensor& depth) {
+  Tensor range(Shape{depth.shape.n, 3, 1, 1});
+  const long item = depth.shape.item();
+  for (int n = 0; n < depth.shape.n; ++n) {
+    const std::vector<float> values(depth.real.begin() + n * item, depth.real.begin() + (n + 1) * item);
+    double nearest = INFINITY, farthest = 0;
+    for (const float z : values)
+      if (z > 0 && std::isfinite(z)) nearest = std::min<double>(nearest, z), farthest = std::max<double>(farthest, z);
+    range.at(n, 0, 0, 0) = scene_scale(values);
+    range.at(n, 1, 0, 0) = nearest;
+    range.at(n, 2, 0, 0) = farthest;
+  }
+  return range;
+}
+
+}  // namespace clerestory

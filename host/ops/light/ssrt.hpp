@@ -1,0 +1,54 @@
+// Screen-space ray tracing (kernels/light/ssrt.cl): which pixel a ray meets, how far behind its surface, how sure.
+#pragma once
+#include <string>
+
+#include "host/graph/graph.hpp"
+#include "host/math/camera.hpp"
+
+namespace clerestory {
+
+enum class SsrtSolver { Dda, Hierarchical };  // the same cells, to the last bit
+enum class DeltaDepth { Linear, Window };
+
+SsrtSolver ssrt_solver_of(const std::string& name);  // dda | hierarchical; throws usage_error
+DeltaDepth delta_depth_of(const std::string& name);  // linear | window; throws usage_error
+
+struct SsrtOptions {
+  SsrtSolver solver = SsrtSolver::Hierarchical;
+  DeltaDepth delta = DeltaDepth::Linear;
+  double thickness = 0;  // metres behind a cell's depth at which a ray passes unseen; 0: surfaces are infinitely thick
+};
+
+/// Where rays start. Nothing set: on the surface of the pixel that they belong to, which they skip.
+struct RayOrigins {
+  Value points;  // camera metres: {n, 3, h, w}, of the pixel that the ray belongs to, or {1, 3, pixels, samples}
+  Value skip;    // Int, one channel, same layout: pixel y * w + x that the ray does not hit, or -1
+};
+
+struct SsrtHits {
+  Value pixel;  // Int {1, 1, pixels, samples}: y * w + x, or -1 on a miss
+  Value delta;  // how far the ray is behind the surface it meets, >= 0, over scene_scale (or in window depth); 0 on a miss
+  Value u;      // uncertainty tanh(10 delta); 1 on a miss; 0 where the direction is (0, 0, 0)
+};
+
+/// `depth` {n, 1, h, w}, metres, 0 = none; `pyramid` = depth_pyramid(depth); `camera` {n, 4, 1, 1} and `range`
+/// {n, 3, 1, 1} by camera_tensor() and depth_range(); `directions` {1, 3, pixels, samples} in the camera frame, any
+/// length; `normal` {n, 3, h, w}, or no value: then cells that face away from the ray are hit too.
+/// Contract: architecture, "SSRT"; no gradient: cells are discrete, and directions detached.
+SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value directions, Value normal = {},
+              const RayOrigins& origins = {}, const SsrtOptions& options = {});
+
+/// fx, fy, cx, cy of each picture, {n, 4, 1, 1}.
+Tensor camera_tensor(std::span<const Camera> cameras);
+/// scene_scale (metres), smallest and largest valid depth of each picture, {n, 3, 1, 1}. Throws usage_error when a
+/// picture has no valid depth.
+Tensor depth_range(const Tensor& depth);
+
+/// M rays/s of a solver on this device: cosine-distributed rays from every pixel of a furnished box room, best of
+/// `repeats`, and the share that hits.
+struct SsrtSpeed {
+  double million_rays_per_second = 0, hit_share = 0;
+};
+SsrtSpeed ssrt_speed(Device device, int width, int height, SsrtSolver solver, int samples = 64, int repeats = 3);
+
+}  // namespace clerestory

@@ -1,0 +1,26 @@
+// Sums over a pixel's samples, and the standard error of their mean (kernels/shade/accumulate_samples.cl).
+#pragma once
+#include "host/graph/graph.hpp"
+
+namespace clerestory {
+
+/// Columns {1, C, pixels, 1}, each of which adds up over chunks of samples.
+struct SampleSums {
+  Value mean;     // 3: sum of weight * radiance over `count`
+  Value squares;  // 3: sum of squared deviations from the chunk's mean
+  Value tally;    // 5: sum of u; directions; samples dropped (NaN or Inf); one plus the first of those; hits
+};
+
+/// weight and radiance {1, 3, pixels, samples}, pdf {1, 1, ...} (0: no direction); u and hit_pixel of ssrt(), or no
+/// values. `count`: samples of a pixel over all chunks.
+SampleSums accumulate_samples(Value weight, Value radiance, Value pdf, Value u, Value hit_pixel, int count);
+
+struct SampleStatistics {
+  Value standard_error;  // {n, 3, h, w}: of the mean
+  Value uncertainty;     // {n, 1, h, w}: mean u over the directions drawn; 0 where there are none
+};
+
+/// From whole maps of the sums. `chunks`: chunks of samples a pixel's samples came in (each takes one degree of freedom).
+SampleStatistics finish_samples(Value squares, Value tally, int count, int chunks);
+
+}  // namespace clerestory

@@ -1,0 +1,211 @@
+#include "host/ops/shade/render.hpp"
+
+#include <algorithm>
+
+#include "host/graph/map_chunks.hpp"
+#include "host/graph/plan.hpp"
+#include "host/ops/light/depth_pyramid.hpp"
+#include "host/ops/light/image_light.hpp"
+#include "host/ops/light/surface_points.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kGridDirections = 128;
+enum Tally { kUncertainty, kDirections, kDropped, kFirstDropped, kHits, kTallies };
+
+ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
+  if (spec.spp < 2)
+    throw usage_error("a picture and its standard error need more samples", "spp", std::to_string(spec.spp), "at least 2");
+  if (spec.sampling.sampler == Sampler::Grid8x16 && spec.spp != kGridDirections)
+    throw usage_error("the sampler grid8x16 has a fixed number of samples", "spp", std::to_string(spec.spp), "128");
+  if (spec.chunk_rays < 16) throw Error(ErrorKind::Failed, "a chunk of less than sixteen rays", "render");
+  ChunkDomain d{picture.n, picture.h, picture.w, spec.spp, 0, 0};
+  d.chunk_samples = std::min((spec.spp + 15) / 16 * 16, spec.chunk_rays / 16 * 16);
+  const long pixels = picture.n * picture.plane();
+  d.chunk_pixels = static_cast<int>(std::clamp<long>(spec.chunk_rays / d.chunk_samples, 1, pixels));
+  return d;
+}
+
+int sample_chunks(const ChunkDomain& d) { return (d.samples + d.chunk_samples - 1) / d.chunk_samples; }
+
+/// What rays are traced against, as values of one graph.
+struct Traced {
+  Value depth, pyramid, range, normal;
+  RayOrigins origins;
+};
+
+SsrtHits trace(const RenderSpec& spec, const Traced& t, Value camera, Value direction) {
+  if (!spec.trace) return {};
+  return ssrt(t.depth, t.pyramid, camera, t.range, direction, spec.facing ? t.normal : Value{}, t.origins, spec.ssrt);
+}
+
+}  // namespace
+
+Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, Value camera, Value range,
+                std::span<const Value> light_inputs, const LightBuilder& light, const Blockers& blockers,
+                const Surfaces& sampling) {
+  const ChunkDomain domain = domain_of(spec, maps.depth.shape());
+  const Surfaces drawn_from = sampling.normal ? sampling : maps.surfaces;
+  const bool detached = static_cast<bool>(sampling.normal), blocked = static_cast<bool>(blockers.depth);
+
+  // Outer values in one list; the inner ones come in the same order.
+  std::vector<Value> outer{maps.depth, camera, maps.surfaces.albedo, maps.surfaces.normal, maps.surfaces.material};
+  const std::size_t sampling_at = outer.size();
+  if (detached) outer.insert(outer.end(), {drawn_from.albedo, drawn_from.normal, drawn_from.material});
+  const std::size_t traced_at = outer.size();
+  if (spec.trace) {
+    outer.push_back(range);
+    outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth));
+    if (blocked)
+      outer.insert(outer.end(), {blockers.depth, blockers.normal, surface_points(maps.depth, camera), blockers.skip});
+  } else {
+    graph.left_out("screen-space rays: the light does not ask where they end");
+  }
+  const std::size_t light_at = outer.size();
+  outer.insert(outer.end(), light_inputs.begin(), light_inputs.end());
+
+  const auto body = [=](Graph& g, std::span<const Value> in) -> std::vector<ChunkOutput> {
+    const Surfaces surfaces{in[2], in[3], in[4]};
+    const Surfaces from = detached ? Surfaces{in[sampling_at], in[sampling_at + 1], in[sampling_at + 2]} : surfaces;
+    const BrdfSamples samples =
+        sample_brdf(in[0], in[1], from, surfaces, domain.chunk_pixels, domain.chunk_samples, spec.sampling);
+    Traced traced;
+    if (spec.trace) {
+      const std::span<const Value> t = in.subspan(traced_at);
+      traced = {in[0], t[1], t[0], surfaces.normal, {}};
+      if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
+    }
+    const RayBatch rays{samples.direction, trace(spec, traced, in[1], samples.direction), {in[0], surfaces}, in[1]};
+    const Value radiance = light(g, rays, in.subspan(light_at));
+    const SampleSums sums =
+        accumulate_samples(samples.weight, radiance, samples.pdf, rays.hits.u, rays.hits.pixel, spec.spp);
+    return {{sums.mean}, {sums.squares}, {sums.tally}, {samples.status}};
+  };
+  const std::vector<Value> whole = map_chunks(graph, domain, outer, body);
+  const SampleStatistics statistics = finish_samples(whole[1], whole[2], spec.spp, sample_chunks(domain));
+  return {whole[0], statistics.standard_error, statistics.uncertainty, whole[3], whole[2]};
+}
+
+LightBuilder image_light_builder() {
+  return [](Graph&, const RayBatch& rays, std::span<const Value> in) { return image_light(in[0], in[1], rays.hits.pixel); };
+}
+LightBuilder constant_light_builder() {
+  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
+    return constant_light(in[0], rays.direction, rays.maps.depth);
+  };
+}
+LightBuilder panorama_light_builder() {
+  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
+    return panorama_light(in[0], in[1], rays.camera, rays.direction);
+  };
+}
+
+RenderCounts render_counts(const Tensor& status, const Tensor& tally) {
+  RenderCounts counts;
+  const long plane = status.shape.plane();
+  for (int n = 0; n < status.shape.n; ++n)
+    for (long p = 0; p < plane; ++p) {
+      const double state = status.real[static_cast<std::size_t>(n * plane + p)];
+      (state == 0 ? counts.shaded : state == 1 ? counts.without_depth : counts.facing_away) += 1;
+      const auto of = [&](Tally t) { return tally.real[static_cast<std::size_t>((n * kTallies + t) * plane + p)]; };
+      counts.directions += of(kDirections);
+      counts.hits += of(kHits);
+      counts.dropped += of(kDropped);
+      if (of(kDropped) > 0 && !counts.first_dropped)
+        counts.first_dropped = RenderCounts::Offender{n * plane + p, static_cast<int>(of(kFirstDropped)) - 1};
+    }
+  return counts;
+}
+
+HostRendered render_with_host_light(Device device, const RenderSpec& spec, const std::map<std::string, Tensor>& feeds,
+                                    std::uint32_t seed, const std::function<void(const HostRays&)>& fill) {
+  const auto feed = [&](const char* name) -> const Tensor& {
+    const auto found = feeds.find(name);
+    if (found == feeds.end()) throw Error(ErrorKind::Failed, "a map is missing", fmt::format("render: {}", name));
+    return found->second;
+  };
+  const Shape picture = feed("depth").shape;
+  const ChunkDomain domain = domain_of(spec, picture);
+  if (sample_chunks(domain) > 1)
+    throw usage_error("more samples than one chunk holds", "spp", std::to_string(spec.spp), fmt::format("at most {}", spec.chunk_rays));
+  const Shape rays{1, 3, domain.chunk_pixels, domain.chunk_samples}, one{1, 1, domain.chunk_pixels, domain.chunk_samples};
+
+  // Once: what is made of the whole picture.
+  Graph whole;
+  const Value whole_depth = whole.input("depth", picture), whole_camera = whole.input("camera", feed("camera").shape);
+  const Value whole_points = surface_points(whole_depth, whole_camera);
+  const Value whole_pyramid = depth_pyramid(whole_depth);
+  Executor prepare(compile(whole, {whole_points, whole_pyramid}, device));
+  prepare.feed("depth", feed("depth"));
+  prepare.feed("camera", feed("camera"));
+  prepare.run();
+
+  // Before the callback: directions, weights, hits.
+  Graph first;
+  const auto map = [&](const char* name) { return first.input(name, feed(name).shape); };
+  const SurfaceMaps maps{map("depth"), {map("albedo"), map("normal"), map("material")}};
+  const Value camera = map("camera");
+  const BrdfSamples samples = sample_brdf(maps.depth, camera, maps.surfaces, maps.surfaces, rays.h, rays.w, spec.sampling);
+  Traced traced;
+  if (spec.trace) traced = {maps.depth, first.input("pyramid", whole_pyramid.shape()), map("range"), maps.surfaces.normal, {}};
+  const SsrtHits hits = trace(spec, traced, camera, samples.direction);
+  std::vector<Value> made{samples.direction, samples.weight, samples.pdf, samples.status};
+  if (spec.trace) made.insert(made.end(), {hits.u, hits.pixel});
+  Executor draw(compile(first, made, device));
+  for (const char* name : {"depth", "albedo", "normal", "material", "camera"}) draw.feed(name, feed(name));
+  if (spec.trace) {
+    draw.feed("range", feed("range"));
+    draw.bind("pyramid", prepare.view(whole_pyramid));
+  }
+
+  // After it: sums.
+  Graph second;
+  const Value u = spec.trace ? second.input("u", one) : Value{};
+  const Value hit = spec.trace ? second.input("hit", one, Type::Int) : Value{};
+  const SampleSums sums = accumulate_samples(second.input("weight", rays), second.input("radiance", rays),
+                                             second.input("pdf", one), u, hit, spec.spp);
+  Executor sum(compile(second, {sums.mean, sums.squares, sums.tally}, device));
+  const TensorView radiance{device.allocate(static_cast<std::size_t>(rays.count()) * sizeof(float)), 0,
+                            static_cast<int>(rays.item()), rays, Type::Real};
+  sum.bind("radiance", radiance);
+  sum.bind("weight", draw.view(samples.weight));
+  sum.bind("pdf", draw.view(samples.pdf));
+  if (spec.trace) {
+    sum.bind("u", draw.view(hits.u));
+    sum.bind("hit", draw.view(hits.pixel));
+  }
+
+  HostRendered result;
+  const auto channels = [&](int c) { return Tensor(Shape{picture.n, c, picture.h, picture.w}); };
+  result.radiance = channels(3), result.status = channels(1), result.tally = channels(kTallies);
+  Tensor squares = channels(3);
+  const long plane = picture.plane();
+  for (int pixel = 0; pixel < picture.n * plane; pixel += domain.chunk_pixels) {
+    const Chunk chunk{pixel, static_cast<int>(std::min<long>(domain.chunk_pixels, picture.n * plane - pixel)), 0, spec.spp};
+    draw.run(seed, chunk);
+    fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction),
+          spec.trace ? draw.view(hits.pixel) : TensorView{}, radiance});
+    sum.run(seed, chunk);
+    const auto place = [&](const Tensor& columns, Tensor& to) {
+      for (int c = 0; c < columns.shape.c; ++c)
+        for (int p = 0; p < chunk.pixels; ++p) {
+          const long n = (pixel + p) / plane, at = (pixel + p) - n * plane;
+          to.real[static_cast<std::size_t>((n * to.shape.c + c) * plane + at)] = columns.at(0, c, p, 0);
+        }
+    };
+    place(sum.fetch(sums.mean), result.radiance);
+    place(sum.fetch(sums.squares), squares);
+    place(sum.fetch(sums.tally), result.tally);
+    place(draw.fetch(samples.status), result.status);
+  }
+
+  Graph last;
+  const SampleStatistics statistics = finish_samples(last.input("squares", squares.shape), last.input("tally", result.tally.shape), spec.spp, 1);
+  const std::vector<Tensor> finished = evaluate(last, {statistics.standard_error, statistics.uncertainty}, device,
+                                                {{"squares", squares}, {"tally", result.tally}});
+  result.standard_error = finished[0], result.uncertainty = finished[1];
+  return result;
+}
+
+}  // namespace clerestory

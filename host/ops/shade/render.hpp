@@ -1,0 +1,93 @@
+// The Monte Carlo rendering layer, assembled: for every pixel of a batch, directions drawn by its surface, traced in
+// screen space, lit by whatever light is given, averaged. Any size, any batch, bounded memory (map_chunks).
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "host/ops/light/ssrt.hpp"
+#include "host/ops/shade/accumulate_samples.hpp"
+#include "host/ops/shade/sample_brdf.hpp"
+
+namespace clerestory {
+
+struct RenderSpec {
+  int spp = 64;  // at least 2; 128 for Sampler::Grid8x16
+  SamplingOptions sampling;
+  SsrtOptions ssrt;
+  bool facing = true;     // a cell that faces away from a ray is not hit by it
+  bool trace = true;      // false: no ray is traced (a light that does not ask where rays end); u is 0
+  int chunk_rays = 1 << 18;
+};
+
+/// What is shaded. depth {n, 1, h, w}: axial metres, 0 = none.
+struct SurfaceMaps {
+  Value depth;
+  Surfaces surfaces;
+};
+
+/// What rays are traced against when it is not the shaded maps themselves: an object put before a scene is shaded, and
+/// its rays meet the scene. skip: Int {n, 1, h, w}, the pixel that a pixel's rays do not hit (its own where it shows the
+/// scene, -1 on the object).
+struct Blockers {
+  Value depth, normal, skip;
+};
+
+/// One chunk's rays, as a light sees them inside map_chunks.
+struct RayBatch {
+  Value direction;  // {1, 3, pixels, samples}, camera frame; (0, 0, 0): none
+  SsrtHits hits;    // no values when RenderSpec::trace is false
+  SurfaceMaps maps;  // whole maps of the pixels that the rays start from
+  Value camera;
+};
+/// Radiance {1, 3, pixels, samples} along the rays. `inputs`: the whole-map values named to render(), in that order.
+using LightBuilder = std::function<Value(Graph& inner, const RayBatch& rays, std::span<const Value> inputs)>;
+
+struct Rendered {
+  Value radiance;        // {n, 3, h, w}: reflected light
+  Value standard_error;  // {n, 3, h, w}: of it
+  Value uncertainty;     // {n, 1, h, w}: mean u
+  Value status;          // {n, 1, h, w}: 0 shaded, 1 no depth, 2 normal faces away
+  Value tally;           // {n, 5, h, w}: see SampleSums
+};
+
+/// camera {n, 4, 1, 1} and range {n, 3, 1, 1} by camera_tensor() and depth_range() (of the blockers' depth). Detached
+/// sampling: `sampling` chooses directions, by default the maps' own values.
+Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, Value camera, Value range,
+                std::span<const Value> light_inputs, const LightBuilder& light, const Blockers& blockers = {},
+                const Surfaces& sampling = {});
+
+/// The lights that need no network, as builders; their inputs.
+LightBuilder image_light_builder();     // image {n, 3, h, w}, ambient {n, 3, 1, 1}
+LightBuilder constant_light_builder();  // ambient
+LightBuilder panorama_light_builder();  // image, ambient
+
+/// Sums over a batch, exact: rays and pixels may be more than float counts.
+struct RenderCounts {
+  double directions = 0, hits = 0, dropped = 0;       // rays
+  double shaded = 0, without_depth = 0, facing_away = 0;  // pixels
+  struct Offender {
+    long pixel = 0;  // of the batch, row-major
+    int sample = 0;
+  };
+  std::optional<Offender> first_dropped;  // with the run's seed it can be replayed
+};
+RenderCounts render_counts(const Tensor& status, const Tensor& tally);
+
+/// The same layer with a light that is not a graph: a chunk's rays are made on the device, `fill` writes their radiance,
+/// the chunk is summed.
+struct HostRays {
+  Chunk chunk;
+  int pixel_capacity = 0, sample_capacity = 0;  // ray (p, s) of channel c lies at offset + (c * pixel_capacity + p) * sample_capacity + s
+  TensorView points;     // {n, 3, h, w}: surface points of all pixels, camera metres
+  TensorView direction;  // {1, 3, pixel_capacity, sample_capacity}
+  TensorView hit_pixel;  // Int {1, 1, ...}; empty when nothing is traced
+  TensorView radiance;   // {1, 3, ...}: to be filled
+};
+struct HostRendered {
+  Tensor radiance, standard_error, uncertainty, status, tally;
+};
+/// `feeds`: depth, normal, albedo, material, camera, range.
+HostRendered render_with_host_light(Device device, const RenderSpec& spec, const std::map<std::string, Tensor>& feeds,
+                                    std::uint32_t seed, const std::function<void(const HostRays&)>& fill);
+
+}  // namespace clerestory

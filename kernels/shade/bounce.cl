@@ -1,0 +1,39 @@
+// The next direction of rays that hit inserted objects, and what light from there is worth.
+//
+// Rays {1, C, pixels, samples} (kernels/lib/chunk.clh): direction 3, travelling towards the object; normal 3, unit, of the
+// object on the ray's side; object: row of materials {objects, 5, 1, 1} = albedo, roughness, metallic, or -1: no object.
+// Results: next 3, unit, camera frame, (0, 0, 0) where there is no object or the sample fell below the surface;
+// weight 3 = f cos / pdf of the mixture of visible normals and cosine (kernels/lib/ggx.clh), 0 there.
+// Random numbers: (seed, pixel, sample, block), block = number of the bounce. Detached.
+#include "lib/chunk.clh"
+#include "lib/ggx.clh"
+#include "lib/rng.clh"
+
+#define SALT 0x626f756eu
+
+kernel void bounce(IN(direction), IN(normal), IN_INT(object), IN(materials), OUT(next), OUT(weight), CHUNK_ARGS,
+                   const int objects, const uint seed, const uint block) {
+  const int s = (int)get_global_id(0);
+  const int p = (int)get_global_id(1);
+  if (s >= sample_capacity || p >= pixels) return;
+  const ulong ray = RAY(p, s), step = RAY_PLANE;
+  const int met = AT(object, 0)[ray];
+  const int row = clamp(met, 0, objects - 1);
+  global const real *d = AT(direction, 0) + ray, *n = AT(normal, 0) + ray, *m = AT(materials, row);
+  Material material;
+  material.albedo = (real3)(m[0], m[1], m[2]);
+  material.roughness = m[3], material.metallic = m[4];
+
+  const Frame frame = frame_of(unit3((real3)(n[0], n[step], n[2 * step])));
+  const real3 wo = to_local(frame, -unit3((real3)(d[0], d[step], d[2 * step])));
+  const real alpha = alpha_of(material.roughness);
+  const real chance = specular_probability(material, wo);
+  const real4 u = random4(seed ^ SALT, (uint)(first_pixel + p), (uint)(first_sample + s), block);
+  const real3 wi = sample_direction(SAMPLER_VNDF_CAPS, wo, alpha, chance, u.xyz);
+  const int valid = s < samples && met >= 0 && wo.z > R(0) && wi.z > R(0);
+  const real3 towards = valid ? to_world(frame, wi) : (real3)(R(0));
+  const real3 worth = valid ? sample_weight(SAMPLER_VNDF_CAPS, material, wo, wi, chance) : (real3)(R(0));
+  global real *to = AT(next, 0) + ray, *w = AT(weight, 0) + ray;
+  to[0] = towards.x, to[step] = towards.y, to[2 * step] = towards.z;
+  w[0] = worth.x, w[step] = worth.y, w[2 * step] = worth.z;
+}
