@@ -14,10 +14,6 @@ Value step(const Scope& scope, Value x, int channels, int groups) {
   return group_norm_relu_layer(scope / "norm", y, groups);
 }
 
-Value resize_to(Value x, int height, int width) {
-  return x.shape().h == height && x.shape().w == width ? x : resize_bilinear(x, height, width);
-}
-
 }  // namespace
 
 Value decoder(const Scope& scope, const std::array<Value, 5>& levels, const DecoderSize& size, int channels, int height,
@@ -25,11 +21,12 @@ Value decoder(const Scope& scope, const std::array<Value, 5>& levels, const Deco
   Value x = step(scope / "c1", levels[4], size[0], kGroups[0]);
   for (std::size_t i = 1; i < 5; ++i) {
     const Value skip = levels[4 - i];
-    const Value joined = concat(std::array{resize_to(x, skip.shape().h, skip.shape().w), skip});
-    const Value larger = resize_bilinear(joined, 2 * joined.shape().h, 2 * joined.shape().w);
+    const int h = skip.shape().h, w = skip.shape().w;
+    // Up-sampling acts on each channel by itself: the parts are written straight into the concatenation.
+    const Value larger = concat(std::array{resize_bilinear(resize_bilinear(x, h, w), 2 * h, 2 * w), resize_bilinear(skip, 2 * h, 2 * w)});
     x = step(scope / fmt::format("c{}", i + 1), larger, size[i], kGroups[i]);
   }
-  x = pad_replicate(resize_to(x, height, width), {1, 1, 1, 1});
+  x = pad_replicate(resize_bilinear(x, height, width), {1, 1, 1, 1});
   return conv_bias_layer(scope / "out", x, channels, 3, 1, 0);
 }
 

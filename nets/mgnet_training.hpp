@@ -7,7 +7,7 @@ namespace clerestory {
 
 struct MgnetTrainingOptions {
   int batch = 8, height = 128, width = 160;  // as fed; sizes of 16 and above work, multiples of 32 need no resizing
-  LossWeights weights;
+  LossWeights weights{};
   AdamOptions adam{.beta1 = 0.5};
 };
 

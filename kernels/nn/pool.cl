@@ -26,44 +26,47 @@ kernel void average_pool_adjoint(IN(dy), OUT(dx), const int height, const int wi
       to[j * width + i] = j < 2 * h && i < 2 * w ? R(0.25) * from[(j / 2) * w + i / 2] : R(0);
 }
 
-// y = maximum over 3x3, padding 1 (never chosen); y: {N, C, (H-1)/2+1, (W-1)/2+1}. which: 3 dy + dx of the first maximum in
-// reading order, which is where the gradient goes.
-kernel void max_pool(IN(x), OUT(y), OUT_INT(which), const int height, const int width) {
+// y = maximum over window x window (3 with padding 1, or 2 with none; padding is never chosen); y: {N, C, (H + 2 pad -
+// window)/2 + 1, ...}. which: window dy + dx of the first maximum in reading order, which is where the gradient goes.
+kernel void max_pool(IN(x), OUT(y), OUT_INT(which), const int height, const int width, const int window,
+                     const int pad) {
   const int c = (int)get_group_id(0), n = (int)get_group_id(1);
-  const int h = (height - 1) / 2 + 1, w = (width - 1) / 2 + 1;
+  const int h = (height + 2 * pad - window) / 2 + 1, w = (width + 2 * pad - window) / 2 + 1;
   global const real *from = AT(x, n) + (ulong)c * height * width;
   global real *to = AT(y, n) + (ulong)c * h * w;
   global int *code = AT(which, n) + (ulong)c * h * w;
   for (int j = 0; j < h; ++j)
     FOR_LANES(i, w) {
       real best = -INFINITY;
-      int at = 4;  // the centre is always inside
-      for (int k = 0; k < 9; ++k) {
-        const int sy = 2 * j - 1 + k / 3, sx = 2 * i - 1 + k % 3;
-        const bool inside = sy >= 0 && sy < height && sx >= 0 && sx < width;
-        const real v = inside ? from[sy * width + sx] : -INFINITY;
-        const bool better = v > best || isnan(v);
-        best = better ? v : best;
-        at = better ? k : at;
-      }
+      int at = pad * (window + 1);  // always inside
+      for (int dy = 0; dy < window; ++dy)
+        for (int dx = 0; dx < window; ++dx) {
+          const int sy = 2 * j - pad + dy, sx = 2 * i - pad + dx;
+          const bool inside = sy >= 0 && sy < height && sx >= 0 && sx < width;
+          const real v = inside ? from[sy * width + sx] : -INFINITY;
+          const bool better = v > best || isnan(v);
+          best = better ? v : best;
+          at = better ? window * dy + dx : at;
+        }
       to[j * w + i] = best;
       code[j * w + i] = at;
     }
 }
 
 // Each input looks at the windows it lies in (at most two per axis): a gather, so the order is fixed.
-kernel void max_pool_adjoint(IN(dy), IN_INT(which), OUT(dx), const int height, const int width) {
+kernel void max_pool_adjoint(IN(dy), IN_INT(which), OUT(dx), const int height, const int width, const int window,
+                             const int pad) {
   const int c = (int)get_group_id(0), n = (int)get_group_id(1);
-  const int h = (height - 1) / 2 + 1, w = (width - 1) / 2 + 1;
+  const int h = (height + 2 * pad - window) / 2 + 1, w = (width + 2 * pad - window) / 2 + 1;
   global const real *from = AT(dy, n) + (ulong)c * h * w;
   global const int *code = AT(which, n) + (ulong)c * h * w;
   global real *to = AT(dx, n) + (ulong)c * height * width;
   for (int sy = 0; sy < height; ++sy)
     FOR_LANES(sx, width) {
       real sum = R(0);
-      for (int j = sy / 2; j <= (sy + 1) / 2 && j < h; ++j)
-        for (int i = sx / 2; i <= (sx + 1) / 2 && i < w; ++i)
-          if (code[j * w + i] == 3 * (sy - 2 * j + 1) + (sx - 2 * i + 1)) sum += from[j * w + i];
+      for (int j = max(sy + pad - window + 2, 0) / 2; j <= (sy + pad) / 2 && j < h; ++j)
+        for (int i = max(sx + pad - window + 2, 0) / 2; i <= (sx + pad) / 2 && i < w; ++i)
+          if (code[j * w + i] == window * (sy - 2 * j + pad) + (sx - 2 * i + pad)) sum += from[j * w + i];
       to[sy * width + sx] = sum;
     }
 }

@@ -6,7 +6,10 @@ namespace clerestory {
 
 /// Mean of 2x2; {N, C, H, W} -> {N, C, H/2, W/2}, rounded down.
 Value average_pool(Value x);
-/// Maximum of 3x3 with padding 1; {N, C, H, W} -> {N, C, (H-1)/2+1, (W-1)/2+1}.
-Value max_pool(Value x);
+struct MaxPoolSpec {
+  int window = 3, pad = 1;  // ResNet's; VGG's is 2 and 0
+};
+/// Maximum over a window, stride 2; {N, C, H, W} -> {N, C, (H + 2 pad - window)/2 + 1, ...}. Padding is never chosen.
+Value max_pool(Value x, const MaxPoolSpec& spec = {});
 
 }  // namespace clerestory

@@ -17,16 +17,18 @@ Tensor average(const Tensor& x) {
   return y;
 }
 
-Tensor maximum(const Tensor& x) {
+Tensor maximum(const Tensor& x, const MaxPoolSpec& spec) {
   const Shape& s = x.shape;
-  Tensor y({s.n, s.c, (s.h - 1) / 2 + 1, (s.w - 1) / 2 + 1}, -std::numeric_limits<double>::infinity());
+  const auto inside = [&](int k) { return k >= 0 && k < spec.window; };
+  const auto pooled = [&](int n) { return (n + 2 * spec.pad - spec.window) / 2 + 1; };
+  Tensor y({s.n, s.c, pooled(s.h), pooled(s.w)}, -std::numeric_limits<double>::infinity());
   for (int n = 0; n < s.n; ++n)
     for (int c = 0; c < s.c; ++c)
       for (int j = 0; j < s.h; ++j)
         for (int i = 0; i < s.w; ++i)
           for (int v = 0; v < y.shape.h; ++v)
             for (int u = 0; u < y.shape.w; ++u)
-              if (std::abs(2 * v - j) <= 1 && std::abs(2 * u - i) <= 1) y.at(n, c, v, u) = std::max(y.at(n, c, v, u), x.at(n, c, j, i));
+              if (inside(j - 2 * v + spec.pad) && inside(i - 2 * u + spec.pad)) y.at(n, c, v, u) = std::max(y.at(n, c, v, u), x.at(n, c, j, i));
   return y;
 }
 
@@ -43,15 +45,16 @@ OP_CASES(pool) {
                      .reference = [](const Tensors& t) { return std::vector<Tensor>{average(t.at("x"))}; },
                      .roundings = 4,
                      .differentiate = {"x"}});
-    cases.push_back({.stem = "pool",
-                     .label = "maximum_" + s.text(),
-                     .kernels = {"max_pool", "max_pool_adjoint"},
-                     .inputs = {{"x", random_tensor(s, 2)}},
-                     .build = [](Graph&, const Values& v) { return std::vector<Value>{max_pool(v.at("x"))}; },
-                     .reference = [](const Tensors& t) { return std::vector<Tensor>{maximum(t.at("x"))}; },
-                     .roundings = 0,
-                     .differentiate = {"x"},
-                     .gradient_roundings = 4});
+    for (const MaxPoolSpec& spec : {MaxPoolSpec{}, MaxPoolSpec{.window = 2, .pad = 0}})
+      cases.push_back({.stem = "pool",
+                       .label = fmt::format("maximum_{}_{}", spec.window, s.text()),
+                       .kernels = {"max_pool", "max_pool_adjoint"},
+                       .inputs = {{"x", random_tensor(s, 2)}},
+                       .build = [spec](Graph&, const Values& v) { return std::vector<Value>{max_pool(v.at("x"), spec)}; },
+                       .reference = [spec](const Tensors& t) { return std::vector<Tensor>{maximum(t.at("x"), spec)}; },
+                       .roundings = 0,
+                       .differentiate = {"x"},
+                       .gradient_roundings = 4});
   }
   return cases;
 }

@@ -1,0 +1,57 @@
+#include "nets/losses.hpp"
+
+#include "host/ops/nn/map_loss.hpp"
+#include "host/ops/nn/pool.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/slice.hpp"
+#include "nets/vgg.hpp"
+
+namespace clerestory {
+namespace {
+
+/// Masked mean squared distance of the features of two maps of one or three channels.
+Value perceptual(const Scope& scope, Value prediction, Value truth, Value mask) {
+  const auto features = [&](Value map) {
+    const Shape& s = map.shape();
+    const Value shown = multiply(map, mask);
+    return vgg_features(scope, s.c == 3 ? shown : expand(shown, {s.n, 3, s.h, s.w}));
+  };
+  const Value a = features(prediction), b = features(truth);
+  return squared_loss(a, b, average_pool(average_pool(mask)), 1.0 / a.shape().c);
+}
+
+}  // namespace
+
+NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
+  Value albedo = log_loss(maps.albedo, truth.albedo, truth.albedo_mask, 0.5 / 3);
+  Value normal = cosine_loss(maps.normal, truth.normal, truth.geometry_mask, 0.5);
+  Value material = squared_loss(maps.material, truth.material, truth.material_mask, 0.5);
+  const Value aligned = least_squares_scale(maps.depth, truth.depth, truth.geometry_mask);
+  const Value depth = log_loss(maps.depth, truth.depth, truth.geometry_mask, 1, aligned);
+  const Value scale_term = squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask);
+  if (weights.perceptual > 0) {
+    const Scope vgg = scope / "vgg";
+    albedo = add(albedo, perceptual(vgg, maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * weights.perceptual);
+    normal = add(normal, perceptual(vgg, maps.normal, truth.normal, truth.geometry_mask), 0.5 * weights.perceptual);
+    for (const int map : {0, 1})
+      material = add(material, perceptual(vgg, slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
+                     0.25 * weights.perceptual);
+  }
+  NamedValues terms;
+  Value total;
+  const auto term = [&](const char* name, Value value, double weight) {
+    if (weight == 0) return;
+    terms.emplace_back(name, weight == 1 ? value : scale(value, weight));
+    total = total ? add(total, terms.back().second) : terms.back().second;
+  };
+  term("albedo", albedo, weights.albedo);
+  term("normal", normal, weights.normal);
+  term("material", material, weights.material);
+  term("depth", depth, weights.depth);
+  term("scale", scale_term, weights.scale);
+  if (!total) throw usage_error("every term has a weight of zero: nothing to train", "loss");
+  terms.insert(terms.begin(), {"loss", total});
+  return terms;
+}
+
+}  // namespace clerestory
