@@ -1,6 +1,7 @@
 // The scene rendered again from its maps, camera and light by the Monte Carlo layer: no photograph goes in but through
 // `light = image`.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct Rendering {
   Image radiance, standard_error, uncertainty;  // 3, 3, 1 channels
   double rays = 0;          // traced
   double dropped = 0;       // samples that were not finite: a bias, printed
+  std::string first_dropped; // pixel, sample and seed of the first of them, to be replayed
   double facing_away = 0;   // pixels not shaded because their normal faces away from the viewer
   double hits = 0;          // rays that end on a visible surface
   std::size_t bytes = 0;    // device memory of the plan

@@ -1,0 +1,82 @@
+#include "nets/render_scene.hpp"
+
+#include <algorithm>
+
+#include "host/graph/plan.hpp"
+#include "host/math/statistics.hpp"
+#include "host/ops/shade/render.hpp"
+#include "nets/scene_maps.hpp"
+
+namespace clerestory {
+namespace {
+
+LightBuilder light_of(const std::string& name) {
+  if (name == "image") return image_light_builder();
+  if (name == "constant") return constant_light_builder();
+  if (name == "panorama") return panorama_light_builder();
+  throw usage_error("there is no such light", "--light", name, "image, constant or panorama");
+}
+
+}  // namespace
+
+std::array<double, 3> ambient_of(const Scene& scene) {
+  const std::size_t n = scene.photo.pixels();
+  const float* emits = scene.material.plane(2);
+  std::array<double, 3> ambient{};
+  double count = 0;
+  for (std::size_t i = 0; i < n; ++i) count += emits[i] == 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    CompensatedSum sum;
+    for (std::size_t i = 0; i < n; ++i)
+      if (emits[i] == 0) sum.add(scene.photo.data[c * n + i]);
+    ambient[c] = count > 0 ? sum.value() / count : 0;
+  }
+  return ambient;
+}
+
+RenderSpec render_spec(const RenderSettings& settings) {
+  RenderSpec spec;
+  spec.spp = settings.spp;
+  spec.sampling.sampler = sampler_of(settings.sampler);
+  if (spec.sampling.sampler == Sampler::Grid8x16) spec.spp = 128;
+  spec.sampling.points = points_of(settings.points);
+  spec.ssrt.solver = ssrt_solver_of(settings.ssrt);
+  spec.ssrt.delta = delta_depth_of(settings.delta);
+  spec.trace = settings.light == "image";
+  if (spec.spp < 2) throw usage_error("a standard error needs two samples", "--spp", fmt::format("{}", spec.spp), "at least 2");
+  return spec;
+}
+
+Rendering render_scene(Device& device, const Scene& scene, const RenderSettings& settings) {
+  const RenderSpec spec = render_spec(settings);
+  Graph graph;
+  if (!spec.trace) graph.left_out("screen-space ray tracing: this light does not ask where rays end");
+  const SceneValues values = scene_values(graph, scene);
+  const std::vector<Value> inputs = settings.light == "constant" ? std::vector{values.ambient} : std::vector{values.photo, values.ambient};
+  const Rendered rendered = render(graph, spec, values.maps, values.camera, values.range, inputs, light_of(settings.light));
+
+  Executor executor(compile(graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally}, device));
+  feed_scene(executor, scene);
+  executor.run(settings.seed);
+  const RenderCounts counts = render_counts(executor.fetch(rendered.status), executor.fetch(rendered.tally));
+
+  Rendering result;
+  const auto image = [&](Value v) {
+    Image picture(scene.width(), scene.height(), v.shape().c);
+    picture.data = executor.fetch_floats(v);
+    return picture;
+  };
+  result.radiance = image(rendered.radiance), result.standard_error = image(rendered.standard_error);
+  result.uncertainty = image(rendered.uncertainty);
+  result.rays = counts.directions, result.hits = counts.hits, result.dropped = counts.dropped;
+  result.facing_away = counts.facing_away;
+  result.bytes = executor.bytes();
+  result.explanation = executor.explain();
+  result.left_out = graph.what_was_left_out();
+  if (counts.first_dropped)
+    result.first_dropped = fmt::format("pixel {},{}, sample {}, seed {}", counts.first_dropped->pixel % scene.width(),
+                                       counts.first_dropped->pixel / scene.width(), counts.first_dropped->sample, settings.seed);
+  return result;
+}
+
+}  // namespace clerestory

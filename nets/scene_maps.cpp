@@ -1,0 +1,34 @@
+#include "nets/scene_maps.hpp"
+
+namespace clerestory {
+
+Tensor tensor_of(const Image& image) { return Tensor({1, image.channels, image.height, image.width}, image.data); }
+
+SceneValues scene_values(Graph& graph, const Scene& scene) {
+  const auto map = [&](const std::string& name, int channels) {
+    return graph.input(name, {1, channels, scene.height(), scene.width()});
+  };
+  SceneValues values;
+  values.photo = map("photo", 3);
+  values.maps.depth = map("depth", 1);
+  values.maps.surfaces = {map("albedo", 3), map("normal", 3), map("material", 3)};
+  values.camera = graph.input("camera", {1, 4, 1, 1});
+  values.range = graph.input("range", {1, 3, 1, 1});
+  values.ambient = graph.input("ambient", {1, 3, 1, 1});
+  return values;
+}
+
+void feed_scene(Executor& executor, const Scene& scene) {
+  const Tensor depth = tensor_of(scene.depth);
+  const std::array<double, 3> ambient = ambient_of(scene);
+  executor.feed("photo", tensor_of(scene.photo));
+  executor.feed("albedo", tensor_of(scene.albedo));
+  executor.feed("normal", tensor_of(scene.normal));
+  executor.feed("depth", depth);
+  executor.feed("material", tensor_of(scene.material));
+  executor.feed("camera", camera_tensor(std::span(&scene.camera, 1)));
+  executor.feed("range", depth_range(depth));
+  executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
+}
+
+}  // namespace clerestory

@@ -1,0 +1,25 @@
+// A scene as inputs of a graph, and how an executor is fed with it.
+#pragma once
+#include "host/graph/plan.hpp"
+#include "host/ops/shade/render.hpp"
+#include "nets/render_scene.hpp"
+
+namespace clerestory {
+
+/// Inputs "photo", "albedo", "normal", "depth", "material", "camera", "range", "ambient" of one picture.
+struct SceneValues {
+  SurfaceMaps maps;
+  Value photo;    // {1, 3, h, w}
+  Value camera;   // {1, 4, 1, 1}
+  Value range;    // {1, 3, 1, 1}
+  Value ambient;  // {1, 3, 1, 1}
+};
+SceneValues scene_values(Graph& graph, const Scene& scene);
+void feed_scene(Executor& executor, const Scene& scene);
+
+Tensor tensor_of(const Image& image);  // {1, channels, height, width}
+
+/// Throws usage_error naming the setting.
+RenderSpec render_spec(const RenderSettings& settings);
+
+}  // namespace clerestory
