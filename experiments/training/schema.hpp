@@ -2,6 +2,7 @@
 #pragma once
 #include "experiments/training/batches.hpp"
 #include "host/io/config.hpp"
+#include "nets/mgnet.hpp"
 
 namespace clerestory {
 
@@ -29,6 +30,7 @@ struct LearningRate {
 /// The typed form of a training config. Throws usage_error naming key and origin when values do not go together.
 struct TrainingOptions {
   std::string preset;
+  MgnetSize net;
   Size size;  // of views; the longer side is stored with the weights
   std::vector<std::string> train_roots, validation_roots;
   std::string train_split, validation_split;

@@ -1,0 +1,50 @@
+#include "experiments/commands/evaluate.hpp"
+
+#include <cstdio>
+
+#include "experiments/applications/predict.hpp"
+#include "experiments/training/evaluate.hpp"
+
+namespace clerestory {
+namespace {
+
+void print(const EvaluateOutcome& outcome) {
+  std::string text;
+  for (const auto& [name, value] : outcome.facts) text += fmt::format("{}: {}\n", name, value);
+  text += "\n";
+  if (!outcome.views.empty()) {
+    text += table_text(summary_table(outcome.summary, "Errors: mean ± standard deviation over views")) + "\n";
+    text += fmt::format("geometric mean of the ratios: {:.3f}\n", outcome.summary.score());
+    if (outcome.summary.scale_views > 0)
+      text += fmt::format("scene scale: median |delta ln| {:.3f} over {} views\n", outcome.summary.median_log_scale_error, outcome.summary.scale_views);
+    text += "\n";
+  }
+  if (!outcome.frames.empty()) text += table_text(frames_table(outcome.frames)) + "\n";
+  text += "Conventions\n";
+  for (const std::string& line : outcome.conventions) text += "  - " + line + "\n";
+  std::fputs(text.c_str(), stdout);
+}
+
+}  // namespace
+
+void add_evaluate_command(CommandLine& line) {
+  auto options = std::make_shared<EvaluateOptions>();
+  line.add("evaluate", "Judges weights on views with known maps and on photographs with measured depth")
+      .option("--data", "DIR", "Folder of rooms (InteriorVerse's layout)", options->data)
+      .option("--split", "NAME", "Its list of rooms: test, val, train; default: test.txt, else val.txt, else every room", options->split)
+      .option("--frames", "DIR", "Folder with a photograph and measured depth (repeat for several)",
+              [options](const std::string& text) { options->frames.emplace_back(text); })
+      .option("--mean-data", "DIR", "Training rooms to take the mean maps from, in place of those stored in the weights", options->mean_data)
+      .option("--batch", "N", "Views at once, 1 to 8", options->batch)
+      .common({Common::Weights, Common::Device, Common::Gemm, Common::Json, Common::Quiet})
+      .run([options](const CommonOptions& common) {
+        if (options->batch < 1 || options->batch > 8) throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
+        options->weights = common.weights.empty() ? shipped_weights() : common.weights;
+        options->device = common.device, options->gemm = common.gemm;
+        const EvaluateOutcome outcome = evaluate_weights(*options);
+        if (!common.json || !common.json->empty()) print(outcome);
+        write_json_result(common, evaluation_json(outcome.summary, outcome.views, outcome.frames, outcome.conventions, outcome.facts));
+      });
+}
+
+}  // namespace clerestory

@@ -1,0 +1,9 @@
+// clerestory train: one leg of training MGNet.
+#pragma once
+#include "experiments/cli.hpp"
+
+namespace clerestory {
+
+void add_train_command(CommandLine& line);
+
+}  // namespace clerestory

@@ -1,0 +1,109 @@
+#include "experiments/training/evaluate.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/validation.hpp"
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Views of the wanted list, or of every room folder when the data set has no lists.
+std::vector<ViewName> views_to_judge(const fs::path& data, std::string& split) {
+  if (!fs::is_directory(data)) throw usage_error("no such folder", data.string());
+  if (split.empty())
+    for (const char* candidate : {"test", "val"})
+      if (split.empty() && fs::exists(data / (std::string(candidate) + ".txt"))) split = candidate;
+  if (!split.empty()) return name_views({data.string()}, split);
+  std::vector<ViewName> views;
+  std::set<fs::path> rooms;
+  for (const auto& entry : fs::directory_iterator(data))
+    if (entry.is_directory()) rooms.insert(entry.path());
+  for (const fs::path& room : rooms)
+    for (const std::string& id : list_views(room)) views.push_back({room, id});
+  if (views.empty()) throw usage_error("there is no view", data.string(), "no NNN_im.exr in its folders", "rooms written by `clerestory generate`");
+  split = "every folder";
+  return views;
+}
+
+std::optional<MeanMaps> mean_maps(const EvaluateOptions& options, const LoadedWeights& weights) {
+  if (options.mean_data.empty()) return weights.means;
+  ViewStore store(name_views({options.mean_data.string()}, "train"), weights.size.width, weights.size.height, 0);
+  MeanMaps means;
+  Progress bar("training mean", static_cast<std::int64_t>(store.size()), "views");
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    means.add(store.get(i));
+    bar.advance();
+    stop_if_interrupted("evaluate");
+  }
+  return means;
+}
+
+void judge_data(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means, MapPredictor& predictor,
+                EvaluateOutcome& out) {
+  std::string split = options.split;
+  ViewStore store(views_to_judge(options.data, split), weights.size.width, weights.size.height, 0);
+  std::set<std::string> rooms;
+  for (const ViewName& name : store.names()) rooms.insert(name.room.string());
+  out.facts.emplace_back("data", fmt::format("{} ({}): {} views of {} rooms", options.data.string(), split, store.size(), rooms.size()));
+  const std::optional<MapSet> mean = means ? std::optional(means->maps(weights.size.width, weights.size.height)) : std::nullopt;
+  Progress bar("evaluate", static_cast<std::int64_t>(store.size()), "views");
+  const std::size_t batch = static_cast<std::size_t>(options.batch);
+  for (std::size_t first = 0; first < store.size(); first += batch) {
+    std::vector<std::size_t> which;
+    for (std::size_t i = first; i < std::min(store.size(), first + batch); ++i) which.push_back(i);
+    std::vector<JudgedView> views = read_for_judgement(store, which, mean ? &*mean : nullptr);
+    judge_all(views, predictor);
+    for (ViewResult& r : results_of(views)) out.views.push_back(std::move(r));
+    bar.update(static_cast<std::int64_t>(out.views.size()));
+    stop_if_interrupted("evaluate");
+  }
+  out.summary = summarise(out.views);
+}
+
+void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means, MapPredictor& predictor,
+                  EvaluateOutcome& out) {
+  for (const fs::path& folder : options.frames) {
+    const RgbdFrame frame = read_rgbd(folder);
+    const Image picture = prepare_photo(frame.photo.image, std::max(weights.size.width, weights.size.height));
+    const MapPrediction prediction = predictor.predict({&picture}).front();
+    const std::optional<MapSet> mean = means ? std::optional(means->maps(picture.width, picture.height)) : std::nullopt;
+    const fs::path name = folder.has_filename() ? folder.filename() : folder.parent_path().filename();
+    out.frames.push_back(judge_frame(name.string(), prediction.maps.depth, frame.depth, mean ? &*mean : nullptr));
+  }
+}
+
+}  // namespace
+
+EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
+  if (options.data.empty() && options.frames.empty())
+    throw usage_error("there is nothing to judge", "evaluate", "", "--data DIR, --frames DIR, or both");
+  catch_interrupts();
+  Device device = Device::open(options.device);
+  const LoadedWeights weights = load_weights(options.weights, device);
+  MapPredictor predictor(device, weights.net, weights.states, options.batch, options.gemm);
+  const std::optional<MeanMaps> means = mean_maps(options, weights);
+
+  EvaluateOutcome out;
+  out.facts = {{"weights", options.weights.string()},
+               {"weights hash", file_hash(options.weights)},
+               {"net", weights.preset + ": " + net_text(weights.net)},
+               {"hours of training", fmt::format("{:.2f}", weights.history.hours())},
+               {"device", device.info().name},
+               {"training mean", means ? fmt::format("of {} views, {}x{}", means->views(), MeanMaps::grid_width, MeanMaps::grid_height)
+                                       : "none: these weights hold no mean maps and --mean-data was not given"}};
+  if (!options.data.empty()) judge_data(options, weights, means, predictor, out);
+  if (!options.frames.empty()) judge_frames(options, weights, means, predictor, out);
+  out.conventions = evaluation_conventions(weights.size.width, weights.size.height);
+  out.conventions.push_back(fmt::format("photographs: longer side {}; measured depth by nearest neighbour, every pixel with a measurement counts",
+                                        std::max(weights.size.width, weights.size.height)));
+  return out;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,33 @@
+// Weights judged on a data set and on photographs with measured depth.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiments/evaluation/summary.hpp"
+#include "host/cl/device.hpp"
+
+namespace clerestory {
+
+struct EvaluateOptions {
+  std::filesystem::path weights;
+  std::filesystem::path data;                  // folder of rooms; empty: none
+  std::string split;                           // list in it; empty: test.txt, else val.txt, else every folder with views
+  std::vector<std::filesystem::path> frames;   // folders with rgb and measured depth
+  std::filesystem::path mean_data;             // rooms to take the training mean from, in place of the weights' own
+  int batch = 4;
+  std::string device, gemm = "auto";
+};
+
+struct EvaluateOutcome {
+  std::vector<ViewResult> views;
+  EvaluationSummary summary;
+  std::vector<FrameResult> frames;
+  std::vector<std::string> conventions;
+  std::vector<std::pair<std::string, std::string>> facts;  // weights, preset, data, views
+};
+
+/// Throws usage_error when there is nothing to judge, or files do not fit.
+EvaluateOutcome evaluate_weights(const EvaluateOptions& options);
+
+}  // namespace clerestory

@@ -1,0 +1,177 @@
+#include "experiments/training/network.hpp"
+
+#include <cstdio>
+#include <utility>
+
+#include "host/error.hpp"
+#include "host/io/safetensors.hpp"
+#include "nets/mgnet_training.hpp"
+
+namespace clerestory {
+namespace {
+
+/// VGG16's weights under torchvision's names ("features.0.weight") into the states "vgg.features.0.weight".
+void set_frozen_features(const std::string& path, States& states) {
+  const TensorFile file = read_safetensors(path);
+  for (const std::string& name : states.names()) {
+    if (!is_frozen_feature(name)) continue;
+    const std::string stored_name = name.substr(4);
+    const StoredTensor& stored = file.get(stored_name, path);
+    const Shape shape = states.view(name).shape;
+    if (static_cast<long>(stored.count()) != shape.count())
+      throw usage_error("a tensor has another size than VGG16's", path + ": " + stored_name, fmt::format("{} numbers", stored.count()), shape.text());
+    states.set(name, Tensor(shape, stored.floats(path)));
+  }
+}
+
+}  // namespace
+
+struct TrainingNetwork::State {
+  Graph graph;
+  MgnetTraining training;
+  std::vector<std::string> names;
+  std::unique_ptr<Executor> run;
+  std::size_t parameters = 0;
+};
+
+TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states) : state_(std::make_unique<State>()) {
+  MgnetTrainingOptions options;
+  options.batch = o.batch, options.height = padded_size(o.size.height), options.width = padded_size(o.size.width);
+  options.weights = {o.w_albedo, o.w_normal, o.w_material, o.w_depth, o.w_scale, o.w_perceptual};
+  options.adam.beta1 = o.beta1, options.adam.beta2 = o.beta2;
+  state_->training = mgnet_training(state_->graph, o.net, options);
+  states->initialise(state_->graph, o.seed);
+  if (o.w_perceptual > 0) set_frozen_features(o.perceptual_weights, *states);
+  std::vector<Value> outputs;
+  for (const auto& [name, value] : state_->training.losses) state_->names.push_back(name), outputs.push_back(value);
+  for (const Value& p : state_->graph.parameters()) state_->parameters += static_cast<std::size_t>(p.shape().count());
+  state_->run = std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
+}
+
+TrainingNetwork::~TrainingNetwork() = default;
+
+Losses TrainingNetwork::step(const TrainingBatch& batch, double rate) {
+  Executor& run = *state_->run;
+  run.feed("image", batch.image);
+  run.feed("albedo", batch.albedo);
+  run.feed("normal", batch.normal);
+  run.feed("material", batch.material);
+  run.feed("depth", batch.depth);
+  run.feed("albedo_mask", batch.albedo_mask);
+  run.feed("geometry_mask", batch.geometry_mask);
+  run.feed("material_mask", batch.material_mask);
+  run.feed("log_scale", batch.log_scale);
+  run.feed("scale_mask", batch.scale_mask);
+  run.feed("learning_rate", Tensor({}, rate));
+  run.feed("step", Tensor({}, static_cast<double>(batch.step + 1)));
+  run.run();
+  Losses losses;
+  for (const auto& [name, value] : state_->training.losses) losses.emplace_back(name, run.fetch(value).real.at(0));
+  return losses;
+}
+
+const std::vector<std::string>& TrainingNetwork::loss_names() const { return state_->names; }
+std::size_t TrainingNetwork::parameters() const { return state_->parameters; }
+std::size_t TrainingNetwork::bytes() const { return state_->run->bytes(); }
+std::string TrainingNetwork::explain() { return state_->run->explain(); }
+
+struct MapPredictor::State {
+  struct Net {
+    Graph graph;
+    Maps maps;
+    std::unique_ptr<Executor> run;
+  };
+  Device device;
+  MgnetSize size;
+  std::shared_ptr<States> states;
+  int batch;
+  std::string gemm;
+  std::map<std::pair<int, int>, std::unique_ptr<Net>> nets;  // by padded height and width
+
+  Net& net(int height, int width) {
+    std::unique_ptr<Net>& found = nets[{height, width}];
+    if (found) return *found;
+    auto made = std::make_unique<Net>();
+    made->maps = mgnet(made->graph, made->graph.input("image", {batch, 3, height, width}), size, false);
+    const Maps& m = made->maps;
+    made->run = std::make_unique<Executor>(
+        compile(made->graph, {m.albedo, m.normal, m.depth, m.material, m.log_scale}, device, {.gemm = gemm}), states);
+    found = std::move(made);
+    return *found;
+  }
+};
+
+MapPredictor::MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch, std::string gemm)
+    : state_(new State{std::move(device), net, std::move(states), batch, std::move(gemm), {}}) {}
+
+MapPredictor::~MapPredictor() = default;
+
+namespace {
+
+/// Picture `index` of a fetched map, without its padding.
+Image picture_of(const std::vector<float>& data, const Shape& shape, std::size_t index, int width, int height) {
+  Image padded(shape.w, shape.h, shape.c);
+  const auto first = data.begin() + static_cast<std::ptrdiff_t>(index * static_cast<std::size_t>(shape.item()));
+  padded.data.assign(first, first + shape.item());
+  return cut(padded, width, height);
+}
+
+}  // namespace
+
+std::vector<MapPrediction> MapPredictor::predict(const std::vector<const Image*>& pictures) {
+  std::vector<MapPrediction> out;
+  if (pictures.empty()) return out;
+  const int width = pictures[0]->width, height = pictures[0]->height;
+  for (const Image* p : pictures)
+    if (p->width != width || p->height != height || p->channels != 3)
+      throw Error(ErrorKind::Failed, "pictures of unlike sizes in one prediction", "predict", fmt::format("{}x{}", p->width, p->height), fmt::format("{}x{}", width, height));
+  State::Net& net = state_->net(padded_size(height), padded_size(width));
+  const std::size_t batch = static_cast<std::size_t>(state_->batch);
+  for (std::size_t first = 0; first < pictures.size(); first += batch) {
+    std::vector<float> image;
+    for (std::size_t k = 0; k < batch; ++k) {  // a last group that is not full repeats its last picture
+      const Image input = net_input(*pictures[std::min(first + k, pictures.size() - 1)]);
+      image.insert(image.end(), input.data.begin(), input.data.end());
+    }
+    net.run->feed("image", image);
+    net.run->run();
+    const Maps& m = net.maps;
+    const std::vector<float> albedo = net.run->fetch_floats(m.albedo), normal = net.run->fetch_floats(m.normal),
+                             depth = net.run->fetch_floats(m.depth), material = net.run->fetch_floats(m.material),
+                             log_scale = net.run->fetch_floats(m.log_scale);
+    for (std::size_t k = 0; k < batch && first + k < pictures.size(); ++k)
+      out.push_back({{picture_of(albedo, m.albedo.shape(), k, width, height), picture_of(normal, m.normal.shape(), k, width, height),
+                      picture_of(depth, m.depth.shape(), k, width, height), picture_of(material, m.material.shape(), k, width, height)},
+                     log_scale[k]});
+  }
+  return out;
+}
+
+std::map<std::string, Shape> inference_states(const MgnetSize& net) {
+  Graph graph;
+  mgnet(graph, graph.input("image", {1, 3, 64, 64}), net, false);
+  std::map<std::string, Shape> states;
+  for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
+  return states;
+}
+
+std::string net_text(const MgnetSize& net) {
+  return fmt::format("growth {}, {} first channels, layers {}, decoder {}", net.encoder.growth, net.encoder.first,
+                     fmt::join(net.encoder.layers, "-"), fmt::join(net.decoder, "-"));
+}
+
+MgnetSize net_from_text(const std::string& text, const std::string& where) {
+  MgnetSize net;
+  auto& l = net.encoder.layers;
+  auto& d = net.decoder;
+  const int read = std::sscanf(text.c_str(), "growth %d, %d first channels, layers %d-%d-%d-%d, decoder %d-%d-%d-%d-%d", &net.encoder.growth,
+                               &net.encoder.first, &l[0], &l[1], &l[2], &l[3], &d[0], &d[1], &d[2], &d[3], &d[4]);
+  bool sane = read == 11 && net.encoder.growth > 0 && net.encoder.growth <= 256 && net.encoder.first > 0 && net.encoder.first <= 1024;
+  for (const int n : l) sane = sane && n > 0 && n <= 256;
+  constexpr std::array<int, 5> groups{32, 16, 16, 8, 4};
+  for (std::size_t i = 0; i < groups.size(); ++i) sane = sane && d[i] > 0 && d[i] <= 4096 && d[i] % groups[i] == 0;
+  if (!sane) throw usage_error("the shape of the net makes no sense", where + ": net", text, net_text(mgnet_size("compact")));
+  return net;
+}
+
+}  // namespace clerestory

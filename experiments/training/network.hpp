@@ -1,0 +1,70 @@
+// MGNet as training and evaluation drive it: fed batches, giving losses or maps. The graphs come from nets/.
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/training/batches.hpp"
+#include "experiments/training/schema.hpp"
+#include "host/graph/plan.hpp"
+#include "nets/mgnet.hpp"
+
+namespace clerestory {
+
+/// Losses of one step by name ("loss" is the weighted sum), in the graph's order.
+using Losses = std::vector<std::pair<std::string, double>>;
+
+class TrainingNetwork {
+ public:
+  /// Builds and compiles the training graph for the options' batch and (padded) size; makes the states that `states`
+  /// lacks from the options' seed.
+  TrainingNetwork(Device device, const TrainingOptions& options, std::shared_ptr<States> states);
+  ~TrainingNetwork();
+
+  /// One step of Adam. `step` counts from 0.
+  Losses step(const TrainingBatch& batch, double rate);
+
+  /// Loss names in order, "loss" first.
+  const std::vector<std::string>& loss_names() const;
+  std::size_t parameters() const;  // numbers that are trained
+  std::size_t bytes() const;       // device memory beside the states
+  std::string explain();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// What MGNet says about one picture.
+struct MapPrediction {
+  MapSet maps;  // at the size of the picture that was given
+  double log_scale = 0;
+};
+
+/// Runs MGNet on prepared pictures, several at a time, with the states given (running statistics, no update).
+class MapPredictor {
+ public:
+  MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch, std::string gemm);
+  ~MapPredictor();
+
+  /// Pictures of one size, exposed but neither clamped nor padded (prepare.hpp).
+  std::vector<MapPrediction> predict(const std::vector<const Image*>& pictures);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Names and shapes of the states that inference needs: what a weights file holds.
+std::map<std::string, Shape> inference_states(const MgnetSize& net);
+
+/// "growth 16, 32 first channels, layers 6-12-24-16, decoder 128-64-32-16-16": identity of a net's shape, in metadata and
+/// messages, and back. Throws usage_error naming `where`.
+std::string net_text(const MgnetSize& net);
+MgnetSize net_from_text(const std::string& text, const std::string& where);
+
+/// States of the frozen feature net of the perceptual loss: never stored with ours.
+inline bool is_frozen_feature(const std::string& state) { return state.starts_with("vgg."); }
+
+}  // namespace clerestory

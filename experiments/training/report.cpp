@@ -1,0 +1,70 @@
+#include "experiments/training/report.hpp"
+
+#include "host/io/files.hpp"
+#include "host/report/html.hpp"
+#include "host/report/metrics.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+namespace {
+
+/// Curves whose names begin with `prefix`.
+Plot curves(const std::vector<MetricRecord>& records, const std::string& prefix, const std::string& title, const std::string& y) {
+  Plot plot;
+  plot.title = title, plot.x_label = "step", plot.y_label = y;
+  for (const std::string& name : metric_names(records)) {
+    if (!name.starts_with(prefix) || name == "train/rate") continue;
+    Curve curve = curve_of(records, name);
+    Series series;
+    series.label = name.substr(prefix.size());
+    series.x = std::move(curve.steps), series.y = std::move(curve.values);
+    plot.series.push_back(std::move(series));
+  }
+  return plot;
+}
+
+}  // namespace
+
+void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder) {
+  const Plot plot = history_plot(history);
+  if (!plot.series.empty()) write_plot((folder / "validation.svg").string(), plot);
+  const FileRecord file = record_file(weights);
+  const Leg& last = history.legs.back();
+  write_file(folder / "card.md",
+             model_card(history,
+                        {{"file", weights.filename().string()},
+                         {"size", fmt::format("{:.2f} MB, half precision", static_cast<double>(file.bytes) * 1e-6)},
+                         {"hash (FNV-1a, 64 bit)", file.hash},
+                         {"preset", last.preset},
+                         {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9, clamped to [0, 1]", last.width, last.height)},
+                         {"commit", last.commit}},
+                        "validation.svg"));
+}
+
+void write_training_report(const RunDirectory& run, const Config& config, const History& history, const EvaluationSummary& last,
+                           const Provenance& provenance) {
+  write_model_card(run.artifact("weights.safetensors"), history, run / "artifacts");
+  const auto records = read_metrics(run.metrics_path());
+  const Leg& leg = history.legs.back();
+  HtmlReport report("Training of MGNet", run.path().filename().string());
+  report.facts({{"preset", leg.preset},
+                {"views", fmt::format("{} of {} rooms, {}x{}", leg.views, leg.rooms, leg.width, leg.height)},
+                {"steps", fmt::format("{} of {} views", leg.steps, leg.batch)},
+                {"time", duration_text(leg.hours * 3600)},
+                {"speed", fmt::format("{:.0f} views an hour", static_cast<double>(leg.views_seen) / leg.hours)},
+                {"score", fmt::format("{:.3f} (geometric mean of the ratios below)", last.score())}});
+  report.section("Validation", "Errors at the end of the leg, beside predictors that know nothing of the picture's content.");
+  report.table(summary_table(last, "Validation views"));
+  for (const std::string& line : evaluation_conventions(leg.width, leg.height)) report.paragraph(line);
+  report.plot(history_plot(history), "All legs; 1 is the best trivial predictor.");
+  report.section("Losses");
+  if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty()) report.plot(losses);
+  if (const Plot ratios = curves(records, "val/ratio/", "Validation error over the best trivial predictor", "ratio"); !ratios.series.empty())
+    report.plot(ratios);
+  report.left_out(provenance.left_out);
+  report.details("Configuration", config_toml(config));
+  report.footer(provenance);
+  report.write(run / "report.html");
+}
+
+}  // namespace clerestory

@@ -1,0 +1,15 @@
+// What a finished leg of training shows: report.html, card.md and the plot of validation error against hours.
+#pragma once
+#include "experiments/training/history.hpp"
+#include "host/report/run_directory.hpp"
+
+namespace clerestory {
+
+/// Writes report.html into the run, card.md and validation.svg into its artifacts, from metrics.jsonl and the history.
+void write_training_report(const RunDirectory& run, const Config& config, const History& history, const EvaluationSummary& last,
+                           const Provenance& provenance);
+
+/// card.md and validation.svg for a weights file, into `folder`.
+void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder);
+
+}  // namespace clerestory
