@@ -43,20 +43,21 @@ std::vector<Real> download(Device& device, const Buffer& buffer) {
 template <class Real>
 std::string product_fault(Device& device, const Defines& defines) {
   constexpr int rows = 12, columns = 32;  // the register tile, as in the packed matrix product
-  constexpr int row_panels = 2, column_panels = 3, depth = 37;
-  const auto a = small_integers<Real>(row_panels * rows * depth, 1);
-  const auto b = small_integers<Real>(column_panels * columns * depth, 2);
+  constexpr int row_panels = 2, column_panels = 3, period = 37, depth = 70'001;
+  const auto a = small_integers<Real>(row_panels * rows * period, 1);
+  const auto b = small_integers<Real>(column_panels * columns * period, 2);
   const Buffer a_packed = upload(device, a), b_packed = upload(device, b);
   const Buffer c = device.allocate(sizeof(Real) * row_panels * rows * column_panels * columns);
   const Kernel kernel = device.kernel(file, "probe_product", defines, precision_of<Real>);
-  device.launch(kernel, Range::of2(row_panels, column_panels, 1, 1), a_packed, b_packed, c, depth);
+  device.launch(kernel, Range::of2(row_panels, column_panels, 1, 1), a_packed, b_packed, c, depth, period);
   const std::vector<Real> found = download<Real>(device, c);
   for (int i = 0; i < row_panels * rows; ++i)
     for (int j = 0; j < column_panels * columns; ++j) {
-      int expected = 0;  // at most 37 * 64: every partial sum is exact in float
-      for (int k = 0; k < depth; ++k)
-        expected += static_cast<int>(a[(i / rows * depth + k) * rows + i % rows]) *
-                    static_cast<int>(b[(j / columns * depth + k) * columns + j % columns]);
+      int expected = 0;  // at most 70001 * 64 < 2^24: every partial sum is exact in float
+      for (int k = 0; k < period; ++k)
+        expected += (depth / period + (k < depth % period)) *
+                    static_cast<int>(a[(i / rows * period + k) * rows + i % rows]) *
+                    static_cast<int>(b[(j / columns * period + k) * columns + j % columns]);
       const Real value = found[i * column_panels * columns + j];
       if (value != static_cast<Real>(expected))
         return fmt::format("a matrix product of whole numbers gives {} at ({}, {}) instead of {}", value, i, j,
