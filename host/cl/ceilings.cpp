@@ -47,15 +47,20 @@ double fma_gflops(Device& device) {
 }
 
 double bandwidth_gbs(Device& device) {
-  constexpr std::size_t local = 64, item_bytes = 16;
-  std::size_t bytes = std::min({std::size_t{64} << 20, device.info().memory / 16, device.info().max_allocation});
-  bytes -= bytes % (local * item_bytes);
+  constexpr std::size_t local = 64, wide = 16;
+  std::size_t numbers =
+      std::min({std::size_t{64} << 20, device.info().memory / 16, device.info().max_allocation}) / sizeof(float);
+  numbers -= numbers % (local * wide);  // no remainders for the kernels to guard
+  const std::size_t bytes = numbers * sizeof(float);
   const Buffer a = device.allocate(bytes), b = device.allocate(bytes), c = device.allocate(bytes);
   device.zero(a, bytes), device.zero(b, bytes);
-  const Kernel kernel = device.kernel(file, "triad");
-  const auto work = [&] { device.launch(kernel, Range::of(bytes / item_bytes, local), a, b, c, 3.0f); };
-  seconds_of(device, work);
-  return 3.0 * static_cast<double>(bytes) / best_seconds(device, tries, work) * 1e-9;
+  const auto rate = [&](const char* name, std::size_t items) {
+    const Kernel kernel = device.kernel(file, name);
+    const auto work = [&] { device.launch(kernel, Range::of(items, local), a, b, c, 3.0f); };
+    seconds_of(device, work);
+    return 3.0 * static_cast<double>(bytes) / best_seconds(device, tries, work);
+  };
+  return std::max(rate("triad_wide", numbers / wide), rate("triad_narrow", numbers)) * 1e-9;
 }
 
 double launch_us(Device& device, int launches) {

@@ -39,7 +39,13 @@ kernel void fma_narrow(global real *out, const int rounds, const real factor, co
 }
 
 // c = a + factor * b, the triad of McCalpin's STREAM (1995): two numbers read and one written each.
-kernel void triad(global const real4 *a, global const real4 *b, global real4 *c, const real factor) {
+kernel void triad_wide(global const real16 *a, global const real16 *b, global real16 *c, const real factor) {
+  const int i = (int)get_global_id(0);
+  c[i] = a[i] + factor * b[i];
+}
+
+// The same for devices that join the accesses of neighbouring work-items (GPUs).
+kernel void triad_narrow(global const real *a, global const real *b, global real *c, const real factor) {
   const int i = (int)get_global_id(0);
   c[i] = a[i] + factor * b[i];
 }
