@@ -43,9 +43,9 @@ static int2 band_start(int band, const ConvBlocking b) {
 }
 
 // One source channel under the band that starts at grid position `start`, padded, as sub-planes.
-static void pack_plane(local real *panel, global const real *source, int2 start, const ConvGeometry g,
+static void pack_plane(local real *panel, global const real *source, int source_h, int2 start, const ConvGeometry g,
                        const ConvBlocking b) {
-  const int step = g.source_step, source_h = g.source_plane / g.source_w;
+  const int step = g.source_step;
   const int rows = b.band_rows - 1 + (g.taps_y + step - 1) / step;
   for (int py = 0; py < min(step, g.taps_y); ++py)
     for (int px = 0; px < min(step, g.taps_x); ++px) {
@@ -67,11 +67,12 @@ static void pack_plane(local real *panel, global const real *source, int2 start,
 // Where row k of the im2col matrix starts in the panel.
 static void tap_offsets(local int *offset, const ConvGeometry g, const ConvBlocking b) {
   const int step = g.source_step;
+  const int taps = g.taps_y * g.taps_x;
   int k = 0;
-  for (int c = 0; c < b.channel_block; ++c)
-    for (int ty = 0; ty < g.taps_y; ++ty)
-      for (int tx = 0; tx < g.taps_x; ++tx)
-        offset[k++] = c * b.plane + (ty % step * step + tx % step) * b.subplane + ty / step * b.pitch + tx / step;
+  for (int ty = 0; ty < g.taps_y; ++ty)
+    for (int tx = 0; tx < g.taps_x; ++tx)
+      offset[k++] = (ty % step * step + tx % step) * b.subplane + ty / step * b.pitch + tx / step;
+  for (; k < b.channel_block * taps; ++k) offset[k] = offset[k - taps] + b.plane;
 }
 
 #define FOR_8(F) F(0) F(1) F(2) F(3) F(4) F(5) F(6) F(7)
@@ -120,13 +121,13 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
     local real *panel, local real *sums, local int *offset) {
   const int n = get_group_id(2), m0 = (int)get_group_id(1) * b.chunk;
   const int2 start = band_start(get_group_id(0), b);
-  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps;
+  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
   const int outputs = min(b.chunk, g.outputs - m0);
   tap_offsets(offset, g, b);
   for (int c0 = 0; c0 < g.channels; c0 += b.channel_block) {
     const int channels = min(b.channel_block, g.channels - c0);
     for (int c = 0; c < channels; ++c)
-      pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, start, g, b);
+      pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h, start, g, b);
     for (int m = 0; m < outputs; m += TILE_M) {
       global const real *tile = AT(weights, 0) + (ulong)(m0 + m) * depth + (ulong)c0 * taps * TILE_M;
       for (int f = 0; f < b.positions; f += TILE_P)
@@ -142,73 +143,100 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
     }
 }
 
-static real sum16(real16 v) {
-  const real8 a = v.lo + v.hi;
-  const real4 b = a.lo + a.hi;
-  const real2 c = b.lo + b.hi;
-  return c.x + c.y;
+// The sums of the elements of eight vectors: halves, quarters, pairs and elements are added while vectors are put
+// together, so that every addition has sixteen useful lanes until the last.
+static real8 sums_of(real16 v0, real16 v1, real16 v2, real16 v3, real16 v4, real16 v5, real16 v6, real16 v7) {
+#define HALVES(a, b) ((real16)(a.lo, b.lo) + (real16)(a.hi, b.hi))
+#define QUARTERS(a, b) ((real16)(a.s012389ab, b.s012389ab) + (real16)(a.s4567cdef, b.s4567cdef))
+#define PAIRS(a, b) ((real16)(a.s014589cd, b.s014589cd) + (real16)(a.s2367abef, b.s2367abef))
+  const real16 h0 = HALVES(v0, v1), h1 = HALVES(v2, v3), h2 = HALVES(v4, v5), h3 = HALVES(v6, v7);
+  const real16 q0 = QUARTERS(h0, h1), q1 = QUARTERS(h2, h3);
+  const real16 p = PAIRS(q0, q1);
+  return p.even + p.odd;
+#undef HALVES
+#undef QUARTERS
+#undef PAIRS
 }
 
-// to[8 rows of `pitch`][3] += dot products over positions of target rows [8][positions] and panel rows offset[0..2].
-static void dot_tile(global real *to, int pitch, int rows, int columns, local const real *target,
-                     local const real *panel, local const int *offset, int positions, bool first) {
+// to[8 rows of `pitch`][3] (+)= dot products of target rows [8][positions] and panel rows offset[0..2], over `count` bands
+// that lie target_pitch and panel_pitch apart.
+static void dot_tile(global real *to, int pitch, int rows, int columns, local const real *target, int target_pitch,
+                     local const real *panel, int panel_pitch, local const int *offset, int positions, int count,
+                     bool first) {
 #define ZERO(r) real16 x##r = (real16)(R(0)), y##r = (real16)(R(0)), z##r = (real16)(R(0));
-#define MADD(r)                                                       \
-  {                                                                   \
-    const real16 t = vload16(0, target + r * positions + f);          \
+#define MADD(r)                                                                \
+  {                                                                            \
+    const real16 t = vload16(0, target + r * positions + f);                   \
     x##r = fma(t, p0, x##r), y##r = fma(t, p1, y##r), z##r = fma(t, p2, z##r); \
   }
-#define SAVE(r)                                                                   \
-  if (r < rows) {                                                                 \
-    global real *row = to + r * pitch;                                            \
-    row[0] = sum16(x##r) + (first ? R(0) : row[0]);                               \
-    if (columns > 1) row[1] = sum16(y##r) + (first ? R(0) : row[1]);              \
-    if (columns > 2) row[2] = sum16(z##r) + (first ? R(0) : row[2]);              \
+#define SAVE(r)                                                        \
+  if (r < rows) {                                                      \
+    global real *row = to + r * pitch;                                 \
+    row[0] = x.s##r + (first ? R(0) : row[0]);                         \
+    if (columns > 1) row[1] = y.s##r + (first ? R(0) : row[1]);        \
+    if (columns > 2) row[2] = z.s##r + (first ? R(0) : row[2]);        \
   }
-  local const real *q0 = panel + offset[0], *q1 = panel + offset[columns > 1 ? 1 : 0],
-                   *q2 = panel + offset[columns > 2 ? 2 : 0];
+  const int offset1 = offset[columns > 1 ? 1 : 0], offset2 = offset[columns > 2 ? 2 : 0];
   FOR_8(ZERO)
-  for (int f = 0; f < positions; f += 16) {
-    const real16 p0 = vload16(0, q0 + f), p1 = vload16(0, q1 + f), p2 = vload16(0, q2 + f);
-    FOR_8(MADD)
+  for (int q = 0; q < count; ++q, target += target_pitch, panel += panel_pitch) {
+    local const real *row0 = panel + offset[0], *row1 = panel + offset1, *row2 = panel + offset2;
+    for (int f = 0; f < positions; f += 16) {
+      const real16 p0 = vload16(0, row0 + f), p1 = vload16(0, row1 + f), p2 = vload16(0, row2 + f);
+      FOR_8(MADD)
+    }
   }
+  const real8 x = sums_of(x0, x1, x2, x3, x4, x5, x6, x7), y = sums_of(y0, y1, y2, y3, y4, y5, y6, y7),
+              z = sums_of(z0, z1, z2, z3, z4, z5, z6, z7);
   FOR_8(SAVE)
 #undef ZERO
 #undef MADD
 #undef SAVE
 }
 
+// One target channel under the band that starts at grid position `start`, on the panel's positions: zero between rows and
+// where there is no such channel.
+static void pack_target(local real *to, global const real *target, bool exists, int2 start, const ConvGeometry g,
+                        const ConvBlocking b) {
+  const int rows = exists ? min(b.band_rows, g.grid_h - start.y) : 0, columns = min(b.band_columns, g.grid_w - start.x);
+  int f = 0;
+  for (int r = 0; r < rows; ++r, f += b.pitch)
+    copy_padded(to + f, target + (start.y + r) * g.target_w + start.x, 0, columns, min(b.pitch, b.positions - f));
+  for (; f < b.positions; ++f) to[f] = R(0);
+}
+
 // Group (block of source channels, partial). Partial s sums the bands s, s + partials, ... of all batch items into
-// gradient[s][outputs][depth]; conv_sum_partials adds them in order.
-// Scratch: panel channel_block*plane, rows chunk*positions, offset channel_block*taps_y*taps_x.
-kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(
-    IN(source), IN(target), OUT(gradient), const ConvGeometry g, const ConvBlocking b, local real *panel, local real *rows, local int *offset) {
+// gradient[s][outputs][depth], `stack` of them at a time; conv_sum_partials adds the partials in order.
+// Scratch: panel stack*channel_block*plane, rows stack*chunk*positions, offset channel_block*taps_y*taps_x.
+kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(source), IN(target), OUT(gradient),
+                                                                            const ConvGeometry g, const ConvBlocking b,
+                                                                            local real *panel, local real *rows,
+                                                                            local int *offset) {
   const int c0 = (int)get_group_id(0) * b.channel_block, s = get_group_id(1);
-  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps;
+  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
   const int channels = min(b.channel_block, g.channels - c0), columns = channels * taps;
-  global real *gradient = AT(gradient, 0) + (ulong)s * g.outputs * depth;
+  const int panel_pitch = b.channel_block * b.plane, rows_pitch = b.chunk * b.positions;
+  global real *to = AT(gradient, 0) + (ulong)s * g.outputs * depth + c0 * taps;
   tap_offsets(offset, g, b);
-  for (int q = s; q < b.bands * b.batch; q += b.partials) {
-    const int n = q / b.bands;
-    const int2 start = band_start(q % b.bands, b);
-    const int band_columns = min(b.band_columns, g.grid_w - start.x);
-    for (int c = 0; c < channels; ++c)
-      pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, start, g, b);
+  for (int first = s; first < b.bands * b.batch; first += b.partials * b.stack) {
+    const int count = min(b.stack, (b.bands * b.batch - first + b.partials - 1) / b.partials);
+    for (int i = 0; i < count; ++i) {
+      const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
+      for (int c = 0; c < channels; ++c)
+        pack_plane(panel + i * panel_pitch + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h,
+                   band_start(band, b), g, b);
+    }
     for (int m0 = 0; m0 < g.outputs; m0 += b.chunk) {
       const int outputs = min(b.chunk, g.outputs - m0);
-      for (int m = 0; m < (outputs + TILE_M - 1) / TILE_M * TILE_M; ++m) {
-        local real *row = rows + m * b.positions;
-        global const real *from = AT(target, n) + (ulong)(m0 + m) * g.target_plane;
-        const int grid_rows = m < outputs ? min(b.band_rows, g.grid_h - start.y) : 0;
-        int f = 0;
-        for (int r = 0; r < grid_rows; ++r, f += b.pitch)
-          copy_padded(row + f, from + (start.y + r) * g.target_w + start.x, 0, band_columns, min(b.pitch, b.positions - f));
-        for (; f < b.positions; ++f) row[f] = R(0);
+      for (int i = 0; i < count; ++i) {
+        const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
+        for (int m = 0; m < (outputs + TILE_M - 1) / TILE_M * TILE_M; ++m)
+          pack_target(rows + i * rows_pitch + m * b.positions, AT(target, n) + (ulong)(m0 + m) * g.target_plane,
+                      m < outputs, band_start(band, b), g, b);
       }
-      for (int k = 0; k < columns; k += 3)
-        for (int m = 0; m < outputs; m += TILE_M)
-          dot_tile(gradient + (ulong)(m0 + m) * depth + c0 * taps + k, depth, outputs - m, columns - k,
-                   rows + m * b.positions, panel, offset + k, b.positions, q == s);
+      for (int m = 0; m < outputs; m += TILE_M)
+        for (int k = 0; k < columns; k += 3)
+          dot_tile(to + (ulong)(m0 + m) * depth + k, depth, outputs - m, columns - k, rows + m * b.positions, rows_pitch,
+                   panel, panel_pitch, offset + k, b.positions, count, first == s);
     }
   }
 }

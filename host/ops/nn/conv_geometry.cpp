@@ -11,7 +11,9 @@ namespace {
 
 constexpr int position_tile = 32;
 constexpr int band_positions =
-    512;                           // aimed at: long enough to amortise a panel's packing, short enough for the L2 cache
+    512;  // aimed at: long enough to amortise a panel's packing, short enough for the L2 cache
+constexpr int weights_positions =
+    2048;                          // aimed at by backward weights, whose register tiles are summed at the end of a band
 constexpr int max_chunk = 64;      // outputs of a work-group
 constexpr int wanted_groups = 16;  // of a launch, so that a few cores share it evenly
 
@@ -62,8 +64,8 @@ int channels_at_once(const ConvGeometry& g) { return std::max(1, 256 / g.taps())
 int even_share(int total, int at_most) { return ceil_div(total, ceil_div(total, std::max(1, at_most))); }
 
 void check_fits(const ConvGeometry& g, const ConvBlocking& b, std::size_t local_elements) {
-  const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.plane + g.taps()) +
-                             static_cast<std::size_t>(b.chunk) * b.positions;
+  const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.stack * b.plane + g.taps()) +
+                             static_cast<std::size_t>(b.chunk) * b.stack * b.positions;
   if (needed > local_elements)
     throw Error(ErrorKind::Device, "convolution does not fit into the device's local memory", "conv",
                 fmt::format("{} elements for one channel of {} positions", needed, b.positions),
@@ -145,20 +147,19 @@ int most_partials(const ConvGeometry& g) { return ceil_div(wanted_groups, ceil_d
 
 ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements) {
   const int panels = ceil_div(g.outputs, conv_tile);
-  for (int wanted = 2 * band_positions;; wanted /= 2) {
+  for (int wanted = weights_positions;; wanted /= 2) {
     ConvBlocking b = cut_bands(g, batch, wanted);
-    b.chunk =
-        even_share(panels, std::max(1, static_cast<int>(local_elements / 2) / (b.positions * conv_tile))) * conv_tile;
-    const std::size_t rows = static_cast<std::size_t>(b.chunk) * b.positions;
-    const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
-    const bool fits = rows + per_channel <= local_elements;
-    if (fits) {
-      const int room = static_cast<int>((local_elements - rows) / per_channel);
-      b.channel_block = even_share(g.channels, std::min(room, channels_at_once(g)));
-    }
-    const int blocks = ceil_div(g.channels, b.channel_block);
-    b.partials = std::min(ceil_div(wanted_groups, blocks), b.bands * batch);
-    if (fits || wanted <= position_tile) {
+    const int all = b.bands * batch;
+    b.partials = std::min(most_partials(g), all);
+    b.stack = std::clamp(wanted / b.positions, 1, ceil_div(all, b.partials));
+    // Half of the scratch for target rows, the rest for the panel.
+    const std::size_t row = static_cast<std::size_t>(b.stack) * b.positions;
+    b.chunk = even_share(panels, static_cast<int>(local_elements / 2 / (row * conv_tile))) * conv_tile;
+    const std::size_t channel = static_cast<std::size_t>(b.stack) * b.plane + g.taps(), rows = b.chunk * row;
+    if (rows + channel <= local_elements)
+      b.channel_block =
+          even_share(g.channels, std::min(static_cast<int>((local_elements - rows) / channel), channels_at_once(g)));
+    if (rows + channel <= local_elements || wanted <= position_tile) {
       check_fits(g, b, local_elements);
       return b;
     }

@@ -27,9 +27,9 @@ struct ConvBlocking {
   int pitch = 0, subplane = 0, plane = 0;
   int positions = 0;
   int channel_block = 1, chunk = 8;
-  int partials = 1, batch = 1;
+  int partials = 1, stack = 1, batch = 1;
 };
-static_assert(sizeof(ConvBlocking) == 48);
+static_assert(sizeof(ConvBlocking) == 52);
 
 /// Outputs per panel of packed weights.
 constexpr int conv_tile = 8;

@@ -91,8 +91,8 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvKernels
     const std::size_t real = real_size(l.precision);
     const Range range{{blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), 1}, {1, 1, 1}};
     l.run("nn/conv_cpu.cl", "conv_weights_cpu", range, source, target, sums, g, b,
-          Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
-          Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
+          Arg::local(static_cast<std::size_t>(b.stack) * b.channel_block * b.plane * real),
+          Arg::local(static_cast<std::size_t>(b.stack) * b.chunk * b.positions * real),
           Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
   }
   if (direct) return;
