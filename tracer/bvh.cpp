@@ -99,17 +99,8 @@ class Flattener {
   }
 
   int leaf(const Tree& tree) {
-    const int number = static_cast<int>(bvh_.triangles.size()) / kBvhWidth;
-    const size_t corners = bvh_.corners.size();
-    bvh_.corners.resize(corners + 9 * kBvhWidth, 0.f);
-    bvh_.triangles.resize(bvh_.triangles.size() + kBvhWidth, -1);
-    for (int i = 0; i < tree.count; ++i) {
-      const Triangle& t = triangles_[tree.triangle[i]];
-      const glm::vec3 rows[3] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position};
-      for (int row = 0; row < 9; ++row) bvh_.corners[corners + row * kBvhWidth + i] = rows[row / 3][row % 3];
-      bvh_.triangles[static_cast<size_t>(number) * kBvhWidth + i] = static_cast<int>(tree.triangle[i]);
-    }
-    return number;
+    const std::vector<int> numbers(tree.triangle, tree.triangle + tree.count);
+    return append_leaves(bvh_, triangles_, numbers);
   }
 
  private:
@@ -118,6 +109,23 @@ class Flattener {
 };
 
 }  // namespace
+
+int append_leaves(Bvh& bvh, const std::vector<Triangle>& triangles, const std::vector<int>& subset) {
+  const int first = static_cast<int>(bvh.triangles.size()) / kBvhWidth;
+  for (std::size_t k = 0; k < subset.size(); ++k) {
+    const std::size_t lane = k % kBvhWidth;
+    if (lane == 0) {
+      bvh.corners.resize(bvh.corners.size() + 9 * kBvhWidth, 0.f);
+      bvh.triangles.resize(bvh.triangles.size() + kBvhWidth, -1);
+    }
+    const Triangle& t = triangles[static_cast<std::size_t>(subset[k])];
+    const glm::vec3 rows[3] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position};
+    float* corners = &bvh.corners[bvh.corners.size() - 9 * kBvhWidth];
+    for (std::size_t row = 0; row < 9; ++row) corners[row * kBvhWidth + lane] = rows[row / 3][static_cast<int>(row % 3)];
+    bvh.triangles[bvh.triangles.size() - kBvhWidth + lane] = subset[k];
+  }
+  return first;
+}
 
 Bvh build_bvh(const std::vector<Triangle>& triangles) {
   if (triangles.empty()) throw Error(ErrorKind::Failed, "a scene without triangles cannot be traced");

@@ -28,4 +28,8 @@ struct Bvh {
 /// Throws Error when the scene is empty, a coordinate is not finite, or the tree needs more than kBvhStack entries.
 Bvh build_bvh(const std::vector<Triangle>& triangles);
 
+/// Appends leaves that hold just these triangles and belong to no node, for tests against a subset; gives the first
+/// one's number.
+int append_leaves(Bvh& bvh, const std::vector<Triangle>& triangles, const std::vector<int>& subset);
+
 }  // namespace clerestory

@@ -14,6 +14,10 @@ namespace {
 
 constexpr float kQuarter = std::numbers::pi_v<float> / 2;
 
+/// Brightest part of a panorama over its mean. Small suns make patches of light whose reflections 64 samples do not
+/// resolve; real lamps in view reach about this.
+constexpr float kMostSky = 80;
+
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -250,7 +254,7 @@ RoomAssets load_assets(const std::filesystem::path& folder, Setting setting) {
     double sum = 0;
     for (const float v : p.rgb) sum += static_cast<double>(v);
     const float scale = static_cast<float>(static_cast<double>(p.rgb.size()) / std::max(sum, 1e-6));
-    for (float& v : p.rgb) v *= scale;
+    for (float& v : p.rgb) v = std::min(v * scale, kMostSky);
     assets.panoramas.push_back({name, std::move(p)});
   }
   for (const auto& file : files_in(folder / "models", ".glb")) {

@@ -25,7 +25,8 @@ struct Material {
   float seed = 0;                               // shifts every noise lattice; whole numbers in [0, 4096)
   float wear = 0;                               // share of the surface that dirt or scratches roughen, 0..1
   float pattern = 0;                            // variant within the family, a whole number
-  float unused[6] = {0, 0, 0, 0, 0, 0};
+  float uncapped = 0;                           // 1: albedo as given; 0: capped, see kernels/trace/texture.clh
+  float unused[5] = {0, 0, 0, 0, 0};
 };
 static_assert(sizeof(Material) == 32 * sizeof(float));
 

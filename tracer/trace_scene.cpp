@@ -4,14 +4,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/math/panorama.hpp"
 #include "tracer/bvh.hpp"
+#include "tracer/light_tables.hpp"
 
 namespace clerestory {
 namespace {
 
 // Strides of kernels/trace/scene.clh and path.cl.
-constexpr int kSurfaceSize = 32, kEmitterSize = 8, kLightSize = 16, kSampleSize = 8, kMapCount = 14;
+constexpr int kSurfaceSize = 32, kSampleSize = 8, kMapCount = 14;
 constexpr const char* kFile = "trace/path.cl";
 // One launch traces at most this many samples of a pixel: sums in float stay exact enough, interrupts stay prompt.
 constexpr int kPass = 64;
@@ -19,12 +19,6 @@ constexpr int kPass = 64;
 constexpr int kRays = 32768;
 
 Range one_each(int count) { return Range::of(static_cast<std::size_t>(count), 1); }
-
-glm::vec3 cross_of(const Triangle& t) {
-  return glm::cross(t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position);
-}
-
-float luminance(const glm::vec3& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
 void check(const Scene& scene) {
   const int materials = static_cast<int>(scene.materials.size()), emitters = static_cast<int>(scene.emitters.size());
@@ -48,7 +42,7 @@ std::vector<float> pack_surfaces(const std::vector<Triangle>& triangles) {
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
     float* row = &packed[i * kSurfaceSize];
-    const glm::vec3 cross = cross_of(t);
+    const glm::vec3 cross = glm::cross(t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position);
     const float length = glm::length(cross);
     const glm::vec3 normal = length > 0 ? cross / length : glm::vec3(0, 1, 0);  // without area it is never hit
     const auto put = [row](int at, const glm::vec3& v) { row[at] = v.x, row[at + 1] = v.y, row[at + 2] = v.z; };
@@ -58,26 +52,6 @@ std::vector<float> pack_surfaces(const std::vector<Triangle>& triangles) {
     put(15, t.v[0].normal), put(18, t.v[1].normal - t.v[0].normal), put(21, t.v[2].normal - t.v[0].normal);
   }
   return packed;
-}
-
-/// Luminous power per area behind a pane with unit front normal n: the panorama over the hemisphere behind it.
-double pane_exitance(const Scene& scene, const glm::vec3& n) {
-  const Panorama& p = scene.panorama;
-  const float c = std::cos(scene.panorama_turn), s = std::sin(scene.panorama_turn);
-  double sum = 0;
-  for (int y = 0; y < p.height; ++y) {
-    const double weight = panorama_solid_angle(y, p.width, p.height);
-    for (int x = 0; x < p.width; ++x) {
-      const glm::vec3 d(panorama_direction(x, y, p.width, p.height));
-      // The kernel looks d up `turn` to the right of its place: the pixel shows where d turned back stands.
-      const glm::vec3 world(c * d.x + s * d.z, d.y, -s * d.x + c * d.z);
-      const float cosine = -glm::dot(world, n);
-      if (cosine <= 0) continue;
-      const float* rgb = &p.rgb[3 * (static_cast<std::size_t>(y) * p.width + x)];
-      sum += weight * cosine * luminance({rgb[0], rgb[1], rgb[2]});
-    }
-  }
-  return sum;
 }
 
 DroppedSamples count_dropped(const std::vector<float>& samples) {
@@ -110,7 +84,10 @@ std::array<float, 16> view_numbers(const Camera& camera) {
 TraceScene::TraceScene(const Device& device, const Scene& scene)
     : device_(device), triangle_count_(scene.triangles.size()) {
   check(scene);
-  const Bvh bvh = build_bvh(scene.triangles);
+  const LightTables light = make_light_tables(scene);
+  Bvh bvh = build_bvh(scene.triangles);
+  pane_leaf_ = append_leaves(bvh, scene.triangles, light.panes);
+  pane_leaves_ = static_cast<int>(bvh.triangles.size()) / kBvhWidth - pane_leaf_;
   const auto put = [this](const auto& v) { return upload(v.data(), v.size() * sizeof(v[0])); };
   planes_ = put(bvh.planes), children_ = put(bvh.children);
   corners_ = put(bvh.corners), triangles_ = put(bvh.triangles);
@@ -119,7 +96,8 @@ TraceScene::TraceScene(const Device& device, const Scene& scene)
   panorama_ = put(scene.panorama.rgb);
   panorama_width_ = scene.panorama.width, panorama_height_ = scene.panorama.height;
   panorama_turn_ = scene.panorama_turn / (2 * std::numbers::pi_v<float>);
-  upload_lights(scene);
+  emitters_ = put(light.emitters), lights_ = put(light.lights), light_cdf_ = put(light.cdf), sky_ = put(light.sky);
+  light_count_ = light.light_count(), sky_share_ = light.sky_share;
 }
 
 Buffer TraceScene::upload(const void* data, std::size_t bytes) {
@@ -128,50 +106,9 @@ Buffer TraceScene::upload(const void* data, std::size_t bytes) {
   return buffer;
 }
 
-void TraceScene::upload_lights(const Scene& scene) {
-  // Triangles of an emitter are picked by area, emitters by luminous power: the density per area is one per emitter.
-  // Panes of one emitter face one way (a window is flat), so the first one's exitance stands for all.
-  std::vector<double> exitance(scene.emitters.size(), -1);
-  std::vector<float> lights;
-  std::vector<double> power;
-  double total = 0;
-  for (const Triangle& t : scene.triangles) {
-    if (t.emitter < 0) continue;
-    const glm::vec3 cross = cross_of(t);
-    const float twice_area = glm::length(cross);
-    if (twice_area <= 0) continue;
-    const glm::vec3 n = cross / twice_area;
-    const Emitter& e = scene.emitters[static_cast<std::size_t>(t.emitter)];
-    double& m = exitance[static_cast<std::size_t>(t.emitter)];
-    if (m < 0) m = luminance(e.radiance) * (e.panorama ? pane_exitance(scene, n) : std::numbers::pi);
-    const glm::vec3 rows[4] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position, n};
-    for (const glm::vec3& row : rows) lights.insert(lights.end(), {row.x, row.y, row.z});
-    lights.insert(lights.end(), {static_cast<float>(t.emitter), 0.f, 0.f, 0.f});
-    power.push_back(m * 0.5 * twice_area);
-    total += power.back();
-  }
-  std::vector<float> cdf(power.size()), emitters(scene.emitters.size() * kEmitterSize, 0.f);
-  double sum = 0;
-  for (std::size_t i = 0; i < power.size(); ++i) {
-    sum += power[i];
-    cdf[i] = static_cast<float>(sum / total);
-  }
-  if (!cdf.empty()) cdf.back() = 1;
-  for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
-    const Emitter& e = scene.emitters[i];
-    const float density = total > 0 ? static_cast<float>(std::max(exitance[i], 0.0) / total) : 0.f;
-    const float row[kEmitterSize] = {e.radiance.x, e.radiance.y, e.radiance.z, e.panorama ? 1.f : 0.f, density};
-    std::copy(row, row + kEmitterSize, &emitters[i * kEmitterSize]);
-  }
-  light_count_ = total > 0 ? static_cast<int>(power.size()) : 0;
-  lights_ = upload(lights.data(), lights.size() * sizeof(float));
-  light_cdf_ = upload(cdf.data(), cdf.size() * sizeof(float));
-  emitters_ = upload(emitters.data(), emitters.size() * sizeof(float));
-}
-
 std::vector<Arg> TraceScene::arguments(std::initializer_list<Arg> own) const {
   std::vector<Arg> all = {planes_,   children_, corners_,   triangles_, surfaces_,    materials_,      emitters_,
-          lights_,   light_cdf_, panorama_, light_count_, panorama_width_, panorama_height_, panorama_turn_};
+          lights_,   light_cdf_, panorama_, light_count_, panorama_width_, panorama_height_, panorama_turn_, sky_, sky_share_, pane_leaf_, pane_leaves_};
   all.insert(all.end(), own);
   return all;
 }

@@ -80,14 +80,14 @@ class TraceScene {
  private:
   /// Arguments of a kernel that begins with SCENE_ARGUMENTS. An Arg holds a buffer's handle only: keep the buffer.
   std::vector<Arg> arguments(std::initializer_list<Arg> own) const;
-  void upload_lights(const Scene& scene);
   Buffer upload(const void* data, std::size_t bytes);
 
   mutable Device device_;
   std::size_t triangle_count_ = 0;
-  Buffer planes_, children_, corners_, triangles_, surfaces_, materials_, emitters_, lights_, light_cdf_, panorama_;
+  Buffer planes_, children_, corners_, triangles_, surfaces_, materials_, emitters_, lights_, light_cdf_, panorama_, sky_;
   int light_count_ = 0, panorama_width_ = 0, panorama_height_ = 0;
-  float panorama_turn_ = 0;
+  float panorama_turn_ = 0, sky_share_ = 0;
+  int pane_leaf_ = 0, pane_leaves_ = 0;
   Buffer samples_;  // scratch of radiance()
 };
 

@@ -1,7 +1,8 @@
 // The path tracer: maps of what a camera sees, and radiance that arrives along rays.
 //
 // Unidirectional paths with next-event estimation: at every vertex one point on an emitter (a triangle by its power, then
-// uniform by area) and one direction of the surface model, joined by the balance heuristic (Veach and Guibas 1995).
+// uniform by area; or, for
+// panes, a direction by the brightness of the sky behind them) and one direction of the surface model, joined by the balance heuristic (Veach and Guibas 1995).
 // Russian roulette from the third vertex on keeps the estimate unbiased. A window pane is an emitter whose radiance
 // depends on the direction. Primary rays run through pixel centres, every sample of a pixel alike: the re-rendering
 // layer shades one point per pixel, and this is the picture it must equal.
@@ -19,44 +20,82 @@ typedef struct {
   uint seed, pixel, sample;
 } Key;
 
-// Index of the light whose share of [0, 1) holds u.
-static int pick_light(const Scene *s, real u) {
-  int low = 0, high = s->light_count - 1;
-  while (low < high) {
-    const int middle = (low + high) >> 1;
-    if (u < s->light_cdf[middle]) high = middle;
-    else low = middle + 1;
-  }
-  return low;
+// Density by solid angle of choosing the point of an emitter that lies along unit d, at squared distance d2 and seen
+// under cosine c: by area, and for panes by the sky's direction too.
+static inline real light_pdf(const Scene *s, int emitter, real d2, real c, real3 d) {
+  global const real *e = s->emitters + emitter * EMITTER_SIZE;
+  const real by_area = (R(1) - s->sky_share) * e[4] * d2 / c;
+  return e[3] != R(0) && s->sky_share > R(0) ? by_area + s->sky_share * sky_pdf(s, d) : by_area;
 }
 
-// Density by solid angle of reaching a point of an emitter at squared distance d2, seen under cosine c.
-static inline real light_pdf(const Scene *s, int emitter, real d2, real c) {
-  return s->emitters[emitter * EMITTER_SIZE + 4] * d2 / c;
+typedef struct {
+  real3 wi;       // unit, world
+  real distance;  // 0: nothing was found
+  real cosine;    // at the light
+  int emitter;
+} LightSample;
+
+// A point on a light, by power and area.
+static LightSample sample_area(const Scene *s, real3 start, real3 u) {
+  LightSample sample;
+  real which = u.x;
+  global const real *light = s->lights + pick_from(s->light_cdf, s->light_count, &which) * LIGHT_SIZE;
+  const real root = sqrt(u.y), a = root * (R(1) - u.z), b = root * u.z;
+  const real3 to = (real3)(light[0] + a * light[3] + b * light[6], light[1] + a * light[4] + b * light[7],
+                           light[2] + a * light[5] + b * light[8]) - start;
+  sample.distance = sqrt(dot3(to, to));
+  sample.wi = to / fmax(sample.distance, OFFSET);
+  sample.cosine = -dot3((real3)(light[9], light[10], light[11]), sample.wi);
+  sample.emitter = (int)light[12];
+  return sample;
+}
+
+// The pane through which a bright part of the sky is seen, if there is one along that direction.
+static LightSample sample_through_panes(const Scene *s, real3 start, real u, real v) {
+  LightSample sample;
+  sample.wi = sample_sky(s, u, v);
+  sample.distance = R(0);
+  const BvhRay ray = bvh_ray(start, sample.wi);
+  real nearest = FAR;
+  for (int leaf = s->pane_leaf; leaf < s->pane_leaf + s->pane_leaves; ++leaf) {
+    real16 t, a, b;
+    uint lanes = meet_triangles(&s->bvh, leaf, &ray, R(0), nearest, &t, &a, &b);
+    if (!lanes) continue;
+    real ts[BVH_WIDTH];
+    vstore16(t, 0, ts);
+    for (; lanes; lanes &= lanes - 1) {
+      const int lane = lowest_lane(lanes);
+      if (ts[lane] >= nearest) continue;
+      nearest = ts[lane];
+      global const real *surface = s->surfaces + s->bvh.triangles[leaf * BVH_WIDTH + lane] * SURFACE_SIZE;
+      sample.distance = nearest;
+      sample.cosine = -dot3((real3)(surface[0], surface[1], surface[2]), sample.wi);
+      sample.emitter = (int)surface[4];
+    }
+  }
+  return sample;
 }
 
 // Light that one sampled point of an emitter sends over the surface towards the viewer, weighted against sampling by the
-// surface. u: light and place.
+// surface. u: how, which light, where.
 static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 wo, real p, real3 u) {
   const real3 none = (real3)(R(0));
-  global const real *light = s->lights + pick_light(s, u.x) * LIGHT_SIZE;
-  const real root = sqrt(u.y), a = root * (R(1) - u.z), b = root * u.z;
-  const real3 target = (real3)(light[0] + a * light[3] + b * light[6], light[1] + a * light[4] + b * light[7],
-                               light[2] + a * light[5] + b * light[8]);
   const real3 start = at->position + at->face * OFFSET;
-  const real3 to = target - start;
-  const real d2 = dot3(to, to), distance = sqrt(d2);
-  if (!(distance > R(2) * OFFSET)) return none;
-  const real3 wi = to / distance;
-  const real cosine = -dot3((real3)(light[9], light[10], light[11]), wi);
-  const real3 local_wi = to_local(frame, wi);
-  if (!(cosine > R(0)) || !(local_wi.z > R(0))) return none;
-  const int emitter = (int)light[12];
-  const real density = light_pdf(s, emitter, d2, cosine);
-  const real other = sampler_pdf(SAMPLER_VNDF_CAPS, wo, local_wi, alpha_of(at->material.roughness), p);
-  const real3 f = brdf_times_cosine(at->material, wo, local_wi) * emitted(s, emitter, wi) / (density + other);
+  LightSample light;
+  if (u.x < s->sky_share) {
+    light = sample_through_panes(s, start, u.x / s->sky_share, u.y);
+  } else {
+    u.x = (u.x - s->sky_share) / (R(1) - s->sky_share);
+    light = sample_area(s, start, u);
+  }
+  if (!(light.distance > R(2) * OFFSET) || !(light.cosine > R(0))) return none;
+  const real3 wi = to_local(frame, light.wi);
+  if (!(wi.z > R(0))) return none;
+  const real density = light_pdf(s, light.emitter, light.distance * light.distance, light.cosine, light.wi);
+  const real other = sampler_pdf(SAMPLER_VNDF_CAPS, wo, wi, alpha_of(at->material.roughness), p);
+  const real3 f = brdf_times_cosine(at->material, wo, wi) * emitted(s, light.emitter, light.wi) / (density + other);
   if (!(f.x + f.y + f.z > R(0))) return none;
-  return is_blocked(&s->bvh, start, wi, R(0), distance * (R(1) - OFFSET)) ? none : f;
+  return is_blocked(&s->bvh, start, light.wi, R(0), light.distance * (R(1) - OFFSET)) ? none : f;
 }
 
 // One path: radiance that arrives at o along -d, given what the ray hits first. with_emission: whether an emitter hit
@@ -69,7 +108,7 @@ static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, i
     if (at.emitter >= 0 && (vertex > 0 || with_emission)) {
       real weight = R(1);
       if (vertex > 0) {
-        const real other = light_pdf(s, at.emitter, hit.t * hit.t, -dot3(at.face, d));
+        const real other = light_pdf(s, at.emitter, hit.t * hit.t, -dot3(at.face, d), d);
         weight = density / (density + other);
       }
       radiance += throughput * emitted(s, at.emitter, d) * weight;

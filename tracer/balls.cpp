@@ -1,0 +1,74 @@
+#include "tracer/balls.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace clerestory {
+namespace {
+
+constexpr int kAttempts = 200, kFeelers = 256;
+
+/// Distance from a point to the nearest surface, felt along directions spread over the sphere (Fibonacci lattice).
+double clearance(TraceScene& scene, const glm::vec3& center) {
+  std::vector<float> points(3 * kFeelers), directions(3 * kFeelers);
+  for (int i = 0; i < kFeelers; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kFeelers, r = std::sqrt(1 - z * z), a = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double d[3] = {r * std::cos(a), z, r * std::sin(a)};
+    for (int c = 0; c < 3; ++c) {
+      points[static_cast<std::size_t>(c * kFeelers + i)] = center[c];
+      directions[static_cast<std::size_t>(c * kFeelers + i)] = static_cast<float>(d[c]);
+    }
+  }
+  double nearest = 1e9;
+  for (const TraceHit& hit : scene.hits(points, directions, 0, 1e9f)) {
+    if (hit.triangle >= 0) nearest = std::min(nearest, static_cast<double>(hit.t));
+  }
+  return nearest;
+}
+
+}  // namespace
+
+const std::vector<BallKind>& ball_kinds() {
+  static const std::vector<BallKind> kinds = {{"mirror", 0.9f, 0.02f, 1}, {"glossy", 0.9f, 0.2f, 1}, {"diffuse", 0.8f, 1, 0}};
+  return kinds;
+}
+
+std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Random random) {
+  const TraceMaps maps = scene.maps(camera);
+  const std::size_t pixels = maps.depth.pixels();
+  const Vec3 up = camera.direction_to_camera({0, 1, 0});
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const int x = random.whole(camera.width / 5, camera.width * 4 / 5), y = random.whole(camera.height / 3, camera.height * 9 / 10);
+    const std::size_t at = static_cast<std::size_t>(y) * camera.width + x;
+    const double depth = static_cast<double>(maps.depth.data[at]);
+    const Vec3 normal(maps.normal.data[at], maps.normal.data[pixels + at], maps.normal.data[2 * pixels + at]);
+    if (depth < 0.6 || glm::dot(normal, up) < 0.99) continue;
+    const double radius = std::clamp(depth * camera.height / camera.fy / 9, 0.04, 0.4);
+    const Vec3 center = camera.unproject(x + 0.5, y + 0.5, depth) + (radius * 1.002) * up;
+    const auto at_center = camera.project(center);
+    const double margin = 1.2 * radius * camera.fy / -center.z;
+    if (!at_center || at_center->x < margin || at_center->x > camera.width - margin || at_center->y < margin ||
+        at_center->y > camera.height - margin) {
+      continue;
+    }
+    if (clearance(scene, glm::vec3(camera.to_world(center))) < radius) continue;
+    return BallPlace{center, radius};
+  }
+  return std::nullopt;
+}
+
+Scene with_ball(const Scene& scene, const Camera& camera, const BallPlace& place, const BallKind& kind) {
+  Scene more = scene;
+  Shapes shapes(more, glm::mat4(1), Random(0));
+  Material m;
+  m.color_a = m.color_b = m.color_c = glm::vec3(kind.albedo);
+  m.roughness_a = m.roughness_b = m.roughness_c = kind.roughness;
+  m.metallic_a = m.metallic_b = m.metallic_c = kind.metallic;
+  m.uncapped = 1;
+  // 48 rings: the facets lie within 2e-3 of the radius of the true sphere, reflections follow the exact normals.
+  shapes.sphere(glm::vec3(camera.to_world(place.center)), static_cast<float>(place.radius), shapes.material(m), 48);
+  return more;
+}
+
+}  // namespace clerestory

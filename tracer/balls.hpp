@@ -1,0 +1,31 @@
+// Balls put into a view: truth for inserted objects.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tracer/room.hpp"
+#include "tracer/trace_scene.hpp"
+
+namespace clerestory {
+
+struct BallKind {
+  std::string name;
+  float albedo, roughness, metallic;
+};
+/// mirror: metal of roughness 0.02; glossy: metal of 0.2; diffuse: albedo 0.8.
+const std::vector<BallKind>& ball_kinds();
+
+struct BallPlace {
+  Vec3 center{0};  // camera space, metres
+  double radius = 0;
+};
+
+/// A place on something that faces up, in view and clear of everything else; the radius is about a ninth of the picture's
+/// height as seen. Nothing when the view has no such place.
+std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Random random);
+
+/// The scene with one more ball.
+Scene with_ball(const Scene& scene, const Camera& camera, const BallPlace& place, const BallKind& kind);
+
+}  // namespace clerestory

@@ -1,0 +1,250 @@
+#include "tracer/generate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "tracer/balls.hpp"
+#include "tracer/trace_scene.hpp"
+#include "tracer/views.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+void check(const GenerateOptions& o) {
+  const auto range = [](const char* name, int value, int low, int high) {
+    if (value < low || value > high) {
+      throw usage_error("out of range", name, std::to_string(value), fmt::format("{} to {}", low, high));
+    }
+  };
+  range("--rooms", o.rooms, 1, 1000000);
+  range("--views", o.views, 1, 1000);
+  range("--size (width)", o.width, 16, 4096);
+  range("--size (height)", o.height, 16, 4096);
+  range("--spp", o.spp, 1, 1 << 20);
+  range("--shard (of)", o.shards, 1, 1000000);
+  range("--shard", o.shard, 0, o.shards - 1);
+  if (o.out.empty()) throw usage_error("a folder is needed", "--out");
+  for (const char* s : {"auto", "train", "val", "test"}) {
+    if (o.split == s) return;
+  }
+  throw usage_error("unknown split", "--split", o.split, "auto, train, val or test");
+}
+
+/// What a folder's views depend on; a run with other values must not mix its views in.
+json recipe(const GenerateOptions& o) {
+  return {{"format", 1},       {"views", o.views},   {"width", o.width},
+          {"height", o.height}, {"spp", o.spp},       {"seed", o.seed},
+          {"balls", o.balls},   {"split", o.split},   {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
+          {"box_rooms", o.box_rooms}};
+}
+
+void claim_folder(const GenerateOptions& o) {
+  make_directories(o.out);
+  const fs::path file = o.out / "generate.json";
+  const json wanted = recipe(o);
+  if (fs::exists(file)) {
+    const json found = json::parse(read_file(file, 1 << 20), nullptr, false);
+    if (found != wanted) {
+      throw usage_error("the folder holds views made with other options", file.string(),
+                        found.is_discarded() ? "no JSON" : found.dump(), wanted.dump());
+    }
+    return;
+  }
+  write_file(file, wanted.dump(2) + "\n");
+}
+
+void write_lists(const GenerateOptions& o) {
+  // Every shard knows all names and writes the same lists.
+  for (const char* split : {"train", "val", "test"}) {
+    std::vector<std::string> names;
+    for (int i = 0; i < o.rooms; ++i) {
+      if (split_of(o, i) == split) names.push_back(room_name(o, i));
+    }
+    write_rooms(o.out, split, names);
+  }
+}
+
+std::uint64_t room_seed(const GenerateOptions& o, int index) {
+  return Random::mix(Random::mix(o.seed + 1) ^ static_cast<std::uint64_t>(index)) ^ (o.setting == Setting::HeldOut ? 1 : 0);
+}
+
+/// Puts the picture's 95th percentile of luminance to 0.9.
+double exposure_of(const Image& image) {
+  std::vector<float> luminance(image.pixels());
+  for (std::size_t i = 0; i < luminance.size(); ++i) {
+    luminance[i] = 0.2126f * image.data[i] + 0.7152f * image.data[image.pixels() + i] + 0.0722f * image.data[2 * image.pixels() + i];
+  }
+  const auto at = luminance.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(luminance.size() - 1));
+  std::nth_element(luminance.begin(), at, luminance.end());
+  return *at > 0 ? 0.9 / static_cast<double>(*at) : 1;
+}
+
+void scale(Image& image, double factor) {
+  for (float& v : image.data) v = static_cast<float>(static_cast<double>(v) * factor);
+}
+
+/// Half where it fits: pictures and balls need no more.
+void write_radiance(const fs::path& path, const Image& image) {
+  write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
+}
+
+class RoomWriter {
+ public:
+  RoomWriter(const Device& device, const GenerateOptions& options, int index, const RoomAssets& assets)
+      : device_(device),
+        options_(options),
+        seed_(room_seed(options, index)),
+        name_(room_name(options, index)),
+        room_(options.box_rooms ? make_box_room(seed_) : make_room(seed_, options.setting, assets)),
+        scene_(device, room_.scene),
+        cameras_(choose_views(scene_, room_, options.views, options.width, options.height, Random(seed_).fork(100))) {
+    make_directories(options.out / name_);
+  }
+
+  void write(int view, GenerateSummary& summary) {
+    const fs::path folder = options_.out / name_;
+    const std::string id = view_id(view);
+    const Camera& camera = cameras_[static_cast<std::size_t>(view)];
+    const std::uint32_t seed = static_cast<std::uint32_t>(Random::mix(seed_ ^ (0x5eedu + static_cast<std::uint64_t>(view))));
+    TracePicture picture = scene_.picture(camera, options_.spp, seed);
+    note(picture.dropped, id, seed, summary);
+
+    RoomView out = maps_of(camera);
+    out.exposure = exposure_of(picture.mean);
+    out.image = std::move(picture.mean);
+    scale(out.image, out.exposure);
+    scale(*out.emission, out.exposure);
+    scale(picture.variance, out.exposure * out.exposure);
+    write_exr(view_file(folder, id, "variance"), picture.variance, ExrType::Float);
+    if (options_.balls) write_balls(folder, id, camera, seed, out.exposure, summary);
+    write_camera(view_file(folder, id, "camera", "json"), camera, out.exposure);
+    write_view(folder, id, out);  // its picture comes last: a view that has it is complete
+  }
+
+ private:
+  RoomView maps_of(const Camera& camera) {
+    TraceMaps maps = scene_.maps(camera);
+    RoomView out;
+    out.mask = Image(camera.width, camera.height, 1);
+    out.material = Image(camera.width, camera.height, 3);
+    for (std::size_t i = 0; i < maps.depth.pixels(); ++i) {
+      out.mask.data[i] = maps.depth.data[i] > 0 ? 1.f : 0.f;
+      out.material.plane(0)[i] = maps.roughness.data[i];
+      out.material.plane(1)[i] = maps.metallic.data[i];
+    }
+    out.depth = std::move(maps.depth), out.normal = std::move(maps.normal), out.albedo = std::move(maps.albedo);
+    out.emission = std::move(maps.emission);
+    out.camera = camera;
+    return out;
+  }
+
+  void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed, double exposure,
+                   GenerateSummary& summary) {
+    const std::optional<BallPlace> place = place_ball(scene_, camera, Random(seed_).fork(200 + seed));
+    json balls = json::array();
+    if (place) {
+      for (const BallKind& kind : ball_kinds()) {
+        TraceScene with(device_, with_ball(room_.scene, camera, *place, kind));
+        TracePicture picture = with.picture(camera, options_.spp, seed);
+        note(picture.dropped, id, seed, summary);
+        scale(picture.mean, exposure);
+        write_radiance(view_file(folder, id, "ball_" + kind.name), picture.mean);
+        balls.push_back({{"name", kind.name},
+                         {"center", {place->center.x, place->center.y, place->center.z}},
+                         {"radius", place->radius},
+                         {"albedo", {kind.albedo, kind.albedo, kind.albedo}},
+                         {"roughness", kind.roughness},
+                         {"metallic", kind.metallic}});
+      }
+    }
+    // A view without a place for a ball has an empty list and no ball pictures.
+    write_file(view_file(folder, id, "balls", "json"), balls.dump(2) + "\n");
+  }
+
+  void note(const DroppedSamples& dropped, const std::string& id, std::uint32_t seed, GenerateSummary& summary) const {
+    if (dropped.count > 0 && summary.dropped == 0) {
+      summary.first_dropped = fmt::format("{}/{} pixel {} sample {} seed {}", name_, id, dropped.pixel, dropped.sample, seed);
+    }
+    summary.dropped += dropped.count;
+  }
+
+  Device device_;
+  const GenerateOptions& options_;
+  std::uint64_t seed_;
+  std::string name_;
+  Room room_;
+  TraceScene scene_;
+  std::vector<Camera> cameras_;
+};
+
+}  // namespace
+
+std::filesystem::path default_assets() {
+  std::vector<fs::path> places;
+  if (const char* named = std::getenv("CLERESTORY_ASSETS")) places = {named};
+  else {
+    std::error_code error;
+    places = {fs::path("assets")};
+    const fs::path binary = fs::read_symlink("/proc/self/exe", error);
+    if (!error) places.push_back(binary.parent_path().parent_path() / "assets");
+    if (!error) places.push_back(binary.parent_path().parent_path().parent_path() / "assets");
+  }
+  for (const fs::path& place : places) {
+    if (fs::is_directory(place / "hdri")) return place;
+  }
+  throw usage_error("no folder of panoramas and models was found; name it by --assets or CLERESTORY_ASSETS",
+                    places.front().string());
+}
+
+std::string room_name(const GenerateOptions& options, int index) {
+  return fmt::format("{}room-s{}-{:05}", options.setting == Setting::HeldOut ? "held-out-" : "", options.seed, index);
+}
+
+std::string split_of(const GenerateOptions& options, int index) {
+  if (options.split != "auto") return options.split;
+  return index % 10 == 8 ? "val" : index % 10 == 9 ? "test" : "train";
+}
+
+GenerateSummary generate(const Device& device, const GenerateOptions& options) {
+  check(options);
+  const RoomAssets assets = options.box_rooms ? RoomAssets()
+                                              : load_assets(options.assets.empty() ? default_assets() : options.assets, options.setting);
+  claim_folder(options);
+  write_lists(options);
+  GenerateSummary summary;
+  const int own_rooms = (options.rooms - options.shard + options.shards - 1) / options.shards;
+  const int total = own_rooms * options.views;
+  int done = 0;
+  for (int index = options.shard; index < options.rooms; index += options.shards) {
+    const fs::path folder = options.out / room_name(options, index);
+    std::unique_ptr<RoomWriter> room;  // built when the first view is missing
+    for (int view = 0; view < options.views; ++view) {
+      if (options.interrupted && options.interrupted()) {
+        throw Error(ErrorKind::Interrupted, fmt::format("stopped after {} of {} views; run the same line again to go on", done, total));
+      }
+      if (fs::exists(view_file(folder, view_id(view), "im"))) {
+        ++summary.skipped;
+      } else {
+        const auto start = std::chrono::steady_clock::now();
+        if (!room) room = std::make_unique<RoomWriter>(device, options, index, assets);
+        room->write(view, summary);
+        summary.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        ++summary.made;
+      }
+      ++done;
+      if (options.progress) options.progress(done, total);
+    }
+  }
+  return summary;
+}
+
+}  // namespace clerestory

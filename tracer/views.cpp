@@ -1,0 +1,101 @@
+#include "tracer/views.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace clerestory {
+namespace {
+
+constexpr int kCandidates = 24;
+constexpr double kGoodEnough = 1.0;
+
+double degrees_wide(Random& random) {
+  const float kind = random.unit();  // most cameras lie between a phone's 50 and a wide lens's 85 degrees
+  if (kind < 0.2f) return static_cast<double>(random.between(35, 50));
+  if (kind < 0.75f) return static_cast<double>(random.between(50, 85));
+  return static_cast<double>(random.between(85, 120));
+}
+
+bool is_inside(const std::vector<Occupied>& occupied, const glm::vec3& eye) {
+  constexpr float margin = 0.2f;
+  return std::any_of(occupied.begin(), occupied.end(), [&](const Occupied& o) {
+    return eye.x > o.x0 - margin && eye.x < o.x1 + margin && eye.z > o.z0 - margin && eye.z < o.z1 + margin &&
+           o.height > eye.y - 0.35f;
+  });
+}
+
+Camera candidate(const Room& room, int width, int height, Random& random) {
+  Camera camera = Camera::from_fov(width, height, degrees_wide(random));
+  const float x = room.size.x / 2 - 0.25f, z = room.size.z / 2 - 0.25f;
+  glm::vec3 eye(0), target(0);
+  for (int attempt = 0; attempt < 30; ++attempt) {
+    eye = {random.between(-x, x), random.between(0.9f, 1.8f), random.between(-z, z)};
+    // Photographers step back: towards a wall or a corner.
+    if (random.chance(0.7f)) eye.x = std::copysign(x * random.between(0.75f, 1.f), eye.x);
+    if (random.chance(0.7f)) eye.z = std::copysign(z * random.between(0.75f, 1.f), eye.z);
+    eye.y = std::min(eye.y, room.size.y - 0.3f);
+    if (!is_inside(room.occupied, eye)) break;
+  }
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    target = {random.between(-0.8f, 0.8f) * x, random.between(0.4f, 1.4f), random.between(-0.8f, 0.8f) * z};
+    if (std::hypot(target.x - eye.x, target.z - eye.z) > 0.45f * std::min(room.size.x, room.size.z)) break;
+  }
+  look_at(camera, Vec3(eye), Vec3(target + glm::vec3(1e-3f, 0, 0)));
+  return camera;
+}
+
+}  // namespace
+
+double judge_view(const TraceMaps& maps) {
+  std::vector<float> depth;
+  std::set<int> kinds;
+  std::size_t emitting = 0;
+  const std::size_t pixels = maps.depth.pixels();
+  std::vector<int> direction(6, 0);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (maps.depth.data[i] <= 0) return -10;
+    depth.push_back(maps.depth.data[i]);
+    emitting += maps.emitter[i] >= 0;
+    // Albedo in coarse steps counts materials well enough.
+    kinds.insert(static_cast<int>(maps.albedo.data[i] * 8) + 10 * static_cast<int>(maps.albedo.data[pixels + i] * 8) +
+                 100 * static_cast<int>(maps.albedo.data[2 * pixels + i] * 8) + 1000 * static_cast<int>(maps.roughness.data[i] * 5));
+    int axis = 0;
+    for (int c = 1; c < 3; ++c) {
+      const std::size_t at = static_cast<std::size_t>(c) * pixels + i;
+      if (std::abs(maps.normal.data[at]) > std::abs(maps.normal.data[static_cast<std::size_t>(axis) * pixels + i])) axis = c;
+    }
+    ++direction[static_cast<std::size_t>(2 * axis + (maps.normal.data[static_cast<std::size_t>(axis) * pixels + i] > 0))];
+  }
+  std::sort(depth.begin(), depth.end());
+  const auto quantile = [&](double q) { return static_cast<double>(depth[static_cast<std::size_t>(q * static_cast<double>(pixels - 1))]); };
+  const double glow = static_cast<double>(emitting) / static_cast<double>(pixels);
+  const double same = static_cast<double>(*std::max_element(direction.begin(), direction.end())) / static_cast<double>(pixels);
+  double score = 0;
+  if (quantile(0.02) < 0.35) score -= 2;
+  if (quantile(0.15) < 0.7) score -= 1;
+  if (quantile(0.5) < 1.2) score -= 1;
+  if (glow > 0.12) score -= 1;
+  if (same > 0.75) score -= 1;
+  score += std::min(1.0, 0.04 * static_cast<double>(kinds.size()));
+  score += std::min(1.0, 0.35 * (quantile(0.95) / quantile(0.05) - 1));
+  return score;
+}
+
+std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count, int width, int height, Random random) {
+  std::vector<Camera> views;
+  for (int v = 0; v < count; ++v) {
+    Random own = random.fork(static_cast<std::uint64_t>(v));  // view v is the same however many are asked for
+    double best = -1e9;
+    Camera chosen;
+    for (int i = 0; i < kCandidates && best < kGoodEnough; ++i) {
+      const Camera camera = candidate(room, width, height, own);
+      const double score = judge_view(scene.maps(camera.resized(32, std::max(1, 32 * height / width))));
+      if (score > best) best = score, chosen = camera;
+    }
+    views.push_back(chosen);
+  }
+  return views;
+}
+
+}  // namespace clerestory
