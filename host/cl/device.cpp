@@ -102,6 +102,7 @@ struct Device::State {
   bool double_trusted = false;  // has passed the probe in double precision
   Profiler profiler;            // goes before the kernels that its names belong to
   int launches_since_flush = 0;
+  const std::string* last_launched = nullptr;  // label; what fails on the device is often reported by a later call
 
   explicit State(const FoundDevice& device);
   std::string describe() const { return fmt::format("{} ({})", found.info.name, found.info.platform); }
@@ -112,8 +113,9 @@ struct Device::State {
     try {
       return call();
     } catch (const cl::Error& error) {
-      throw Error(ErrorKind::Device, fmt::format("{} failed with {}: {}, on {}", error.what(),
-                                                 opencl_error_name(error.err()), doing(), describe()));
+      throw Error(ErrorKind::Device,
+                  fmt::format("{} failed with {}: {}, on {}{}", error.what(), opencl_error_name(error.err()), doing(),
+                              describe(), last_launched ? ", after launching " + *last_launched : ""));
     }
   }
   template <class Doing>
@@ -340,6 +342,7 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
             return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global),
                                describe_sizes(range.local));
           });
+  s.last_launched = &k.label;
   if (s.profiling) s.profiler.add(k.label, event);
   // Some drivers hold work back, and memory with it, until they are told to start.
   if (++s.launches_since_flush >= 64) {

@@ -1,5 +1,7 @@
 #include "host/cl/program.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <CL/opencl.hpp>
 #include <array>
 #include <chrono>
@@ -84,7 +86,10 @@ cl_program ProgramBuilder::build(std::string_view file, const Defines& defines, 
 cl_program ProgramBuilder::from_source(const std::string& source, const std::string& options, std::string_view file) {
   try {
     cl::Program program(cl::Context(context_, true), source);
-    program.build({cl::Device(device_, true)}, options.c_str());
+    const cl::Device device(device_, true);
+    program.build({device}, options.c_str());
+    const std::string log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
+    if (log.find("warning") != std::string::npos) spdlog::debug("building {}:\n{}", file, log);
     cl_program built = program();
     clRetainProgram(built);
     return built;
