@@ -2,10 +2,16 @@
 #include "experiments/cli.hpp"
 #include "experiments/commands/devices.hpp"
 #include "experiments/commands/evaluate.hpp"
+#include "experiments/commands/generate.hpp"
+#include "experiments/commands/insert.hpp"
+#include "experiments/commands/invert.hpp"
 #include "experiments/commands/train.hpp"
 
 int main(int argc, char** argv) {
   clerestory::CommandLine line;
+  clerestory::add_invert_command(line);
+  clerestory::add_insert_command(line);
+  clerestory::add_generate_command(line);
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);
   clerestory::add_devices_command(line);

@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <chrono>
 
-#include "experiments/applications/invert_report.hpp"
+#include "experiments/applications/predict.hpp"
 #include "experiments/applications/run_folder.hpp"
+#include "experiments/applications/run_report.hpp"
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
 #include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
-#include "experiments/applications/predict.hpp"
 
 namespace clerestory {
 namespace {
@@ -97,7 +98,7 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
 
 fs::path invert(const InvertOptions& options) {
   check_options(options);
-  InvertRecord record;
+  Provenance record;
   Stopwatch clock;
   const Photo photo = read_photo(options.photo);
   if (photo.clamped) say(fmt::format("{}: {} negative values set to 0", options.photo.string(), photo.clamped));
@@ -114,11 +115,11 @@ fs::path invert(const InvertOptions& options) {
   const fs::path out = options.out.empty() ? fs::path("runs/invert") / options.photo.stem() : options.out;
   StagedFolder folder(out);
   Device device = Device::open(options.device);
-  record.provenance = begin_provenance(options.command, device.fingerprint());
-  record.provenance.seeds["render"] = options.render.seed;
-  record.provenance.inputs.push_back(record_file(options.photo));
-  record.provenance.facts["photo"] = photo.note;
-  record.provenance.figures["seconds: reading"] = clock.lap();
+  record = begin_provenance(options.command, device.fingerprint());
+  record.seeds["render"] = options.render.seed;
+  record.inputs.push_back(record_file(options.photo));
+  record.facts["photo"] = photo.note;
+  record.figures["seconds: reading"] = clock.lap();
 
   const bool rerenders = options.only.empty();
   PredictRequest request;
@@ -130,15 +131,15 @@ fs::path invert(const InvertOptions& options) {
   if (request.any()) {
     const fs::path weights = options.weights.empty() ? shipped_weights() : options.weights;
     prediction = predict_maps(device, weights, image, request, options.gemm);
-    record.provenance.inputs.push_back(record_file(weights));
-    record.provenance.facts["network"] = prediction.note;
-    for (const std::string& what : prediction.left_out) record.provenance.left_out.push_back({what, "not asked for", ""});
+    record.inputs.push_back(record_file(weights));
+    record.facts["network"] = prediction.note;
+    for (const std::string& what : prediction.left_out) record.left_out.push_back({what, "not asked for", ""});
     if (request.depth) {
-      record.provenance.facts["scale of depth"] = scale_depth(options, prediction.depth, prediction);
-      say("depth: " + record.provenance.facts["scale of depth"]);
+      record.facts["scale of depth"] = scale_depth(options, prediction.depth, prediction);
+      say("depth: " + record.facts["scale of depth"]);
     }
   }
-  record.provenance.figures["seconds: network"] = clock.lap();
+  record.figures["seconds: network"] = clock.lap();
 
   if (wanted(options, "albedo")) scene.albedo = given.albedo ? *given.albedo : prediction.albedo;
   if (wanted(options, "normal")) scene.normal = given.normal ? *given.normal : prediction.normal;
@@ -155,24 +156,30 @@ fs::path invert(const InvertOptions& options) {
   }
 
   std::optional<Rerender> rerender;
+  std::string plan = prediction.explanation;
   if (rerenders) {
     scene.check(out.string());
-    record.rendering = render_scene(device, scene, options.render);
-    rerender = Rerender{record.rendering.radiance, record.rendering.standard_error, record.rendering.uncertainty};
-    record.provenance.figures["seconds: re-render"] = clock.lap();
-    record.provenance.figures["share of samples dropped"] = record.rendering.dropped / std::max(record.rendering.rays, 1.0);
-    record.provenance.facts["light"] = options.render.light;
-    for (const std::string& what : record.rendering.left_out) record.provenance.left_out.push_back({what, "", ""});
-    say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped",
-                    record.rendering.rays * 1e-6, 100 * record.rendering.hits / std::max(record.rendering.rays, 1.0), record.rendering.dropped));
+    const Rendering r = render_scene(device, scene, options.render);
+    rerender = Rerender{r.radiance, r.standard_error, r.uncertainty};
+    record.figures["seconds: re-render"] = clock.lap();
+    record.figures["rays"] = r.rays, record.figures["rays that hit"] = r.hits;
+    record.figures["samples dropped"] = r.dropped, record.figures["pixels facing away"] = r.facing_away;
+    record.facts["light"] = options.render.light;
+    record.facts["samples"] = fmt::format("{} a pixel, {}, {}", options.render.spp, options.render.sampler, options.render.points);
+    for (const std::string& what : r.left_out) record.left_out.push_back({what, "", ""});
+    plan += r.explanation;
+    say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped", r.rays * 1e-6,
+                    100 * r.hits / std::max(r.rays, 1.0), r.dropped));
+    if (!r.first_dropped.empty()) say("re-render: first dropped sample at " + r.first_dropped);
   }
   write_run(folder.path(), scene, rerender);
-  record.provenance.figures["MiB: device memory, most"] = static_cast<double>(device.memory_peak()) / 0x1p20;
-  record.provenance.figures["seconds: building kernels"] = device.build_seconds();
-  record.provenance.figures["seconds: writing"] = clock.lap();
-  record.provenance.ended = utc_now();
-  write_provenance(folder / "provenance.json", record.provenance);
-  write_invert_report(folder / "report.html", scene, rerender, record);
+  record.figures["MiB: device memory, most"] = static_cast<double>(device.memory_peak()) / 0x1p20;
+  record.figures["seconds: building kernels"] = device.build_seconds();
+  record.figures["seconds: writing"] = clock.lap();
+  record.ended = utc_now();
+  write_provenance(folder / "provenance.json", record);
+  write_file(folder / "plan.txt", plan);
+  write_run_report(folder.path());
   folder.commit();
   return out;
 }

@@ -52,15 +52,21 @@ void write_run(const fs::path& folder, const Scene& scene, const std::optional<R
   write_preview(folder / "uncertainty.png", show_unit(rerender->uncertainty));
 }
 
-Scene read_run(const fs::path& folder) {
+Scene read_run_maps(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw usage_error("there is no such run folder", folder.string());
   Scene scene;
   scene.camera = read_camera(folder / "camera.json").camera;
   scene.photo = read_map(folder / "photo.exr", 3);
-  scene.albedo = read_map(folder / "albedo.exr", 3);
-  scene.normal = read_map(folder / "normal.exr", 3);
-  scene.depth = read_map(folder / "depth.exr", 1);
-  scene.material = read_map(folder / "material.exr", 3);
+  const auto read = [&](const char* name, int channels) {
+    return fs::exists(folder / name) ? read_map(folder / name, channels) : Image();
+  };
+  scene.albedo = read("albedo.exr", 3), scene.normal = read("normal.exr", 3);
+  scene.depth = read("depth.exr", 1), scene.material = read("material.exr", 3);
+  return scene;
+}
+
+Scene read_run(const fs::path& folder) {
+  const Scene scene = read_run_maps(folder);
   scene.check(folder.string());
   return scene;
 }

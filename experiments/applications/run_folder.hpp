@@ -22,6 +22,8 @@ void write_run(const std::filesystem::path& folder, const Scene& scene, const st
 
 /// Reads a whole scene back. Throws usage_error naming the missing file: a folder made with `--only` cannot be used.
 Scene read_run(const std::filesystem::path& folder);
+/// The same without that demand: maps that the folder lacks stay empty.
+Scene read_run_maps(const std::filesystem::path& folder);
 Rerender read_rerender(const std::filesystem::path& folder);
 
 }  // namespace clerestory

@@ -1,5 +1,10 @@
-#include "experiments/applications/invert_report.hpp"
+#include "experiments/applications/run_report.hpp"
 
+#include <cmath>
+
+#include "experiments/applications/run_folder.hpp"
+#include "host/error.hpp"
+#include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/html.hpp"
 #include "host/report/preview.hpp"
@@ -57,36 +62,57 @@ Table times(const Provenance& provenance) {
   return table;
 }
 
-}  // namespace
+double figure(const Provenance& provenance, const std::string& name) {
+  const auto found = provenance.figures.find(name);
+  return found == provenance.figures.end() ? 0 : found->second;
+}
 
-void write_invert_report(const std::filesystem::path& path, const Scene& scene, const std::optional<Rerender>& rerender,
-                         const InvertRecord& record) {
-  const Provenance& provenance = record.provenance;
-  HtmlReport report("A room taken apart", provenance.inputs.empty() ? "" : provenance.inputs[0].path);
+std::vector<std::pair<std::string, std::string>> facts_of(const Scene& scene, const std::optional<Rerender>& rerender,
+                                                          const Provenance& provenance) {
   std::vector<std::pair<std::string, std::string>> facts{
       {"Picture", fmt::format("{} x {} pixels", scene.width(), scene.height())},
       {"Field of view", fmt::format("{:.1f}° horizontal", scene.camera.fov_degrees())}};
   for (const auto& [name, value] : provenance.facts) facts.emplace_back(name, value);
+  if (!rerender) return facts;
+  const double rays = figure(provenance, "rays");
+  const auto [relative, psnr] = agreement(scene, rerender->radiance);
+  facts.emplace_back("Rays", fmt::format("{:.2f} million, {} end on a visible surface", rays * 1e-6, share(figure(provenance, "rays that hit"), rays)));
+  facts.emplace_back("Samples dropped (not finite)", share(figure(provenance, "samples dropped"), rays));
+  facts.emplace_back("Pixels facing away, not shaded", share(figure(provenance, "pixels facing away"), static_cast<double>(scene.photo.pixels())));
+  facts.emplace_back("Emitting pixels, masked", fmt::format("{:.2f} %", 100 * emitting_share(scene.material)));
+  facts.emplace_back("Re-render against photograph", fmt::format("PSNR {:.1f} dB, relMSE {:.3f}", psnr, relative));
+  facts.emplace_back("Standard error, median", fmt::format("{:.4f}", median(rerender->standard_error.data)));
+  return facts;
+}
+
+Image exposed(Image image, double exposure) {
+  for (float& v : image.data) v = static_cast<float>(v * exposure);
+  return image;
+}
+
+}  // namespace
+
+void write_run_report(const std::filesystem::path& folder) {
+  const Provenance provenance = read_provenance(folder / "provenance.json");
+  const Scene scene = read_run_maps(folder);
+  std::optional<Rerender> rerender;
+  if (std::filesystem::exists(folder / "rerender.exr")) rerender = read_rerender(folder);
+  const double exposure = exposure_of(scene.photo.data);
+
+  HtmlReport report("A room taken apart", provenance.inputs.empty() ? "" : provenance.inputs[0].path);
+  report.facts(facts_of(scene, rerender, provenance));
   if (rerender) {
-    const Rendering& r = record.rendering;
-    const auto [relative, psnr] = agreement(scene, rerender->radiance);
-    facts.emplace_back("Rays", fmt::format("{:.2f} million, {} end on a visible surface", r.rays * 1e-6, share(r.hits, r.rays)));
-    facts.emplace_back("Samples dropped (not finite)", share(r.dropped, r.rays));
-    facts.emplace_back("Pixels facing away, not shaded", share(r.facing_away, static_cast<double>(scene.photo.pixels())));
-    facts.emplace_back("Emitting pixels, masked", fmt::format("{:.2f} %", 100 * emitting_share(scene.material)));
-    facts.emplace_back("Re-render against photograph", fmt::format("PSNR {:.1f} dB, relMSE {:.3f}", psnr, relative));
-    facts.emplace_back("Standard error, median", fmt::format("{:.4f}", median(rerender->standard_error.data)));
-  }
-  report.facts(facts);
-  if (rerender) {
-    const double exposure = exposure_of(scene.photo.data);
-    Image before = scene.photo, after = rerender->radiance;
-    for (Image* image : {&before, &after})
-      for (float& v : image->data) v = static_cast<float>(v * exposure);
     report.section("Photograph and re-render",
                    "The re-render is made from maps, camera and light by Monte Carlo. It holds reflected light only: lamps "
                    "and windows are dark in it.");
-    report.compare("Photograph", before, "Re-render", after, "Scaled so that the photograph's 95th percentile is 0.9.");
+    report.compare("Photograph", exposed(scene.photo, exposure), "Re-render", exposed(rerender->radiance, exposure),
+                   "Scaled so that the photograph's 95th percentile is 0.9.");
+  }
+  if (std::filesystem::exists(folder / "composite.exr")) {
+    report.section("Objects put in", "Lit by the photograph's own light, shadowing it and mirrored in it.");
+    report.compare("Photograph", exposed(scene.photo, exposure), "With objects", exposed(read_map(folder / "composite.exr", 3), exposure));
+    const Provenance inserted = read_provenance(folder / "insert.json");
+    report.paragraph(command_text(inserted.command) + fmt::format(" ({:.1f} s)", figure(inserted, "seconds")));
   }
   report.section("Maps");
   report.pictures(map_pictures(scene));
@@ -99,9 +125,9 @@ void write_invert_report(const std::filesystem::path& path, const Scene& scene, 
   report.section("Time");
   report.table(times(provenance));
   report.left_out(provenance.left_out);
-  if (!record.rendering.explanation.empty()) report.details("Plan of the re-render", record.rendering.explanation);
+  if (std::filesystem::exists(folder / "plan.txt")) report.details("What the device runs", read_file(folder / "plan.txt"));
   report.footer(provenance);
-  report.write(path);
+  report.write(folder / "report.html");
 }
 
 }  // namespace clerestory

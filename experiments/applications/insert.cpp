@@ -1,0 +1,203 @@
+#include "experiments/applications/insert.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "experiments/applications/objects_light.hpp"
+#include "experiments/applications/run_folder.hpp"
+#include "experiments/applications/run_report.hpp"
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "host/ops/light/depth_pyramid.hpp"
+#include "host/ops/light/surface_points.hpp"
+#include "host/report/preview.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/provenance.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Surface under a pixel: point and normal in camera space.
+std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at) {
+  const int x = static_cast<int>(std::floor(at[0])), y = static_cast<int>(std::floor(at[1]));
+  const std::string text = fmt::format("{},{}", at[0], at[1]);
+  if (x < 0 || y < 0 || x >= scene.width() || y >= scene.height())
+    throw usage_error("the pixel lies outside of the picture", "--at", text, fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
+  const double depth = scene.depth.at(0, y, x);
+  if (!(depth > 0)) throw usage_error("nothing is known of the depth there", "--at", text);
+  return {scene.camera.unproject(at[0], at[1], depth), {scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)}};
+}
+
+Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
+  if (object.at) {
+    const auto [point, normal] = surface_at(scene, *object.at);
+    return point + lift * normal;
+  }
+  const Vec3 point((*object.at_point)[0], (*object.at_point)[1], (*object.at_point)[2]);
+  if (!(point.z < 0)) throw usage_error("the point lies behind the camera", "--at-point", fmt::format("z = {}", point.z), "z < 0");
+  return point;
+}
+
+void check_length(double length, const std::string& option, double room) {
+  if (!(length > 0)) throw usage_error("not a length", option, fmt::format("{}", length), "metres above 0");
+  if (length > room) throw usage_error("the object is larger than the room", option, fmt::format("{} m", length), fmt::format("at most {:.2f} m", room));
+}
+
+/// The mesh with its own y along world y, facing the viewer, standing on `foot`, longest side `size`.
+Mesh stand(Mesh mesh, const Camera& camera, const Vec3& foot, double size) {
+  const auto [low, high] = bounds(mesh);
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, static_cast<double>(high[i]) - low[i]);
+  const double scale = size / longest;
+  const Vec3 up = camera.direction_to_camera({0, 1, 0});
+  Vec3 front = Vec3(0, 0, 1) - up.z * up;  // the viewer's side, level
+  if (glm::length(front) < 1e-6) front = Vec3(1, 0, 0) - up.x * up;
+  front = glm::normalize(front);
+  const Vec3 right = glm::cross(up, front);
+  const Vec3 base(0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2]));
+  const auto turned = [&](const Vec3& v) { return v.x * right + v.y * up + v.z * front; };
+  for (auto& p : mesh.positions) {
+    const Vec3 q = foot + scale * turned(Vec3(p[0], p[1], p[2]) - base);
+    p = {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z)};
+  }
+  for (auto& n : mesh.normals) {
+    const Vec3 q = turned({n[0], n[1], n[2]});
+    n = {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z)};
+  }
+  return mesh;
+}
+
+Tensor material_table(const std::vector<InsertedObject>& objects) {
+  Tensor table({static_cast<int>(objects.size()), 5, 1, 1});
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const InsertedObject& o = objects[i];
+    const std::array<double, 5> row{o.albedo[0], o.albedo[1], o.albedo[2], o.roughness, o.metallic};
+    std::copy(row.begin(), row.end(), table.real.begin() + static_cast<std::ptrdiff_t>(5 * i));
+  }
+  return table;
+}
+
+/// A pixel's rays skip its own cell where it shows the scene; an object floats before its cell.
+Tensor skip_map(const Image& shows) {
+  std::vector<int> skip(shows.pixels());
+  for (std::size_t i = 0; i < skip.size(); ++i) skip[i] = shows.data[i] > 0 ? -1 : static_cast<int>(i);
+  return Tensor::of_int({1, 1, shows.height, shows.width}, std::move(skip));
+}
+
+/// photo + what the objects change, and on their own pixels what they reflect.
+Image composite_of(const Scene& scene, const Image& shows, const std::vector<float>& radiance) {
+  Image composite = scene.photo;
+  const std::size_t n = composite.pixels();
+  for (std::size_t i = 0; i < composite.data.size(); ++i)
+    composite.data[i] = shows.data[i % n] > 0 ? radiance[i] : std::max(composite.data[i] + radiance[i], 0.0f);
+  return composite;
+}
+
+}  // namespace
+
+std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<InsertedObject>& objects) {
+  std::vector<PlacedMesh> placed;
+  const double room = scene.scale();
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const InsertedObject& o = objects[i];
+    if (o.radius) {
+      check_length(*o.radius, "--radius", 0.5 * room);
+      const Vec3 c = place_of(scene, o, *o.radius);
+      placed.push_back({sphere_mesh({static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)}, static_cast<float>(*o.radius)), static_cast<int>(i)});
+    } else {
+      check_length(*o.size, "--size", room);
+      placed.push_back({stand(read_mesh(o.mesh), scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
+    }
+  }
+  return placed;
+}
+
+SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects, const std::vector<InsertedObject>& list) {
+  const int n = static_cast<int>(scene.photo.pixels());
+  const auto count = static_cast<std::size_t>(n);
+  std::vector<float> zero(3 * count, 0), rays(3 * count);
+  for (int y = 0; y < scene.height(); ++y)
+    for (int x = 0; x < scene.width(); ++x) {
+      const Vec3 ray = scene.camera.ray(x + 0.5, y + 0.5);  // z = -1: distances along it are depths
+      for (int c = 0; c < 3; ++c) rays[static_cast<std::size_t>(c) * count + static_cast<std::size_t>(y) * scene.width() + x] = static_cast<float>(ray[c]);
+    }
+  const auto memory = [&](std::size_t channels) { return TraceObjects::Memory{device.allocate(channels * count * 4), 0, static_cast<int>(channels) * n}; };
+  const TraceObjects::Memory points = memory(3), directions = memory(3);
+  device.write(points.buffer, zero.data(), zero.size() * 4);
+  device.write(directions.buffer, rays.data(), rays.size() * 4);
+  const TraceObjects::Hits hits{memory(1), memory(3), memory(3), memory(1)};
+  objects.meet({points, directions, false, n, 0, n, 0, 1, n, 1}, hits, 1e-3f);
+  std::vector<float> distance(count), normal(3 * count);
+  std::vector<int> object(count);
+  device.read(hits.distance.buffer, distance.data(), count * 4);
+  device.read(hits.normal.buffer, normal.data(), 3 * count * 4);
+  device.read(hits.object.buffer, object.data(), count * 4);
+
+  SceneWithObjects with{scene, Image(scene.width(), scene.height(), 1)};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (object[i] < 0 || (scene.depth.data[i] > 0 && scene.depth.data[i] <= distance[i])) continue;
+    const InsertedObject& o = list[static_cast<std::size_t>(object[i])];
+    with.shows.data[i] = 1;
+    with.scene.depth.data[i] = distance[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      with.scene.normal.data[c * count + i] = normal[c * count + i];
+      with.scene.albedo.data[c * count + i] = static_cast<float>(o.albedo[c]);
+    }
+    with.scene.material.data[i] = static_cast<float>(o.roughness);
+    with.scene.material.data[count + i] = static_cast<float>(o.metallic);
+    with.scene.material.data[2 * count + i] = 0;
+  }
+  return with;
+}
+
+void insert(const InsertOptions& options) {
+  if (options.objects.empty()) throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
+  const auto start = std::chrono::steady_clock::now();
+  const Scene scene = read_run(options.run);
+  Device device = Device::open(options.device);
+  const auto objects = std::make_shared<TraceObjects>(device, place_objects(scene, options.objects));
+  const SceneWithObjects with = put_before(device, scene, *objects, options.objects);
+  const double seen = sum(with.shows.data) / static_cast<double>(with.shows.pixels());
+  if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
+
+  Graph graph;
+  const SceneValues v = scene_values(graph, with.scene);
+  const Shape map1{1, 1, scene.height(), scene.width()}, map3{1, 3, scene.height(), scene.width()};
+  const Value depth = graph.input("scene depth", map1), normal = graph.input("scene normal", map3);
+  const Value shows = graph.input("shows", map1), skip = graph.input("skip", map1, Type::Int);
+  const Value materials = graph.input("materials", {static_cast<int>(options.objects.size()), 5, 1, 1});
+  const ObjectsLightInputs inputs{v.photo, v.ambient, depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera), shows, materials};
+  const RenderSpec spec = render_spec(options.render);
+  const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs.list(), objects_light(objects, spec.ssrt, options.bounces), {depth, normal, skip});
+
+  Executor executor(compile(graph, {rendered.radiance, rendered.standard_error}, device));
+  feed_scene(executor, with.scene);
+  executor.feed("scene depth", tensor_of(scene.depth)), executor.feed("scene normal", tensor_of(scene.normal));
+  executor.feed("range", depth_range(tensor_of(scene.depth)));
+  const std::array<double, 3> ambient = ambient_of(scene);  // of the scene, not of the picture with objects
+  executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
+  executor.feed("shows", tensor_of(with.shows)), executor.feed("skip", skip_map(with.shows));
+  executor.feed("materials", material_table(options.objects));
+  executor.run(options.render.seed);
+
+  const Image composite = composite_of(scene, with.shows, executor.fetch_floats(rendered.radiance));
+  const fs::path out = options.out.empty() ? options.run : options.out;
+  make_directories(out);
+  write_exr(out / "composite.exr", composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
+  write_png(out / "composite.png", show_radiance(composite), Encoding::Linear);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  Provenance provenance = begin_provenance(options.command, device.fingerprint());
+  provenance.seeds["render"] = options.render.seed;
+  provenance.figures["seconds"] = seconds;
+  provenance.figures["share of pixels that show an object"] = seen;
+  provenance.facts["samples"] = fmt::format("{}", spec.spp);
+  provenance.ended = utc_now();
+  write_provenance(out / "insert.json", provenance);
+  if (options.out.empty()) write_run_report(options.run);
+  say(fmt::format("insert: {} object(s), {:.1f} % of the picture, {:.1f} s: {}", options.objects.size(), 100 * seen, seconds, (out / "composite.png").string()));
+}
+
+}  // namespace clerestory

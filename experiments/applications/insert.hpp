@@ -1,0 +1,48 @@
+// `clerestory insert`: balls and meshes put into a photograph, lit by it, shadowing it and mirrored in it.
+#pragma once
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nets/render_scene.hpp"
+#include "tracer/trace_objects.hpp"
+
+namespace clerestory {
+
+/// One object. Exactly one place (`at` or `at_point`) and one shape (`radius` or `mesh` with `size`).
+struct InsertedObject {
+  std::optional<std::array<double, 2>> at;        // pixel on whose surface it rests
+  std::optional<std::array<double, 3>> at_point;  // camera metres: a ball's centre, a mesh's lowest point
+  std::optional<double> radius;                   // metres
+  std::filesystem::path mesh;                     // .glb
+  std::optional<double> size;                     // metres: longest side of the mesh's box
+  std::array<double, 3> albedo{0.9, 0.9, 0.9};
+  double roughness = 0.1, metallic = 1;
+};
+
+struct InsertOptions {
+  std::filesystem::path run, out;  // out empty: the run folder
+  std::vector<InsertedObject> objects;
+  RenderSettings render;
+  int bounces = 2;  // scatterings at objects that are followed
+  std::string device;
+  std::vector<std::string> command;
+};
+
+/// Writes composite.exr and composite.png, and the run's report again when it goes into the run folder.
+void insert(const InsertOptions& options);
+
+/// Meshes in camera space. Throws usage_error: a pixel outside or without depth, a point behind the camera, an object
+/// larger than the room.
+std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<InsertedObject>& objects);
+
+/// What the camera sees with the objects in place: the scene's maps with object pixels replaced, and which those are.
+struct SceneWithObjects {
+  Scene scene;
+  Image shows;  // 1: 1 where an object is seen
+};
+SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects, const std::vector<InsertedObject>& list);
+
+}  // namespace clerestory

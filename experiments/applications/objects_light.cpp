@@ -1,0 +1,72 @@
+#include "experiments/applications/objects_light.hpp"
+
+#include "host/ops/light/image_light.hpp"
+#include "host/ops/shade/bounce.hpp"
+#include "host/ops/shade/nearer.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr float kRayOffset = 1e-3f;  // metres: a ray that starts on an object must leave it first
+
+/// Asks the tracer which rays hit an object: distance, point, normal, object.
+struct MeetObjectsOp : Op {
+  std::shared_ptr<TraceObjects> objects;
+  explicit MeetObjectsOp(std::shared_ptr<TraceObjects> o) : objects(std::move(o)) {}
+  std::string name() const override { return "meet_objects"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    const Shape& rays = in[1].shape();
+    const Shape one{1, 1, rays.h, rays.w};
+    return {{one}, {rays}, {rays}, {one, Type::Int}};
+  }
+  void launch(Launch& l) const override {
+    if (l.precision == Precision::Double) throw Error(ErrorKind::Failed, "objects are traced in single precision", name());
+    const Shape &rays = l.in(1).shape, &points = l.in(0).shape;
+    const bool per_pixel = !(points == rays);
+    const auto memory = [](const TensorView& v) { return TraceObjects::Memory{v.buffer, v.offset, v.stride}; };
+    objects->meet({memory(l.in(0)), memory(l.in(1)), per_pixel, static_cast<int>(points.plane()), l.chunk.first_pixel,
+                   l.chunk.pixels, l.chunk.first_sample, l.chunk.samples, rays.h, rays.w},
+                  {memory(l.out(0)), memory(l.out(1)), memory(l.out(2)), memory(l.out(3))}, kRayOffset);
+  }
+};
+
+struct ObjectHits {
+  Value distance, point, normal, object;
+};
+
+ObjectHits meet(const std::shared_ptr<TraceObjects>& objects, Value points, Value directions) {
+  const Value first = directions.graph().make<MeetObjectsOp>({points, directions}, objects);
+  return {first, first.node->value(1), first.node->value(2), first.node->value(3)};
+}
+
+/// What the light of one chunk needs, by name.
+struct Chunked {
+  std::shared_ptr<TraceObjects> objects;
+  SsrtOptions options;
+  ObjectsLightInputs in;
+  Value camera;
+  int bounces;
+
+  /// Radiance along rays from `points` (per pixel or per ray) whose hits on the scene are known.
+  Value radiance(Value points, Value direction, Value hit_pixel, int number, Value shows) const {
+    const Value scene = image_light(in.photo, in.ambient, hit_pixel);
+    if (number > bounces) return scene;
+    const ObjectHits met = meet(objects, points, direction);
+    const Bounce next = bounce(direction, met.normal, met.object, in.materials, number);
+    const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal, {.points = met.point, .skip = {}}, options);
+    const Value beyond = radiance(met.point, next.direction, hits.pixel, number + 1, {});
+    return nearer({points, direction, hit_pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth, camera, shows);
+  }
+};
+
+}  // namespace
+
+LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SsrtOptions& ssrt_options, int bounces) {
+  return [=](Graph&, const RayBatch& rays, std::span<const Value> v) {
+    const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+    const Chunked chunk{objects, ssrt_options, in, rays.camera, bounces};
+    return chunk.radiance(in.points, rays.direction, rays.hits.pixel, 1, in.shows);
+  };
+}
+
+}  // namespace clerestory

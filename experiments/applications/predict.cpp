@@ -1,0 +1,96 @@
+#include "experiments/applications/predict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "experiments/evaluation/prepare.hpp"
+#include "experiments/training/checkpoint.hpp"
+#include "host/error.hpp"
+#include "host/graph/plan.hpp"
+#include "host/ops/nn/unit_vector.hpp"
+#include "host/ops/tensor/joint_bilateral.hpp"
+#include "host/report/preview.hpp"
+#include "nets/mgnet.hpp"
+#include "nets/scene_maps.hpp"
+
+namespace clerestory {
+namespace {
+
+Image image_of(Executor& executor, Value value, int channels) {
+  const Shape& s = value.shape();
+  Image image(s.w, s.h, channels);
+  const std::vector<float> data = executor.fetch_floats(value);
+  std::copy(data.begin(), data.end(), image.data.begin());
+  return image;
+}
+
+void clamp_unit(Image& image) {
+  for (float& v : image.data) v = std::clamp(v, 0.0f, 1.0f);
+}
+
+/// Display values of a picture whose exposure is already right: what the eye compares, and the bilateral with it.
+Tensor guide_of(const Image& exposed) { return tensor_of(show_radiance(exposed)); }
+
+}  // namespace
+
+std::filesystem::path shipped_weights() {
+  const char* set = std::getenv("CLERESTORY_WEIGHTS");
+  const std::filesystem::path path = set ? std::filesystem::path(set) : std::filesystem::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";
+  if (std::filesystem::exists(path)) return path;
+  throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", path.string());
+}
+
+Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo, const PredictRequest& request,
+                        const std::string& gemm) {
+  const LoadedWeights loaded = load_weights(weights, device);
+  const int longer = std::max(loaded.size.width, loaded.size.height);
+  double exposure = 1;
+  const Image small = prepare_photo(photo, longer, &exposure);
+  const Image input = net_input(small);
+  Image exposed = photo;
+  for (float& v : exposed.data) v = static_cast<float>(v * exposure);
+
+  Graph graph;
+  const Value image = graph.input("image", {1, 3, input.height, input.width});
+  const Value guide_low = graph.input("guide low", {1, 3, small.height, small.width});
+  const Value guide = graph.input("guide", {1, 3, photo.height, photo.width});
+  const Maps maps = mgnet(graph, image, loaded.net, false);
+  const auto enlarge = [&](Value map) { return joint_bilateral(map, guide_low, guide); };
+
+  std::vector<Value> outputs;
+  Prediction result;
+  const auto want = [&](bool wanted, const char* name, Value map) {
+    if (!wanted) {
+      result.left_out.push_back(std::string("decoder of ") + name);
+      return Value{};
+    }
+    return outputs.emplace_back(enlarge(map));
+  };
+  const Value albedo = want(request.albedo, "albedo", maps.albedo), material = want(request.material, "material", maps.material);
+  const Value depth = want(request.depth, "depth", maps.depth);
+  Value normal = want(request.normal, "normal", maps.normal);
+  if (normal) outputs.back() = normal = unit_vector(normal);
+  if (request.depth) outputs.push_back(maps.log_scale);
+
+  loaded.states->initialise(graph, 0);
+  Executor executor(compile(graph, outputs, device, {.gemm = gemm}), loaded.states);
+  executor.feed("image", tensor_of(input));
+  executor.feed("guide low", guide_of(small)), executor.feed("guide", guide_of(exposed));
+  executor.run();
+
+  if (albedo) clamp_unit(result.albedo = image_of(executor, albedo, 3));
+  if (normal) result.normal = image_of(executor, normal, 3);
+  if (material) clamp_unit(result.material = image_of(executor, material, 3));
+  if (depth) {
+    result.depth = image_of(executor, depth, 1);
+    result.scene_scale = std::exp(executor.fetch(maps.log_scale).real[0]);
+    const auto error = loaded.metadata.find("scale_error");
+    if (error != loaded.metadata.end()) result.scale_error = std::stod(error->second);
+  }
+  result.note = fmt::format("{} ({}), at {}x{}", weights.filename().string(), loaded.preset, small.width, small.height);
+  result.explanation = executor.explain();
+  return result;
+}
+
+}  // namespace clerestory
