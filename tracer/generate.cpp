@@ -231,7 +231,8 @@ GenerateSummary generate(const Device& device, const GenerateOptions& options) {
       if (options.interrupted && options.interrupted()) {
         throw Error(ErrorKind::Interrupted, fmt::format("stopped after {} of {} views; run the same line again to go on", done, total));
       }
-      if (fs::exists(view_file(folder, view_id(view), "im"))) {
+      const bool missing = !fs::exists(view_file(folder, view_id(view), "im"));
+      if (!missing) {
         ++summary.skipped;
       } else {
         const auto start = std::chrono::steady_clock::now();
@@ -241,7 +242,7 @@ GenerateSummary generate(const Device& device, const GenerateOptions& options) {
         ++summary.made;
       }
       ++done;
-      if (options.progress) options.progress(done, total);
+      if (options.progress) options.progress(done, total, missing);
     }
   }
   return summary;

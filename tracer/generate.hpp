@@ -21,8 +21,8 @@ struct GenerateOptions {
   std::string split = "auto";            // auto: of ten rooms eight train, one val, one test; else all rooms go there
   std::filesystem::path assets;          // folder with hdri/ and models/; empty: default_assets()
   bool box_rooms = false;                // bare boxes instead of furnished rooms
-  /// Called after each view, made or skipped. May be empty.
-  std::function<void(int done, int total)> progress;
+  /// Called after each view, made or skipped; `total` counts this shard's views. May be empty.
+  std::function<void(int done, int total, bool made)> progress;
   /// Asked before each view; true ends the run with ErrorKind::Interrupted. May be empty.
   std::function<bool()> interrupted;
 };

@@ -1,0 +1,94 @@
+#include "experiments/commands/generate.hpp"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "experiments/cli.hpp"
+#include "host/report/progress.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+struct Options {
+  GenerateOptions generate;
+  PixelSize size{160, 120};
+  std::string shard = "0/1", setting = "training";
+};
+
+/// "I/N", 0 <= I < N.
+void read_shard(const std::string& text, GenerateOptions& to) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string::npos) throw usage_error("not a shard", "--shard", text, "I/N, such as 0/4");
+  read_value(text.substr(0, slash), "--shard", to.shard);
+  read_value(text.substr(slash + 1), "--shard", to.shards);
+  if (to.shards < 1 || to.shard < 0 || to.shard >= to.shards) {
+    throw usage_error("out of range", "--shard", text, "0 <= I < N");
+  }
+}
+
+std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
+  return nlohmann::ordered_json{{"out", o.out.string()},
+                                {"made", s.made},
+                                {"skipped", s.skipped},
+                                {"seconds", s.seconds},
+                                {"views_per_hour", s.seconds > 0 ? 3600 * s.made / s.seconds : 0},
+                                {"dropped_samples", s.dropped},
+                                {"first_dropped", s.first_dropped}}
+      .dump(1);
+}
+
+void run(Options& options, const CommonOptions& common) {
+  GenerateOptions& o = options.generate;
+  o.width = options.size.width, o.height = options.size.height;
+  o.seed = common.seed;
+  if (common.spp) {
+    if (*common.spp > 1 << 20) throw usage_error("out of range", "--spp", std::to_string(*common.spp), "1 to 1048576");
+    o.spp = static_cast<int>(*common.spp);
+  }
+  read_shard(options.shard, o);
+  o.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
+  catch_interrupts();
+  o.interrupted = [] { return interrupted(); };
+  std::unique_ptr<Progress> progress;
+  o.progress = [&](int done, int total, bool made) {
+    if (!made) return;  // skipped views say nothing about speed
+    if (!progress) progress = std::make_unique<Progress>("generate", total, "views", done - 1);
+    progress->update(done);
+  };
+  const GenerateSummary summary = generate(Device::open(common.device), o);
+  progress.reset();
+  if (common.json) write_json_result(common, summary_json(o, summary));
+  say(fmt::format("{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
+                  duration_text(summary.seconds),
+                  summary.made > 0 ? fmt::format(", {:.0f} views an hour", 3600 * summary.made / summary.seconds) : ""));
+  say(summary.dropped == 0
+          ? "samples that were not finite: none"
+          : fmt::format("samples that were not finite: {} dropped, first {}", summary.dropped, summary.first_dropped));
+}
+
+}  // namespace
+
+void add_generate_command(CommandLine& line) {
+  auto options = std::make_shared<Options>();
+  GenerateOptions& o = options->generate;
+  line.add("generate", "Make rooms: pictures, material, geometry, light")
+      .option("--out", "DIR", "folder of the data set", o.out)
+      .option("--rooms", "N", "number of rooms", o.rooms)
+      .option("--views", "N", "views of each room", o.views)
+      .option("--size", "WxH", "pixels of a view", options->size)
+      .option("--shard", "I/N", "make only rooms I, I + N, I + 2N, ...", options->shard)
+      .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
+      .choice("--setting", "what rooms may show; held_out: only what training rooms never do", options->setting,
+              {"training", "held_out"})
+      .choice("--split", "list the rooms as; auto: of ten, eight train, one val, one test", o.split,
+              {"auto", "train", "val", "test"})
+      .option("--assets", "DIR", "folder with hdri/ and models/", o.assets)
+      .flag("--box-rooms", "bare boxes with a lamp and a few blocks and balls", o.box_rooms)
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
+      .notes("Complete views are skipped: run the same line again to go on after an interruption. 64 samples a pixel by "
+             "default.")
+      .run([options](const CommonOptions& common) { run(*options, common); });
+}
+
+}  // namespace clerestory
