@@ -15,7 +15,6 @@
 namespace clerestory {
 namespace {
 
-constexpr float half_max = 65504;
 // No codec here packs more than deflate's 1032 to 1 by much; a header that claims more lies.
 constexpr std::uint64_t largest_compression = 2048;
 
@@ -140,40 +139,12 @@ Decoded decode(const std::filesystem::path& path) {
 
 std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
-std::string place(const Image& image, std::size_t index) {
+}  // namespace
+
+std::string place_of(const Image& image, std::size_t index) {
   const std::size_t pixel = index % image.pixels();
   return fmt::format("channel {}, pixel ({}, {})", index / image.pixels(), pixel % image.width, pixel / image.width);
 }
-
-std::string encode(const OIIO::ImageSpec& spec, const char* plugin, const void* pixels, OIIO::TypeDesc type,
-                   const std::string& where) {
-  std::vector<unsigned char> buffer;
-  OIIO::Filesystem::IOVecOutput proxy(buffer);
-  const auto output = OIIO::ImageOutput::create(plugin);
-  if (!output) throw Error(ErrorKind::Failed, fmt::format("no encoder for {}", plugin), where);
-  output->set_ioproxy(&proxy);
-  if (!output->open(where, spec) || !output->write_image(type, pixels) || !output->close())
-    throw Error(ErrorKind::Failed, "encoding failed: " + output->geterror(), where);
-  return {buffer.begin(), buffer.end()};
-}
-
-std::vector<float> interleave(const Image& image) {
-  std::vector<float> out(image.data.size());
-  for (int c = 0; c < image.channels; ++c)
-    for (std::size_t i = 0; i < image.pixels(); ++i) out[i * image.channels + c] = image.plane(c)[i];
-  return out;
-}
-
-void check_to_write(const Image& image, const std::string& where) {
-  if (image.width <= 0 || image.height <= 0 || image.channels <= 0)
-    throw Error(ErrorKind::Failed, "the picture to write is empty", where,
-                fmt::format("{}x{}, {} channels", image.width, image.height, image.channels));
-  if (image.data.size() != image.pixels() * image.channels)
-    throw Error(ErrorKind::Failed, "the picture to write has the wrong number of values", where,
-                fmt::format("{}", image.data.size()), fmt::format("{}", image.pixels() * image.channels));
-}
-
-}  // namespace
 
 Image read_image(const std::filesystem::path& path) { return decode(path).image; }
 
@@ -221,61 +192,11 @@ std::uint64_t check_radiance(Image& image, const std::filesystem::path& where) {
     for (int c = 0; c < image.channels; ++c)
       if (const float v = image.plane(c)[i]; !std::isfinite(v))
         throw usage_error("a value is not finite", where.string(),
-                          fmt::format("{} at {}", v, place(image, i + image.pixels() * c)));
+                          fmt::format("{} at {}", v, place_of(image, i + image.pixels() * c)));
   std::uint64_t clamped = 0;
   for (float& v : image.data)
     if (v < 0) v = 0, ++clamped;
   return clamped;
-}
-
-bool fits_half(const Image& image) {
-  return std::none_of(image.data.begin(), image.data.end(),
-                      [](float v) { return std::isfinite(v) && std::abs(v) > half_max; });
-}
-
-void write_exr(const std::filesystem::path& path, const Image& image, ExrType type, std::vector<std::string> names,
-               const ExrText& text) {
-  const std::string where = path.string();
-  check_to_write(image, where);
-  if (names.empty() && image.channels == 1) names = {"Y"};
-  if (names.empty() && image.channels == 3) names = {"R", "G", "B"};
-  if (static_cast<int>(names.size()) != image.channels)
-    throw Error(ErrorKind::Failed, "one name per channel is needed", where, fmt::format("{} names", names.size()),
-                fmt::format("{}", image.channels));
-  if (type == ExrType::Half)
-    for (std::size_t i = 0; i < image.data.size(); ++i)
-      if (std::isfinite(image.data[i]) && std::abs(image.data[i]) > half_max)
-        throw Error(ErrorKind::Failed, "a value does not fit into half precision", where,
-                    fmt::format("{} at {}", image.data[i], place(image, i)), fmt::format("at most {}", half_max));
-  OIIO::ImageSpec spec(image.width, image.height, image.channels,
-                       type == ExrType::Half ? OIIO::TypeHalf : OIIO::TypeFloat);
-  spec.channelnames = names;
-  spec.alpha_channel = -1;
-  spec["compression"] = "zip";
-  for (const auto& [key, value] : text) spec[key] = value;
-  write_file(path, encode(spec, "openexr", interleave(image).data(), OIIO::TypeFloat, where));
-}
-
-std::string encode_png(const Image& image, Encoding encoding, const std::string& where) {
-  check_to_write(image, where);
-  if (image.channels != 1 && image.channels != 3)
-    throw Error(ErrorKind::Failed, "a PNG has one or three channels", where, fmt::format("{}", image.channels));
-  const std::vector<float> values = interleave(image);
-  std::vector<unsigned char> bytes(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(values[i]))
-      throw Error(ErrorKind::Failed, "a value to write is not finite", where,
-                  fmt::format("{} at channel {}, pixel ({}, {})", values[i], i % image.channels,
-                              i / image.channels % image.width, i / image.channels / image.width));
-    const float v = std::clamp(values[i], 0.0f, 1.0f);
-    bytes[i] = static_cast<unsigned char>(255 * (encoding == Encoding::Gamma ? std::pow(v, 1 / 2.2f) : v) + 0.5f);
-  }
-  const OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeUInt8);
-  return encode(spec, "png", bytes.data(), OIIO::TypeUInt8, where);
-}
-
-void write_png(const std::filesystem::path& path, const Image& image, Encoding encoding) {
-  write_file(path, encode_png(image, encoding, path.string()));
 }
 
 }  // namespace clerestory

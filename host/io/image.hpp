@@ -26,6 +26,9 @@ struct Image {
   std::size_t index(int c, int y, int x) const { return (static_cast<std::size_t>(c) * height + y) * width + x; }
 };
 
+/// "channel c, pixel (x, y)" of a position in `data`, for messages.
+std::string place_of(const Image& image, std::size_t index);
+
 /// Largest picture that is read: channels x pixels.
 constexpr std::uint64_t max_image_values = std::uint64_t{1} << 28;
 
@@ -59,7 +62,7 @@ enum class ExrType { Half, Float };
 /// Text kept in an EXR header.
 using ExrText = std::map<std::string, std::string>;
 /// One channel per name; without names "Y" for one and "R","G","B" for three channels. Atomic; ZIP. A finite value that
-/// does not fit into half (|v| > 65504) throws Error naming it.
+/// does not fit into half (|v| > 65504) throws Error naming it. Equal content gives equal bytes: no date is stored.
 void write_exr(const std::filesystem::path& path, const Image& image, ExrType type = ExrType::Half,
                std::vector<std::string> names = {}, const ExrText& text = {});
 /// Whether every finite value of the image can be stored in half.

@@ -75,6 +75,8 @@ TEST_F(Images, EqualContentGivesEqualBytes) {
   write_exr(folder / "a.exr", ramp(20, 10, 3));
   write_exr(folder / "b.exr", ramp(20, 10, 3));
   EXPECT_EQ(get(folder / "a.exr"), get(folder / "b.exr"));
+  for (const char* date : {"capDate", "DateTime"})
+    EXPECT_EQ(get(folder / "a.exr").find(date), std::string::npos) << date;
   EXPECT_EQ(encode_png(ramp(20, 10, 3), Encoding::Gamma, "a"), encode_png(ramp(20, 10, 3), Encoding::Gamma, "b"));
 }
 
