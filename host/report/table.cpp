@@ -33,21 +33,24 @@ bool is_numeric(const Table& table, std::size_t column) {
   return std::ranges::any_of(table.rows, [&](const auto& row) { return measure(row[column]) != nullptr; });
 }
 
-std::string number(double value, int digits) {
+/// `digits` significant digits, without an exponent from 1e-4 to a million; `whole`: integers without a point ("1024").
+std::string number(double value, int digits, bool whole) {
   if (!std::isfinite(value)) return fmt::format("{}", value);
-  // Integers below a million stay whole ("1024", not "1.02e+03").
-  if (value == std::floor(value) && std::abs(value) < 1e6) return fmt::format("{:.0f}", value);
-  return fmt::format("{:.{}g}", value, digits);
+  const double size = std::abs(value);
+  if (whole && size < 1e6 && value == std::floor(value)) return fmt::format("{:.0f}", value);
+  if (size != 0 && (size < 1e-4 || size >= 1e6)) return fmt::format("{:.{}e}", value, digits - 1);
+  const int before_point = size == 0 ? 1 : static_cast<int>(std::floor(std::log10(size))) + 1;
+  return fmt::format("{:.{}f}", value, std::max(0, digits - before_point));
 }
 
 /// The deviation with as many decimals as the mean shows, so that both can be read as one number.
 std::string deviation_like(const std::string& mean, double deviation, int digits) {
   if (mean.find('e') != std::string::npos || !std::isfinite(deviation))
-    return number(deviation, std::max(1, digits - 1));
+    return number(deviation, std::max(1, digits - 1), false);
   const auto point = mean.find('.');
   const int decimals = point == std::string::npos ? 0 : static_cast<int>(mean.size() - point - 1);
   const std::string text = fmt::format("{:.{}f}", deviation, decimals);
-  return std::stod(text) == 0 && deviation > 0 ? number(deviation, 1) : text;
+  return std::stod(text) == 0 && deviation > 0 ? number(deviation, 1, false) : text;
 }
 
 Json cell_json(const Cell& cell) {
@@ -87,8 +90,9 @@ std::string cell_text(const Cell& cell, const Column& column) {
   if (const auto* text = std::get_if<std::string>(&cell)) return *text;
   const Measure* m = measure(cell);
   if (!m) return "-";
-  const std::string text = number(m->mean, column.digits);
-  return m->count > 1 ? text + " \u00b1 " + deviation_like(text, m->deviation, column.digits) : text;
+  const bool spread = m->count > 1 && std::isfinite(m->mean);
+  const std::string text = number(m->mean, column.digits, !spread);
+  return spread ? text + " \u00b1 " + deviation_like(text, m->deviation, column.digits) : text;
 }
 
 bool is_best(const Table& table, std::size_t row, std::size_t column) {
@@ -107,8 +111,11 @@ std::string table_text(const Table& table) {
   for (const Column& column : table.columns) cells[0].push_back(heading(column));
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     cells.emplace_back();
-    for (std::size_t c = 0; c < columns; ++c)
-      cells.back().push_back(cell_text(table.rows[r][c], table.columns[c]) + (is_best(table, r, c) ? " *" : ""));
+    for (std::size_t c = 0; c < columns; ++c) {
+      // Numbers stay below each other whether or not they carry the mark.
+      const char* mark = table.columns[c].best == Best::None ? "" : is_best(table, r, c) ? " *" : "  ";
+      cells.back().push_back(cell_text(table.rows[r][c], table.columns[c]) + mark);
+    }
   }
   std::string text = table.title.empty() ? "" : table.title + "\n";
   for (std::size_t r = 0; r < cells.size(); ++r) {

@@ -1,0 +1,142 @@
+#include "host/report/html.hpp"
+
+#include <array>
+#include <cmath>
+#include <regex>
+
+#include "host/error.hpp"
+#include "host/io/image.hpp"
+#include "tests/report/temporary_folder.hpp"
+
+namespace clerestory {
+namespace {
+
+Image filled(int width, int height, const std::array<float, 3>& colour) {
+  Image image(width, height, 3);
+  for (int c = 0; c < 3; ++c) std::fill_n(image.plane(c), image.pixels(), colour[static_cast<std::size_t>(c)]);
+  return image;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size()) ++n;
+  return n;
+}
+
+TEST(Base64, KnownValues) {
+  // RFC 4648, section 10.
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foo"), "Zm9v");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+}
+
+TEST(Previews, RadianceNormalDepthAmount) {
+  const Image tone = show_radiance(filled(1, 1, {0.25f, -1, 9}), 2);
+  // pow in float: a few units in the last place.
+  EXPECT_NEAR(tone.at(0, 0, 0), std::pow(0.5, 1 / 2.2), 1e-6);
+  EXPECT_EQ(tone.at(1, 0, 0), 0);
+  EXPECT_EQ(tone.at(2, 0, 0), 1);
+  const Image normal = show_normal(filled(1, 1, {-1, 0, 1}));
+  EXPECT_EQ(normal.at(0, 0, 0), 0);
+  EXPECT_EQ(normal.at(1, 0, 0), 0.5f);
+  EXPECT_EQ(normal.at(2, 0, 0), 1);
+
+  Image depth(4, 1, 1);
+  depth.data = {0, 1, 2, 4};
+  const auto luminance = [](const Image& i, int x) { return i.at(0, 0, x) + i.at(1, 0, x) + i.at(2, 0, x); };
+  const Image shown = show_depth(depth, {1, 4});
+  EXPECT_EQ(shown.at(0, 0, 0), 0.5f) << "no measurement";
+  EXPECT_GT(luminance(shown, 1), luminance(shown, 2));
+  EXPECT_GT(luminance(shown, 2), luminance(shown, 3)) << "near is bright, far is dark";
+  const auto range = depth_range(depth);
+  EXPECT_NEAR(range.first, 1.04, 1e-6);   // 1 + 0.02 * 2 * (2 - 1)
+  EXPECT_NEAR(range.second, 3.92, 1e-6);  // 2 + 0.96 * (4 - 2)
+  Image none(2, 1, 1);
+  EXPECT_EQ(show_depth(none).at(0, 0, 0), 0.5f);
+
+  Image amount(3, 1, 1);
+  amount.data = {0, 1, std::nanf("")};
+  const Image colours = show_amount(amount, 1);
+  EXPECT_LT(luminance(colours, 0), luminance(colours, 1));
+  EXPECT_EQ(colours.at(0, 0, 2), 0.5f);
+  EXPECT_THROW(show_depth(filled(1, 1, {1, 1, 1})), Error);
+}
+
+TEST(HtmlReport, HoldsEverythingAndNeedsNothing) {
+  Provenance provenance = begin_provenance({"clerestory", "invert", "a <b>.png"}, "PoCL <device>");
+  provenance.left_out = {{"emission", "no lamp", "1 MB"}};
+  Table table{"Errors", {{"sampler", ""}, {"relMSE", "", Best::Lowest}}, {}};
+  table.add({std::string("a & b"), Measure{2, 0.5, 3}});
+  table.add({std::string("c"), Measure{1, 0.25, 3}});
+  Plot plot;
+  plot.series = {{"curve", {1, 2}, {1, 2}, {}, Stroke::Line}};
+  HtmlReport report("Room <1>", "subtitle");
+  report.section("One", "text & more").facts({{"Field of view", "57°"}});
+  report.section("Two").pictures({picture_of("Albedo", filled(8, 4, {0.5f, 0.5f, 0.5f}), "note")}, "caption");
+  report.section("Three").compare("Before", filled(8, 4, {0.2f, 0.2f, 0.2f}), "After",
+                                  filled(8, 4, {0.3f, 0.3f, 0.3f}));
+  report.table(table).plot(plot).plot(plot).left_out(provenance.left_out).details("Config", "a < b").footer(provenance);
+  const std::string html = report.html();
+
+  for (const char* part : {"<!doctype html>", "<title>Room &lt;1&gt;</title>", "text &amp; more", "a &amp; b", "57°",
+                           "<summary>Config</summary>", "a &lt; b", "PoCL &lt;device&gt;",
+                           "clerestory invert 'a &lt;b&gt;.png'", "What was left out",
+                           "<strong>1.00<span class=\"deviation\"> ± 0.25</span></strong>", "<a href=\"#s2\">Two</a>"})
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  EXPECT_EQ(html.find("Room <1>"), std::string::npos) << "text is escaped";
+
+  // Nothing is loaded from anywhere: every source is a data URL, every link stays on the page.
+  const std::regex source("(src|href|url)\\s*[=(]\\s*[\"']?([^\"')\\s>]+)");
+  for (auto it = std::sregex_iterator(html.begin(), html.end(), source); it != std::sregex_iterator(); ++it) {
+    const std::string target = (*it)[2];
+    EXPECT_TRUE(target.starts_with("data:") || target.starts_with("#") || target.starts_with("image.src")) << target;
+  }
+  EXPECT_EQ(html.find("<link"), std::string::npos);
+  // Ids of the two plots do not meet.
+  EXPECT_EQ(count(html, "id=\"p1gnuplot_canvas\""), 1u);
+  EXPECT_EQ(count(html, "id=\"p2gnuplot_canvas\""), 1u);
+  for (const char* tag : {"figure", "div", "table", "details", "section", "main", "footer", "dl", "label"})
+    EXPECT_EQ(count(html, std::string("<") + tag + ">") + count(html, std::string("<") + tag + " "),
+              count(html, std::string("</") + tag + ">"))
+        << tag;
+}
+
+TEST(HtmlReport, CompareStoresTheExposuresThatAreNeeded) {
+  HtmlReport dim("t"), bright("t");
+  dim.compare("a", filled(4, 4, {0.5f, 0.5f, 0.5f}), "b", filled(4, 4, {0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(count(dim.html(), "<img data-ev="), 2u) << "nothing is clipped: one picture a side";
+  Image lamp = filled(4, 4, {0.5f, 0.5f, 0.5f});
+  lamp.at(0, 0, 0) = 20;  // needs -6: 20 / 64 < 1 < 20 / 8
+  bright.compare("a", filled(4, 4, {0.5f, 0.5f, 0.5f}), "b", lamp);
+  EXPECT_EQ(count(bright.html(), "<img data-ev="), 1u + 3u);
+  EXPECT_NE(bright.html().find("data-ev=\"-6\""), std::string::npos);
+  EXPECT_EQ(bright.html().find("data-ev=\"-9\""), std::string::npos);
+}
+
+TEST(HtmlReport, CompareRefusesUnequalPictures) {
+  HtmlReport report("t");
+  EXPECT_THROW(report.compare("a", filled(4, 4, {}), "b", filled(4, 5, {})), Error);
+  EXPECT_THROW(report.compare("a", Image(4, 4, 1), "b", filled(4, 4, {})), Error);
+}
+
+class HtmlFiles : public InTemporaryFolder {};
+
+TEST_F(HtmlFiles, EmbedsPngFilesAndRefusesOthers) {
+  write_png(folder_ / "a.png", filled(5, 3, {1, 0, 0}));
+  const Picture picture = picture_file("A", folder_ / "a.png");
+  EXPECT_EQ(picture.png, text_of(folder_ / "a.png"));
+  HtmlReport report("t");
+  report.pictures({picture});
+  EXPECT_NE(report.html().find("width=\"5\" height=\"3\""), std::string::npos);
+  report.write(folder_ / "report.html");
+  EXPECT_EQ(text_of(folder_ / "report.html"), report.html());
+  put(folder_ / "b.png", "not a picture");
+  EXPECT_THROW(picture_file("B", folder_ / "b.png"), Error);
+  EXPECT_THROW(picture_file("C", folder_ / "c.png"), Error);
+}
+
+}  // namespace
+}  // namespace clerestory
