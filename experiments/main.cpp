@@ -5,6 +5,7 @@
 #include "experiments/commands/generate.hpp"
 #include "experiments/commands/insert.hpp"
 #include "experiments/commands/invert.hpp"
+#include "experiments/commands/report.hpp"
 #include "experiments/commands/train.hpp"
 
 int main(int argc, char** argv) {
@@ -14,6 +15,7 @@ int main(int argc, char** argv) {
   clerestory::add_generate_command(line);
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);
+  clerestory::add_report_command(line);
   clerestory::add_devices_command(line);
   return line.run(argc, argv);
 }

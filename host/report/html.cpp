@@ -220,8 +220,11 @@ HtmlReport& HtmlReport::table(const Table& table, const std::string& caption) {
   return *this;
 }
 
-HtmlReport& HtmlReport::plot(const Plot& plot, const std::string& caption) {
-  body_ += "<figure class=\"plot\">" + inline_svg(plot_svg(plot), ++plots_) + figcaption(caption) + "</figure>\n";
+HtmlReport& HtmlReport::plot(const Plot& plot, const std::string& caption) { return drawing(plot_svg(plot), caption); }
+
+HtmlReport& HtmlReport::drawing(const std::string& svg, const std::string& caption) {
+  if (svg.find("<svg") == std::string::npos) throw usage_error("not an SVG", "drawing", svg.substr(0, 40));
+  body_ += "<figure class=\"plot\">" + inline_svg(svg, ++plots_) + figcaption(caption) + "</figure>\n";
   return *this;
 }
 

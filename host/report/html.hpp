@@ -42,6 +42,8 @@ class HtmlReport {
   /// The best of each column that has a direction in bold, mean ± deviation.
   HtmlReport& table(const Table& table, const std::string& caption = {});
   HtmlReport& plot(const Plot& plot, const std::string& caption = {});
+  /// A plot drawn before: the text of an SVG file that write_plot made.
+  HtmlReport& drawing(const std::string& svg, const std::string& caption = {});
   /// Folded: what was left out, why, and what that saved. Nothing when the list is empty.
   HtmlReport& left_out(const std::vector<LeftOut>& list);
   /// Folded text in a fixed-width face (a config, a log, the plan).

@@ -117,6 +117,23 @@ Curve curve_of(const std::vector<MetricRecord>& records, const std::string& name
   return curve;
 }
 
+Curve thinned(const Curve& curve, std::size_t most) {
+  const std::size_t run = (curve.steps.size() + most - 1) / most;
+  if (run <= 1) return curve;
+  Curve thin;
+  for (std::size_t from = 0; from < curve.steps.size(); from += run) {
+    const std::size_t end = std::min(from + run, curve.steps.size());
+    double step = 0, value = 0, finite = 0;
+    for (std::size_t i = from; i < end; ++i) {
+      step += curve.steps[i];
+      if (std::isfinite(curve.values[i])) value += curve.values[i], ++finite;
+    }
+    thin.steps.push_back(step / static_cast<double>(end - from));
+    thin.values.push_back(finite > 0 ? value / finite : std::nan(""));
+  }
+  return thin;
+}
+
 std::vector<std::string> metric_names(const std::vector<MetricRecord>& records) {
   std::vector<std::string> names;
   for (const MetricRecord& record : records)

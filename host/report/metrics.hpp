@@ -44,6 +44,8 @@ struct Curve {
   std::vector<double> steps, values;
 };
 Curve curve_of(const std::vector<MetricRecord>& records, const std::string& name);
+/// At most `most` points: means over equal runs of neighbours, NaN left out (a run of NaN alone gives NaN).
+Curve thinned(const Curve& curve, std::size_t most);
 /// All names that occur, in order of first appearance.
 std::vector<std::string> metric_names(const std::vector<MetricRecord>& records);
 

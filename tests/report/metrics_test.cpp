@@ -88,7 +88,18 @@ TEST_F(MetricsTest, KilledWriterLeavesWholeRecords) {
   for (std::size_t i = 0; i < records.size(); ++i) ASSERT_EQ(records[i].step, static_cast<std::int64_t>(i) + 1);
 }
 
-TEST_F(MetricsTest, FullDiskAndBadPathsAreErrors) {
+TEST_F(MetricsTest, ThinnedCurvesAreMeansOfRuns) {
+  const double nan = std::nan("");
+  const Curve thin = thinned({{1, 2, 3, 4, 5, 6, 7}, {1, 3, nan, 5, nan, nan, 9}}, 4);
+  EXPECT_EQ(thin.steps, (std::vector<double>{1.5, 3.5, 5.5, 7}));
+  EXPECT_EQ(thin.values[0], 2);
+  EXPECT_EQ(thin.values[1], 5);
+  EXPECT_TRUE(std::isnan(thin.values[2]));
+  EXPECT_EQ(thin.values[3], 9);
+  EXPECT_EQ(thinned({{1, 2}, {3, 4}}, 2).values, (std::vector<double>{3, 4}));
+}
+
+TEST_F(MetricsTest, BadPathsAreErrors) {
   EXPECT_THROW(MetricsWriter(folder_ / "no/such/folder/metrics.jsonl"), Error);
   EXPECT_THROW(MetricsWriter{folder_}, Error);
 }

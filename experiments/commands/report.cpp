@@ -1,0 +1,25 @@
+#include "experiments/commands/report.hpp"
+
+#include <cstdio>
+
+#include "experiments/applications/run_report.hpp"
+#include "experiments/cli.hpp"
+#include "experiments/run_directory_report.hpp"
+
+namespace clerestory {
+
+void add_report_command(CommandLine& line) {
+  const auto run = std::make_shared<std::filesystem::path>();
+  line.add("report", "Make report.html again from the files of a run")
+      .argument("RUN", "A folder that `invert`, `train` or `run` made", *run)
+      .run([run](const CommonOptions&) {
+        if (!std::filesystem::is_directory(*run)) throw usage_error("no such folder", run->string(), {}, "a run");
+        if (is_run_directory(*run))
+          write_run_directory_report(*run);
+        else
+          write_run_report(*run);
+        std::printf("%s\n", (*run / "report.html").c_str());
+      });
+}
+
+}  // namespace clerestory

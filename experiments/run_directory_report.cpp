@@ -1,0 +1,106 @@
+#include "experiments/run_directory_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/report/html.hpp"
+#include "host/report/metrics.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::size_t kMostPoints = 500;  // of a curve: what the width of a plot can show
+constexpr double kManyfold = 20;          // a curve that spans more than this is drawn on a log axis
+constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;
+
+std::vector<fs::path> artifacts(const fs::path& folder, const std::string& ending) {
+  std::vector<fs::path> found;
+  if (fs::is_directory(folder / "artifacts"))
+    for (const auto& entry : fs::directory_iterator(folder / "artifacts"))
+      if (entry.path().filename().string().ends_with(ending)) found.push_back(entry.path());
+  std::ranges::sort(found);
+  return found;
+}
+
+std::string words_of(const fs::path& path) {
+  std::string words = path.stem().string();
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
+std::string state_of(const fs::path& folder) {
+  if (fs::exists(folder / "DONE")) return "done";
+  return fs::exists(folder / "FAILED") ? "failed: " + read_file(folder / "FAILED") : "not finished";
+}
+
+bool spans_many_magnitudes(const std::vector<Series>& series) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (const Series& s : series)
+    for (double v : s.y)
+      if (std::isfinite(v)) least = std::min(least, v), most = std::max(most, v);
+  return least > 0 && most > kManyfold * least;
+}
+
+/// Curves by the part of their name before the last slash, in order of appearance.
+std::vector<Plot> plots_of(const std::vector<MetricRecord>& records) {
+  std::vector<Plot> plots;
+  for (const std::string& name : metric_names(records)) {
+    const auto slash = name.rfind('/');
+    const std::string group = slash == std::string::npos ? "metrics" : name.substr(0, slash);
+    auto plot = std::ranges::find(plots, group, &Plot::title);
+    if (plot == plots.end()) {
+      plot = plots.insert(plots.end(), Plot{});
+      plot->title = plot->y_label = group;
+      plot->x_label = "step";
+    }
+    const Curve curve = thinned(curve_of(records, name), kMostPoints);
+    if (std::ranges::any_of(curve.values, [](double v) { return std::isfinite(v); }))
+      plot->series.push_back({name.substr(slash + 1), curve.steps, curve.values, {}, Stroke::Line});
+  }
+  std::erase_if(plots, [](const Plot& plot) { return plot.series.empty(); });
+  for (Plot& plot : plots) plot.log_y = spans_many_magnitudes(plot.series);
+  return plots;
+}
+
+void add_artifacts(HtmlReport& report, const fs::path& folder) {
+  const auto tables = artifacts(folder, ".table.json"), drawings = artifacts(folder, ".svg"),
+             pictures = artifacts(folder, ".png");
+  if (tables.empty() && drawings.empty() && pictures.empty()) return;
+  report.section("Results");
+  for (const fs::path& path : tables) report.table(table_from_json(read_file(path, kMostBytes), path.string()));
+  for (const fs::path& path : drawings) report.drawing(read_file(path, kMostBytes), words_of(path));
+  std::vector<Picture> shown;
+  for (const fs::path& path : pictures) shown.push_back(picture_file(words_of(path), path));
+  if (!shown.empty()) report.pictures(shown);
+}
+
+}  // namespace
+
+bool is_run_directory(const fs::path& folder) { return fs::exists(folder / "config.resolved.toml"); }
+
+void write_run_directory_report(const fs::path& folder) {
+  const Provenance provenance = read_provenance(folder / "provenance.json");
+  const fs::path whole = fs::weakly_canonical(folder);
+  HtmlReport report(whole.parent_path().filename().string(), whole.filename().string());
+  std::vector<std::pair<std::string, std::string>> facts{{"State", state_of(folder)}};
+  for (const auto& [name, value] : provenance.facts) facts.emplace_back(name, value);
+  for (const auto& [name, value] : provenance.figures) facts.emplace_back(name, fmt::format("{:.4g}", value));
+  report.facts(facts);
+  add_artifacts(report, folder);
+  if (const auto plots = plots_of(read_metrics(folder / "metrics.jsonl")); !plots.empty()) {
+    report.section("Curves");
+    for (const Plot& plot : plots) report.plot(plot);
+  }
+  report.section("How it was made");
+  report.left_out(provenance.left_out);
+  report.details("Configuration", read_file(folder / "config.resolved.toml", kMostBytes));
+  if (fs::exists(folder / "log.txt")) report.details("Log", read_file(folder / "log.txt", kMostBytes, true));
+  report.footer(provenance);
+  report.write(folder / "report.html");
+}
+
+}  // namespace clerestory

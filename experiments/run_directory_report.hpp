@@ -1,0 +1,15 @@
+// The report of a run directory of `train` or `run`, made from what lies in it.
+#pragma once
+#include <filesystem>
+
+namespace clerestory {
+
+/// Whether `folder` is a run directory: it holds config.resolved.toml.
+bool is_run_directory(const std::filesystem::path& folder);
+
+/// Writes `folder`/report.html: facts of provenance.json, tables (*.table.json), pictures (*.png) and plots
+/// (*.svg) of the artifacts, a plot for every group of curves in metrics.jsonl ("val/depth" belongs to group "val"),
+/// config and log. An unfinished run gets the report of what there is.
+void write_run_directory_report(const std::filesystem::path& folder);
+
+}  // namespace clerestory
