@@ -1,0 +1,14 @@
+// Convolution at the shapes of the nets: both backends, all three passes, beside the device's measured peak.
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+
+#include "host/cl/device.hpp"
+
+namespace clerestory {
+
+/// Prints a table unless `quiet`. The result holds, per group of shapes, the peak measured just before it (GFLOP/s of
+/// float multiply-adds) and per shape the best seconds of each pass: {"packed": {"forward", "data", "weights"},
+/// "clblast": ...}.
+nlohmann::ordered_json bench_conv(Device& device, bool quiet);
+
+}  // namespace clerestory
