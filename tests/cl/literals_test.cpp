@@ -2,8 +2,8 @@
 // a device has no double precision. Kernels write R(0.5).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cctype>
-#include <regex>
 
 #include "host/cl/device.hpp"
 #include "tests/cl/environment.hpp"
@@ -36,14 +36,36 @@ bool inside_real(const std::string& text, std::size_t at) {
   return false;
 }
 
+bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.'; }
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)); }
+
+/// The name or number that starts at `at`, a sign in its exponent included.
+std::string word_at(const std::string& text, std::size_t at) {
+  std::size_t end = at;
+  const bool number = is_digit(text[at]) || text[at] == '.';
+  while (end < text.size() && (is_word(text[end]) || (number && (text[end] == '+' || text[end] == '-') &&
+                                                      std::tolower(static_cast<unsigned char>(text[end - 1])) == 'e')))
+    ++end;
+  return text.substr(at, end - at);
+}
+
+bool is_double_literal(const std::string& word) {
+  const bool number = is_digit(word[0]) || (word[0] == '.' && word.size() > 1 && is_digit(word[1]));
+  if (!number || word.starts_with("0x") || word.starts_with("0X")) return false;
+  const bool suffix = !is_digit(word.back()) && word.back() != '.';
+  return !suffix && word.find_first_of(".eE") != std::string::npos;
+}
+
 std::vector<std::string> double_literals(const std::string& source) {
-  static const std::regex literal(R"((^|[^\w.])((\d+\.\d*|\.\d+)([eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.]))");
   const std::string text = without_comments(source);
   std::vector<std::string> found;
-  for (std::sregex_iterator it(text.begin(), text.end(), literal), end; it != end; ++it)
-    if (const auto at = static_cast<std::size_t>(it->position(2)); !inside_real(text, at))
-      found.push_back(std::to_string(1 + std::count(text.begin(), text.begin() + it->position(2), '\n')) + ": " +
-                      it->str(2));
+  for (std::size_t at = 0, line = 1; at < text.size();) {
+    line += text[at] == '\n';
+    const std::string word = word_at(text, at);
+    if (!word.empty() && is_double_literal(word) && !inside_real(text, at))
+      found.push_back(std::to_string(line) + ": " + word);
+    at += std::max<std::size_t>(word.size(), 1);
+  }
   return found;
 }
 
