@@ -1,5 +1,6 @@
 // The program: every command, in the order of --help.
 #include "experiments/cli.hpp"
+#include "experiments/commands/bench.hpp"
 #include "experiments/commands/devices.hpp"
 #include "experiments/commands/evaluate.hpp"
 #include "experiments/commands/generate.hpp"
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);
   clerestory::add_report_command(line);
+  clerestory::add_bench_command(line);
   clerestory::add_devices_command(line);
   return line.run(argc, argv);
 }

@@ -126,15 +126,15 @@ nlohmann::ordered_json bench_conv(Device& device, bool quiet) {
   for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights})
     best_seconds(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}, "clblast", pass);
   for (const Group& group : groups()) {
-    const double peak = measure_ceilings(device).fma_gflops;
     if (!quiet)
       fmt::print(
-          "{}: peak {:.0f} GFLOP/s; milliseconds, GFLOP/s and % of peak, CLBlast in GFLOP/s\n{:<12}{:>18}{:>16}{:>7}"
-          "{:>24}{:>24}{:>24}{:>18}\n",
-          group.name, peak, "layer", "input", "weights", "GFLOP", "packed forward", "backward data", "backward weights",
-          "CLBlast f/d/w");
+          "{}: milliseconds, GFLOP/s and % of the peak measured beside it\n"
+          "{:<12}{:>18}{:>16}{:>7}{:>6}{:>24}{:>24}{:>24}{:>18}\n",
+          group.name, "layer", "input", "weights", "GFLOP", "peak", "packed forward", "backward data",
+          "backward weights", "CLBlast GFLOP/s");
     nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
     for (const Layer& layer : group.layers) {
+      const double peak = measure_ceilings(device).fma_gflops;
       nlohmann::ordered_json seconds;
       std::string columns, library;
       for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights}) {
@@ -147,8 +147,8 @@ nlohmann::ordered_json bench_conv(Device& device, bool quiet) {
         library += fmt::format("{:>6.1f}", layer.flops() / clblast / 1e9);
       }
       if (!quiet) {
-        fmt::print("{:<12}{:>18}{:>16}{:>7.2f}{}{}\n", layer.name, layer.x.text(), layer.w.text(), layer.flops() / 1e9,
-                   columns, library);
+        fmt::print("{:<12}{:>18}{:>16}{:>7.2f}{:>6.0f}{}{}\n", layer.name, layer.x.text(), layer.w.text(),
+                   layer.flops() / 1e9, peak, columns, library);
         std::fflush(stdout);
       }
       const Shape &x = layer.x, &w = layer.w;
@@ -158,9 +158,10 @@ nlohmann::ordered_json bench_conv(Device& device, bool quiet) {
                         {"stride", layer.stride},
                         {"pad", layer.pad},
                         {"flops", layer.flops()},
+                        {"peak_gflops", peak},
                         {"seconds", seconds}});
     }
-    result["groups"].push_back({{"name", group.name}, {"peak_gflops", peak}, {"shapes", shapes}});
+    result["groups"].push_back({{"name", group.name}, {"shapes", shapes}});
   }
   return result;
 }

@@ -6,9 +6,9 @@
 
 namespace clerestory {
 
-/// Prints a table unless `quiet`. The result holds, per group of shapes, the peak measured just before it (GFLOP/s of
-/// float multiply-adds) and per shape the best seconds of each pass: {"packed": {"forward", "data", "weights"},
-/// "clblast": ...}.
+/// Prints a table unless `quiet`. The result holds groups of shapes; each shape has the peak measured just before it
+/// (GFLOP/s of float multiply-adds) and the best seconds of each pass: {"packed": {"forward", "data", "weights"},
+/// "clblast": {...}}.
 nlohmann::ordered_json bench_conv(Device& device, bool quiet);
 
 }  // namespace clerestory

@@ -36,7 +36,7 @@ void add_bench_command(CommandLine& line) {
   line.add("bench", "Measure kernels beside the device's measured peak")
       .arguments("FAMILY", "families to measure (conv); all when none is given", *names)
       .common({Common::Device, Common::Json, Common::Quiet})
-      .notes("experiments/peers/conv_torch.py measures PyTorch at the shapes of a --json file.")
+      .notes("experiments/peers/conv_torch.py measures PyTorch at the shapes of a --json=FILE.")
       .run([names](const CommonOptions& common) {
         std::vector<const Family*> chosen;
         for (const std::string& name : *names) chosen.push_back(&family(name));

@@ -1,6 +1,6 @@
-"""PyTorch's convolutions (oneDNN on CPUs) at the shapes that `clerestory bench conv --json FILE` measured.
+"""PyTorch's convolutions (oneDNN on CPUs) at the shapes that `clerestory bench conv --json=FILE` measured.
 
-    clerestory bench conv --json conv.json && python3 experiments/peers/conv_torch.py conv.json [--threads N]
+    clerestory bench conv --json=conv.json && python3 experiments/peers/conv_torch.py conv.json [--threads N]
 
 Channels-last and default layout, forward, backward data and backward weights, best of ten runs or of a third of a second.
 Machines are noisy: measure both programs in the same minutes.
@@ -43,7 +43,7 @@ def passes(shape, layout):
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("file", help="written by clerestory bench conv --json")
+    arguments.add_argument("file", help="written by clerestory bench conv --json=FILE")
     arguments.add_argument("--threads", type=int, default=0, help="0: PyTorch's own choice")
     options = arguments.parse_args()
     if options.threads:
@@ -52,7 +52,7 @@ def main():
         groups = json.load(file)["conv"]["groups"]
     print(f"PyTorch {torch.__version__}, {torch.get_num_threads()} threads; GFLOP/s forward, backward data, backward weights")
     for group in groups:
-        print(f"{group['name']}: peak {group['peak_gflops']:.0f} GFLOP/s when clerestory measured")
+        print(group["name"])
         print(f"{'layer':14}{'clerestory':>21}{'channels-last':>21}{'default layout':>21}")
         totals = [0.0, 0.0, 0.0]
         with torch.no_grad():
