@@ -92,4 +92,10 @@ MeanMaps MeanMaps::restore(const TensorFile& file, const std::string& where) {
   return out;
 }
 
+MeanMaps MeanMaps::as_stored() const {
+  TensorFile file;
+  store(file);
+  return restore(file, "mean maps");
+}
+
 }  // namespace clerestory

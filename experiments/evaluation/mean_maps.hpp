@@ -23,6 +23,8 @@ class MeanMaps {
   /// Tensors "mean_maps.*" and the number of views, in a file with others; and back, checked.
   void store(TensorFile& file) const;
   static MeanMaps restore(const TensorFile& file, const std::string& where);
+  /// What a file gives back: every known cell counts once. Judging with this form gives one figure before and after.
+  MeanMaps as_stored() const;
   static bool stored(const TensorFile& file) { return file.tensors.count("mean_maps.mean") > 0; }
 
  private:

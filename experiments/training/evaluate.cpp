@@ -42,7 +42,7 @@ std::optional<MeanMaps> mean_maps(const EvaluateOptions& options, const LoadedWe
     bar.advance();
     stop_if_interrupted("evaluate");
   }
-  return means;
+  return means.as_stored();
 }
 
 void judge_data(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means, MapPredictor& predictor,

@@ -155,7 +155,7 @@ void Trainer::resume_or_begin() {
       bar.advance();
       stop_if_interrupted("before the first step: the same command begins again");
     }
-    progress_.means = std::move(means);
+    progress_.means = means.as_stored();
   }
   const MapSet means = progress_.means->maps(options_.size.width, options_.size.height);
   judged_ = read_for_judgement(*validation_store_, spread(validation_store_->size(), static_cast<std::size_t>(options_.validation_views)), &means);

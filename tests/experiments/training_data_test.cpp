@@ -216,6 +216,7 @@ TEST_F(TrainingData, MeanMapsAverageWhatIsKnownAndSurviveTheFile) {
   EXPECT_EQ(back.views(), 6);
   const MapSet again = back.maps(40, 30);
   EXPECT_EQ(again.albedo.data, maps.albedo.data);
+  EXPECT_EQ(back.as_stored().maps(64, 48).depth.data, back.maps(64, 48).depth.data);  // nothing is lost the second time
   file.tensors["mean_maps.mean"].shape = {9, 30};
   EXPECT_THROW(MeanMaps::restore(file, "test"), Error);
   EXPECT_THROW(MeanMaps().maps(4, 3), Error);

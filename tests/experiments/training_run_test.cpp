@@ -1,0 +1,278 @@
+// Whole runs of `clerestory train` with a tiny net on tiny data, through the real program: interruption, resume to the
+// same bits, bad input; and what a run leaves behind, judged again by evaluate.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/evaluate.hpp"
+#include "experiments/training/trainer.hpp"
+#include "host/error.hpp"
+#include "host/io/datasets.hpp"
+#include "host/report/metrics.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+
+namespace clerestory {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+const std::vector<std::string> tiny_net{"model.growth=4",   "model.first=16",        "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]",
+                                        "model.width=32",   "model.height=32",       "train.batch=2",          "log.every=3",
+                                        "log.checkpoint_minutes=0", "data.validation_views=2"};
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// A started `clerestory`; its output goes to a file.
+class Program {
+ public:
+  Program(const std::vector<std::string>& arguments, const fs::path& output) {
+    std::vector<std::string> words{CLERESTORY_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    pid_ = fork();
+    if (pid_ == 0) {
+      const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+      dup2(file, 1), dup2(file, 2);
+      std::vector<char*> raw;
+      for (std::string& w : words) raw.push_back(w.data());
+      raw.push_back(nullptr);
+      execv(raw[0], raw.data());
+      _exit(127);
+    }
+  }
+  void signal(int number) const { kill(pid_, number); }
+  /// Exit code, or 128 + signal.
+  int wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+struct TrainingRun : testing::Test {
+  ScratchFolder folder{"clerestory-training-run"};
+
+  void SetUp() override {
+    set_quiet(true);
+    write_synthetic_rooms(folder / "data", "train", 2, 4, 32, 32, 5);
+    write_synthetic_rooms(folder / "data", "val", 1, 3, 32, 32, 6);
+    std::ofstream(folder / "tiny.toml") << "[data]\ntrain = [\"" << (folder / "data").string() << "\"]\n";
+  }
+  void TearDown() override { set_quiet(false); }
+
+  std::vector<std::string> overrides(const std::string& root, std::vector<std::string> more) const {
+    std::vector<std::string> all = tiny_net;
+    all.push_back("run.root=" + (folder / root).string());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  Config config(const std::string& root, const std::vector<std::string>& more) const {
+    return load_config(folder / "tiny.toml", training_schema(), overrides(root, more));
+  }
+  TrainingOutcome run(const std::string& root, const std::vector<std::string>& more) const { return train(config(root, more), {"clerestory", "train"}); }
+  Program start(const std::string& root, const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments{"train", (folder / "tiny.toml").string()};
+    for (const std::string& o : overrides(root, more)) arguments.push_back(o);
+    return Program(arguments, folder / (root + ".txt"));
+  }
+  /// The only run below a root.
+  fs::path run_below(const std::string& root) const {
+    for (const auto& entry : fs::directory_iterator(folder / root / "train")) return entry.path();
+    return {};
+  }
+};
+
+long newest_checkpoint(const fs::path& root) {
+  long newest = -1;
+  std::error_code error;
+  for (const auto& entry : fs::recursive_directory_iterator(root, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("step-") && name.ends_with(".safetensors")) newest = std::max(newest, std::stol(name.substr(5)));
+  }
+  return newest;
+}
+
+bool wait_for_checkpoint(const fs::path& root, long step) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  while (newest_checkpoint(root) < step) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+/// Everything a checkpoint holds but clocks.
+std::map<std::string, StoredTensor> tensors_without_time(const fs::path& checkpoint) {
+  TensorFile file = read_safetensors(checkpoint);
+  file.tensors.erase("training.progress");  // holds the seconds
+  return file.tensors;
+}
+
+TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
+  const std::vector<std::string> settings{"train.steps=120", "log.checkpoint_every=10", "log.validate_every=25"};
+  Program whole = start("whole", settings);
+  ASSERT_EQ(whole.wait(), 0) << text_of(folder / "whole.txt");
+
+  Program first = start("broken", settings);
+  ASSERT_TRUE(wait_for_checkpoint(folder / "broken", 20)) << text_of(folder / "broken.txt");
+  first.signal(SIGTERM);
+  ASSERT_EQ(first.wait(), 4) << text_of(folder / "broken.txt");
+  ASSERT_FALSE(fs::exists(run_below("broken") / "DONE"));
+  const long interrupted_at = newest_checkpoint(folder / "broken");
+  ASSERT_LT(interrupted_at, 120);
+
+  Program second = start("broken", settings);
+  ASSERT_TRUE(wait_for_checkpoint(folder / "broken", interrupted_at + 10)) << text_of(folder / "broken.txt");
+  second.signal(SIGKILL);
+  ASSERT_EQ(second.wait(), 128 + SIGKILL);
+  ASSERT_FALSE(fs::exists(run_below("broken") / "DONE"));
+
+  Program third = start("broken", settings);
+  ASSERT_EQ(third.wait(), 0) << text_of(folder / "broken.txt");
+  EXPECT_THAT(text_of(folder / "broken.txt"), HasSubstr("goes on after step"));
+
+  const fs::path a = run_below("whole"), b = run_below("broken");
+  EXPECT_TRUE(fs::exists(b / "DONE"));
+  EXPECT_FALSE(fs::exists(b / "FAILED"));
+  const auto expected = tensors_without_time(a / "checkpoints/step-00000120.safetensors");
+  const auto found = tensors_without_time(b / "checkpoints/step-00000120.safetensors");
+  ASSERT_EQ(expected.size(), found.size());
+  ASSERT_GT(expected.size(), 100u);  // parameters, moments, running statistics
+  for (const auto& [name, tensor] : expected) EXPECT_EQ(found.at(name).values, tensor.values) << name;
+
+  // one line per step of metrics, with equal values
+  const auto lines_a = read_metrics(a / "metrics.jsonl"), lines_b = read_metrics(b / "metrics.jsonl");
+  ASSERT_EQ(lines_a.size(), lines_b.size());
+  ASSERT_EQ(lines_a.size(), 120u / 3 + 120 / 25 + 2);  // losses, validations, and those at the start and the end
+  for (std::size_t i = 0; i < lines_a.size(); ++i) {
+    EXPECT_EQ(lines_a[i].step, lines_b[i].step);
+    for (std::size_t k = 0; k < lines_a[i].values.size(); ++k) {
+      if (lines_a[i].values[k].first.starts_with("time/")) continue;
+      EXPECT_EQ(lines_a[i].values[k], lines_b[i].values[k]);
+    }
+  }
+}
+
+TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
+  const TrainingOutcome outcome = run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"});
+  EXPECT_FALSE(outcome.skipped);
+  for (const char* file : {"DONE", "report.html", "provenance.json", "config.resolved.toml", "log.txt", "artifacts/card.md", "artifacts/validation.svg"})
+    EXPECT_TRUE(fs::exists(outcome.folder / file)) << file;
+  int checkpoints = 0;
+  for (const auto& entry : fs::directory_iterator(outcome.folder / "checkpoints")) checkpoints += entry.is_regular_file();
+  EXPECT_EQ(checkpoints, 2);
+
+  EvaluateOptions options;
+  options.weights = outcome.weights, options.data = folder / "data";
+  const EvaluateOutcome judged = evaluate_weights(options);
+  ASSERT_EQ(judged.views.size(), 3u);
+  const auto metadata = read_safetensors(outcome.weights).metadata;
+  // Weights are rounded to half, 2^-11 each: an error that is no sum of many such may move by a hundred times that.
+  EXPECT_NEAR(judged.summary.score(), std::stod(metadata.at("score")), 100 * 0x1p-11 * judged.summary.score());
+  EXPECT_NEAR(judged.summary.find(MapError::Normal)->ours.mean, std::stod(metadata.at("error.normal_degrees")), 1);
+  EXPECT_EQ(metadata.at("views_seen"), "40");
+  EXPECT_EQ(judged.summary.find(MapError::Albedo)->mean_map.count, 3);  // mean maps travelled with the weights
+  options.batch = 2;  // a last group that is not full
+  EXPECT_EQ(evaluate_weights(options).summary.find(MapError::Depth)->ours.mean, judged.summary.find(MapError::Depth)->ours.mean);
+
+  EXPECT_TRUE(run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"}).skipped);
+
+  // the next leg carries the history on
+  const TrainingOutcome next = run("next", {"train.steps=4", "run.seed=2", "model.init=" + outcome.weights.string()});
+  const History history = history_from_json(read_safetensors(next.weights).metadata.at("history"), "test");
+  ASSERT_EQ(history.legs.size(), 2u);
+  EXPECT_EQ(history.views_seen(), 48);
+  EXPECT_EQ(history.legs[1].init, "weights.safetensors");
+  EXPECT_GT(history.legs[1].curve[0].hours, 0);
+}
+
+TEST_F(TrainingRun, LearnsItsOwnViews) {
+  const TrainingOutcome outcome = run("runs", {"train.steps=150", "train.rate=3e-3", "log.validate_every=0", "log.checkpoint_every=0", "data.flip=false"});
+  const Curve loss = curve_of(read_metrics(outcome.folder / "metrics.jsonl"), "train/loss");
+  ASSERT_EQ(loss.values.size(), 50u);
+  double first = 0, last = 0;
+  for (int i = 0; i < 5; ++i) first += loss.values[i] / 5, last += loss.values[49 - i] / 5;
+  EXPECT_LT(last, 0.5 * first);
+}
+
+TEST_F(TrainingRun, LossThatIsNotFiniteNamesStepAndViews) {
+  Program program = start("runs", {"train.steps=20", "train.rate=10", "train.schedule=constant", "train.beta1=0", "log.validate_every=0",
+                                   "log.checkpoint_every=0", "loss.scale=1e38"});
+  EXPECT_EQ(program.wait(), 1);
+  const std::string said = text_of(folder / "runs.txt");
+  EXPECT_THAT(said, HasSubstr("at step"));
+  EXPECT_THAT(said, HasSubstr("train_room_"));
+  EXPECT_TRUE(fs::exists(run_below("runs") / "FAILED"));
+  EXPECT_FALSE(fs::exists(run_below("runs") / "DONE"));
+}
+
+std::string message_of(const std::function<void()>& action, ErrorKind kind) {
+  try {
+    action();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), kind) << e.what();
+    return e.what();
+  }
+  ADD_FAILURE() << "no error";
+  return "";
+}
+
+TEST_F(TrainingRun, WeightsOfAnotherShapeAreRefusedByName) {
+  const TrainingOutcome outcome = run("runs", {"train.steps=1"});
+  const std::string init = "model.init=" + outcome.weights.string();
+  EXPECT_THAT(message_of([&] { run("other", {"train.steps=1", "model.growth=8", init}); }, ErrorKind::Usage), HasSubstr("weights of another net"));
+
+  TensorFile file = read_safetensors(outcome.weights);
+  const std::string victim = "encoder.features.conv0.weight";
+  StoredTensor& tensor = file.tensors.at(victim);
+  tensor.shape = {16, 3, 49};
+  const fs::path reshaped = folder / "reshaped.safetensors";
+  write_safetensors(reshaped, file);
+  const std::string said = message_of([&] { run("reshaped", {"train.steps=1", "model.init=" + reshaped.string()}); }, ErrorKind::Usage);
+  EXPECT_THAT(said, HasSubstr(victim));
+  EXPECT_THAT(said, HasSubstr("16x3x49"));
+  EXPECT_THAT(said, HasSubstr("16x3x7x7"));
+
+  file.tensors.erase(victim);
+  write_safetensors(reshaped, file);
+  EXPECT_THAT(message_of([&] { run("missing", {"train.steps=1", "model.init=" + reshaped.string()}); }, ErrorKind::Usage), HasSubstr(victim));
+  EvaluateOptions options;
+  options.weights = reshaped, options.data = folder / "data";
+  EXPECT_THAT(message_of([&] { evaluate_weights(options); }, ErrorKind::Usage), HasSubstr(victim));
+  EXPECT_THAT(message_of([&] { run("nowhere", {"train.steps=1", "model.init=/nowhere.safetensors"}); }, ErrorKind::Usage), HasSubstr("/nowhere.safetensors"));
+}
+
+TEST_F(TrainingRun, OtherViewsThanItBeganWithAreRefused) {
+  const std::vector<std::string> settings{"train.steps=6", "log.checkpoint_every=2", "log.validate_every=0"};
+  const TrainingOutcome outcome = run("runs", settings);
+  fs::remove(outcome.folder / "DONE");
+  write_synthetic_rooms(folder / "data", "train", 2, 5, 32, 32, 5);
+  EXPECT_THAT(message_of([&] { run("runs", settings); }, ErrorKind::Usage), HasSubstr("training views"));
+}
+
+TEST_F(TrainingRun, NothingToJudgeIsAnError) {
+  EXPECT_THAT(message_of([] { evaluate_weights({}); }, ErrorKind::Usage), HasSubstr("--data"));
+}
+
+}  // namespace
+}  // namespace clerestory
