@@ -142,7 +142,8 @@ TraceMaps TraceScene::maps(const Camera& camera) {
   return maps;
 }
 
-TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth) {
+TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth,
+                                 int light_samples) {
   if (spp < 1) throw usage_error("at least one sample per pixel", "spp", std::to_string(spp), "1 or more");
   const std::array<float, 16> view = view_numbers(camera);
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
@@ -157,7 +158,7 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
   for (int first = 0; first < spp; first += kPass) {
     const int count = std::min(kPass, spp - first);
     const std::vector<Arg> args = arguments({on_device, camera.width, camera.height, seed, first, count,
-                         max_depth, out});
+                                                 light_samples, max_depth, out});
     device_.launch_with(kernel, range, args);
     device_.read(out, pass.data(), pass.size() * sizeof(float));
     const DroppedSamples dropped = count_dropped(pass);
@@ -193,7 +194,7 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
   for (int at = 0; at < count; at += kRays) {
     const int rays = std::min(kRays, count - at);
     const std::vector<Arg> args = arguments({points, directions, at, stride, rays, pose_on_device,
-                         query.seed, 0, query.spp, query.emitters ? 1 : 0, query.max_depth,
+                         query.seed, 0, query.spp, query.emitters ? 1 : 0, query.light_samples, query.max_depth,
                          samples_});
     device_.launch_with(trace, one_each(rays), args);
     device_.launch(mean, Range::of(static_cast<std::size_t>(rays)), samples_, rays, query.spp, at, stride, out);

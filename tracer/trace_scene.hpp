@@ -16,6 +16,10 @@ namespace clerestory {
 /// 4e-4 of the light is beyond.
 inline constexpr int kMaxDepth = 32;
 
+/// Points on lights that a path tries where it first lands. 0: light is found by the surface's directions only (tests);
+/// at most 15.
+inline constexpr int kLightSamples = 2;
+
 /// Rays start this far off a surface (metres); queries at points on a surface ignore what is nearer.
 inline constexpr float kRayOffset = 1e-4f;
 
@@ -43,7 +47,7 @@ struct RadianceQuery {
   int spp = 1;
   std::uint32_t seed = 0;
   bool emitters = true;                   // false: what the ray itself hits counts with reflected light only
-  int max_depth = kMaxDepth;
+  int max_depth = kMaxDepth, light_samples = 1;
   std::array<double, 16> to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};  // row-major, rigid; of the rays
 };
 
@@ -60,7 +64,8 @@ class TraceScene {
 
   TraceMaps maps(const Camera& camera);
   /// Path-traced picture with `spp` samples per pixel, all through the pixel's centre. Same seed, same bits.
-  TracePicture picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth = kMaxDepth);
+  TracePicture picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth = kMaxDepth,
+                       int light_samples = kLightSamples);
 
   /// Mean radiance that arrives at points[i] from directions[i] (pointing away from the point, any length).
   /// All three buffers are float, planar {3, stride}; `count` <= stride rays are traced. Ray i's random numbers are keyed

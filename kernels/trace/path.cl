@@ -6,7 +6,7 @@
 // Russian roulette from the third vertex on keeps the estimate unbiased. A window pane is an emitter whose radiance
 // depends on the direction. Primary rays run through pixel centres, every sample of a pixel alike: the re-rendering
 // layer shades one point per pixel, and this is the picture it must equal.
-// Random numbers: block 2 * vertex chooses the point on a light and survival, block 2 * vertex + 1 the direction.
+// Random numbers: block BLOCKS * vertex chooses direction and survival, the following ones the points on lights.
 // Frames: world space, metres; maps in camera space. One work-item traces one ray or pixel; local size 1.
 #include "lib/camera.clh"
 #include "trace/scene.clh"
@@ -15,6 +15,7 @@
 #define OFFSET R(1e-4)
 #define FAR R(1e30)
 #define SURVIVAL_MOST R(0.95)
+#define BLOCKS 16
 
 typedef struct {
   uint seed, pixel, sample;
@@ -76,9 +77,9 @@ static LightSample sample_through_panes(const Scene *s, real3 start, real u, rea
   return sample;
 }
 
-// Light that one sampled point of an emitter sends over the surface towards the viewer, weighted against sampling by the
-// surface. u: how, which light, where.
-static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 wo, real p, real3 u) {
+// Light that one sampled point of an emitter sends over the surface towards the viewer, one of `count` of them, weighted
+// against one direction of the surface. u: how, which light, where.
+static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 wo, real p, real count, real3 u) {
   const real3 none = (real3)(R(0));
   const real3 start = at->position + at->face * OFFSET;
   LightSample light;
@@ -93,23 +94,24 @@ static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 
   if (!(wi.z > R(0))) return none;
   const real density = light_pdf(s, light.emitter, light.distance * light.distance, light.cosine, light.wi);
   const real other = sampler_pdf(SAMPLER_VNDF_CAPS, wo, wi, alpha_of(at->material.roughness), p);
-  const real3 f = brdf_times_cosine(at->material, wo, wi) * emitted(s, light.emitter, light.wi) / (density + other);
+  const real3 f = brdf_times_cosine(at->material, wo, wi) * emitted(s, light.emitter, light.wi) / (count * density + other);
   if (!(f.x + f.y + f.z > R(0))) return none;
   return is_blocked(&s->bvh, start, light.wi, R(0), light.distance * (R(1) - OFFSET)) ? none : f;
 }
 
 // One path: radiance that arrives at o along -d, given what the ray hits first. with_emission: whether an emitter hit
 // first counts. max_depth: most scatterings.
-static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, int with_emission, int max_depth) {
+static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, int with_emission, int light_samples, int max_depth) {
   real3 radiance = (real3)(R(0)), throughput = (real3)(R(1));
-  real density = R(0);  // of the direction that led here
+  real density = R(0);        // of the direction that led here
+  int count = light_samples;  // at the vertex before
   for (int vertex = 0; hit.triangle >= 0; ++vertex) {
     const Surface at = surface_at(s, hit, o, d);
     if (at.emitter >= 0 && (vertex > 0 || with_emission)) {
       real weight = R(1);
       if (vertex > 0) {
         const real other = light_pdf(s, at.emitter, hit.t * hit.t, -dot3(at.face, d), d);
-        weight = density / (density + other);
+        weight = density / (density + (real)count * other);
       }
       radiance += throughput * emitted(s, at.emitter, d) * weight;
     }
@@ -120,17 +122,21 @@ static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, i
     const real p = specular_probability(at.material, wo);
     const real alpha = alpha_of(at.material.roughness);
 
-    const real4 u = random4(key.seed, key.pixel, key.sample, 2 * vertex);
-    if (s->light_count > 0) radiance += throughput * direct_light(s, &at, frame, wo, p, u.xyz);
+    // What is seen directly gets all light samples; light that comes by way of other surfaces one.
+    count = s->light_count == 0 ? 0 : vertex == 0 ? light_samples : min(light_samples, 1);
+    for (int i = 0; i < count; ++i) {
+      const real4 u = random4(key.seed, key.pixel, key.sample, BLOCKS * vertex + 1 + i);
+      radiance += throughput * direct_light(s, &at, frame, wo, p, (real)count, u.xyz);
+    }
 
-    const real4 v = random4(key.seed, key.pixel, key.sample, 2 * vertex + 1);
+    const real4 v = random4(key.seed, key.pixel, key.sample, BLOCKS * vertex);
     const real3 wi = sample_direction(SAMPLER_VNDF_CAPS, wo, alpha, p, v.xyz);
     throughput *= sample_weight(SAMPLER_VNDF_CAPS, at.material, wo, wi, p);
     const real most = fmax(throughput.x, fmax(throughput.y, throughput.z));
     if (!(most > R(0))) break;
     if (vertex >= 2) {
       const real survival = fmin(most, SURVIVAL_MOST);
-      if (u.w >= survival) break;
+      if (v.w >= survival) break;
       throughput /= survival;
     }
     density = sampler_pdf(SAMPLER_VNDF_CAPS, wo, wi, alpha, p);
@@ -144,14 +150,14 @@ static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, i
 // Samples first .. first + count - 1 of a ray: sums and sums of squares of r, g, b, samples dropped as not finite, and
 // the first of these (-1). out: 8 numbers.
 static void trace_samples(const Scene *s, real3 o, real3 d, real t_min, uint seed, uint pixel, int first, int count,
-                          int with_emission, int max_depth, global real *out) {
+                          int with_emission, int light_samples, int max_depth, global real *out) {
   const Hit hit = nearest_hit(&s->bvh, o, d, t_min, FAR);
   real3 sum = (real3)(R(0)), squares = (real3)(R(0));
   int dropped = 0, first_dropped = -1;
   for (int i = 0; i < count; ++i) {
     Key key;
     key.seed = seed, key.pixel = pixel, key.sample = (uint)(first + i);
-    const real3 l = path_radiance(s, hit, o, d, key, with_emission, max_depth);
+    const real3 l = path_radiance(s, hit, o, d, key, with_emission, light_samples, max_depth);
     if (isfinite(l.x + l.y + l.z)) {
       sum += l;
       squares += l * l;
@@ -180,21 +186,22 @@ static inline real3 pose_inverse_direction(global const real *p, real3 v) {
 
 // view: fx, fy, cx, cy, then a pose. out: {height, width, 8} as trace_samples writes it.
 kernel void trace_view(SCENE_ARGUMENTS, global const real *view, const int width, const int height, const uint seed,
-                       const int first, const int count, const int max_depth, global real *out) {
+                       const int first, const int count, const int light_samples, const int max_depth, global real *out) {
   const int x = (int)get_global_id(0), y = (int)get_global_id(1);
   if (x >= width || y >= height) return;
   SCENE_OF_ARGUMENTS(scene)
   const real3 o = pose_point(view + 4, (real3)(R(0)));
   const real3 d = unit3(pose_direction(view + 4, pixel_ray(camera_at(view), x, y)));
   const int pixel = y * width + x;
-  trace_samples(&scene, o, d, R(0), seed, (uint)pixel, first, count, 1, max_depth, out + pixel * 8);
+  trace_samples(&scene, o, d, R(0), seed, (uint)pixel, first, count, 1, light_samples, max_depth, out + pixel * 8);
 }
 
 // points, directions: planar {3, stride}, read from `at` on, of any length; mapped to the world by `pose`.
 // out: {count_rays, 8}. The ray's number keys its random numbers.
 kernel void trace_rays(SCENE_ARGUMENTS, global const real *points, global const real *directions, const int at,
                        const int stride, const int rays, global const real *pose, const uint seed, const int first,
-                       const int count, const int with_emission, const int max_depth, global real *out) {
+                       const int count, const int with_emission, const int light_samples, const int max_depth,
+                       global real *out) {
   const int i = (int)get_global_id(0);
   if (i >= rays) return;
   SCENE_OF_ARGUMENTS(scene)
@@ -202,7 +209,7 @@ kernel void trace_rays(SCENE_ARGUMENTS, global const real *points, global const 
   const real3 o = pose_point(pose, (real3)(points[k], points[stride + k], points[2 * stride + k]));
   const real3 d = unit3(pose_direction(
       pose, (real3)(directions[k], directions[stride + k], directions[2 * stride + k])));
-  trace_samples(&scene, o, d, OFFSET, seed, (uint)k, first, count, with_emission, max_depth, out + i * 8);
+  trace_samples(&scene, o, d, OFFSET, seed, (uint)k, first, count, with_emission, light_samples, max_depth, out + i * 8);
 }
 
 // What rays hit: t (distance; 0 where nothing is), u, v, triangle (-1). Planar points and directions as above.
