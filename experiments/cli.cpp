@@ -260,7 +260,6 @@ struct CommandLine::State {
 CommandLine::CommandLine() : state_(std::make_unique<State>()) {
   state_->app.require_subcommand(1);
   state_->app.set_version_flag("--version", this_build().version + " (" + this_build().commit + ")");
-  state_->app.set_help_all_flag("--help-all", "Help of every command");
   state_->app.footer(
       "Exit codes: 0 done, 1 failed, 2 bad usage, config or input, 3 device trouble, 4 interrupted (can resume).");
 }

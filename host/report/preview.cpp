@@ -41,6 +41,17 @@ void check_channels(const Image& image, int channels, const char* what) {
                 fmt::format("{} channels", channels));
 }
 
+Image channel_mean(const Image& image) {
+  if (image.channels == 1) return image;
+  Image mean(image.width, image.height, 1);
+  for (std::size_t p = 0; p < image.pixels(); ++p) {
+    double sum = 0;
+    for (int c = 0; c < image.channels; ++c) sum += image.plane(c)[p];
+    mean.data[p] = static_cast<float>(sum / image.channels);
+  }
+  return mean;
+}
+
 /// One value a pixel to colours; `colour` gets the value.
 template <class Map>
 Image coloured(const Image& values, const Map& colour) {
@@ -96,8 +107,8 @@ Image show_depth(const Image& depth, std::pair<double, double> range) {
   });
 }
 
-Image show_amount(const Image& amount, double most) {
-  check_channels(amount, 1, "amount");
+Image show_amount(const Image& given, double most) {
+  const Image amount = channel_mean(given);
   if (most <= 0) {
     std::vector<float> finite;
     for (float v : amount.data)

@@ -17,7 +17,8 @@ Image show_normal(const Image& normal);
 /// Metres to colours, near warm, far cool; 0 (no measurement) a quiet grey. `range` in metres, default: the 2nd and
 /// 98th percentile.
 Image show_depth(const Image& depth, std::pair<double, double> range = {0, 0});
-/// A non-negative quantity from 0 (dark) to `most` (bright), in the same colours. `most` 0: the 99th percentile.
+/// A non-negative quantity from 0 (dark) to `most` (bright), in the same colours; of several channels their mean.
+/// `most` 0: the 99th percentile.
 Image show_amount(const Image& amount, double most = 0);
 /// The range show_depth chooses by itself.
 std::pair<double, double> depth_range(const Image& depth);

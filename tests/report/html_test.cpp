@@ -62,6 +62,9 @@ TEST(Previews, RadianceNormalDepthAmount) {
   const Image colours = show_amount(amount, 1);
   EXPECT_LT(luminance(colours, 0), luminance(colours, 1));
   EXPECT_EQ(colours.at(0, 0, 2), 0.5f);
+  // Of three channels the mean: 0.5 here, which lies on the fourth of seven colours.
+  EXPECT_EQ(show_amount(filled(1, 1, {0, 0.5f, 1}), 1).at(1, 0, 0),
+            show_amount(filled(1, 1, {0.5f, 0.5f, 0.5f}), 1).at(1, 0, 0));
   EXPECT_THROW(show_depth(filled(1, 1, {1, 1, 1})), Error);
 }
 
