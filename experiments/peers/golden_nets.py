@@ -1,0 +1,130 @@
+"""Golden values of DenseNet121 and MGNet, computed by PyTorch in double precision for tests/nets.
+
+    python golden_nets.py ../../tests/data/nets
+
+Weights, inputs and cotangents come from a formula (`formula` here, tests/nets/golden.cpp there), so that only results are
+stored. Needs torch and torchvision.
+"""
+import json
+import math
+import pathlib
+import struct
+import sys
+
+import torch
+from mgnet_torch import Encoder, MGNet, losses
+
+torch.set_default_dtype(torch.float64)
+
+
+def formula(name, shape):
+    """Numbers in [-0.5, 0.5), exact in float: 24 bits of a hash of (name, index)."""
+    h = 2166136261
+    for byte in name.encode():
+        h = ((h ^ byte) * 16777619) % 2**32
+    i = torch.arange(math.prod(shape), dtype=torch.int64)
+    z = (h + i * 2654435761) % 2**32
+    for shift, factor in ((16, 0x7FEB352D), (15, 0x846CA68B)):
+        z = ((z ^ (z >> shift)) * factor) % 2**32
+    z = z ^ (z >> 16)
+    return ((z >> 8).double() / 2**24 - 0.5).reshape(shape)
+
+
+def fill(net):
+    with torch.no_grad():
+        for name, p in net.named_parameters():
+            u = formula(name, tuple(p.shape))
+            if name.startswith("scale"):
+                p.copy_(u)
+            elif p.dim() == 4:
+                fan_in = p.shape[1] * p.shape[2] * p.shape[3]
+                p.copy_((u * math.sqrt(24 / fan_in)).float().double())
+            else:
+                norm_weight = "norm" in name and name.endswith("weight")
+                p.copy_(((1 if norm_weight else 0) + 0.25 * u))
+
+
+def write(path, tensors, metadata):
+    header, at = {"__metadata__": metadata}, 0
+    blobs = []
+    for name in sorted(tensors):
+        t = tensors[name].detach().float().contiguous()
+        size = t.numel() * 4
+        header[name] = {"dtype": "F32", "shape": list(t.shape), "data_offsets": [at, at + size]}
+        blobs.append(t.numpy().tobytes())
+        at += size
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 8)
+    path.write_bytes(struct.pack("<Q", len(text)) + text + b"".join(blobs))
+    print(path, 8 + len(text) + at, "bytes")
+
+
+def some(t, most=600):
+    """The whole tensor, or `most` elements spread over it evenly."""
+    flat = t.detach().reshape(-1)
+    if flat.numel() <= most:
+        return flat
+    return flat[torch.arange(most) * (flat.numel() // most)]
+
+
+def densenet_results(dtype):
+    net = Encoder(32, 64)
+    fill(net)
+    net = net.to(dtype)
+    image = (formula("image", (2, 3, 32, 32)) + 0.5).to(dtype).requires_grad_()
+    levels = net(image)
+    total = sum((x * formula(f"cotangent{i}", tuple(x.shape)).to(dtype)).sum() for i, x in enumerate(levels))
+    total.backward()
+    tensors = {f"level{i}": some(x, 4096) for i, x in enumerate(levels)}
+    tensors["gradient.image"] = image.grad
+    for name, p in net.named_parameters():
+        if any(part in name for part in ("conv0", "norm0", "transition", "norm5", "denselayer1.", "denselayer16.", "denselayer24.")):
+            tensors["gradient." + name] = some(p.grad)
+    for name, b in net.named_buffers():
+        if name.endswith(("running_mean", "running_var")) and ("norm0" in name or "denseblock3.denselayer24" in name or "norm5" in name):
+            tensors["state." + name] = some(b)
+    net.eval()
+    for i, x in enumerate(net(image)):
+        tensors[f"inference{i}"] = some(x, 1024)
+    return tensors
+
+
+def densenet(folder):
+    """With the relative errors (Euclidean norm, worst tensor of a kind) of PyTorch's own float run, as a yardstick."""
+    tensors, in_float = densenet_results(torch.float64), densenet_results(torch.float32)
+    errors = {}
+    for name, t in tensors.items():
+        kind = name.split(".")[0].rstrip("01234")
+        errors[kind] = max(errors.get(kind, 0), float((in_float[name].double() - t).norm() / t.norm()))
+    metadata = {f"float_error_{kind}": repr(e) for kind, e in errors.items()}
+    print(metadata)
+    write(folder / "densenet121.safetensors", tensors, {"torch": torch.__version__, "size": "2x3x32x32", **metadata})
+
+
+def mgnet(folder):
+    net = MGNet("compact")
+    fill(net)
+    n, h, w = 2, 40, 56  # 5x7 at 1/8: sizes that disagree with the skips'
+    names = {"image": 3, "albedo": 3, "material": 2, "normal": 3, "depth": 1}
+    batch = {k: formula(k, (n, c, h, w)) + 0.5 for k, c in names.items()}
+    batch["normal"] = batch["normal"] - 0.5
+    for mask in ("albedo_mask", "geometry_mask", "material_mask"):
+        batch[mask] = (formula(mask, (n, 1, h, w)) > -0.2).double()
+    batch["log_scale"] = formula("log_scale", (n, 1, 1, 1)) + 1.5
+    batch["scale_mask"] = torch.ones(n, 1, 1, 1)
+    maps = net(batch["image"])
+    terms = losses(maps, batch)
+    terms["loss"].backward()
+    tensors = {f"map.{k}": some(v, 2048) for k, v in maps.items()}
+    tensors |= {f"loss.{k}": v.reshape(1) for k, v in terms.items()}
+    for name, p in net.named_parameters():
+        if any(part in name for part in ("conv0", "norm0", "norm5", "decoder_", "scale", "denseblock2.denselayer7.", "transition3")):
+            tensors["gradient." + name] = some(p.grad, 150)
+    write(folder / "mgnet_compact.safetensors", tensors, {"torch": torch.__version__, "size": f"{n}x3x{h}x{w}"})
+
+
+if __name__ == "__main__":
+    target = pathlib.Path(sys.argv[1])
+    target.mkdir(parents=True, exist_ok=True)
+    densenet(target)
+    mgnet(target)

@@ -1,0 +1,188 @@
+"""MGNet (Zhu et al. 2022) in PyTorch, in both presets, with its losses: the peer for speed and for golden values.
+
+    python mgnet_torch.py [--preset compact|paper] [--batch 8] [--size 160x120] [--steps 5] [--layout channels_last|default]
+
+prints the seconds of training steps (forward, losses, backward, Adam) and of inference. Needs torch and torchvision.
+Names of parameters are those of the C++ nets, so state dictionaries can be exchanged.
+"""
+import argparse
+import statistics
+import time
+
+import torch
+import torch.nn.functional as F
+import torchvision
+from torch import nn
+
+GROUPS = (32, 16, 16, 8, 4)
+PRESETS = {
+    "paper": {"growth": 32, "first": 64, "decoder": (512, 256, 128, 64, 64)},
+    "compact": {"growth": 16, "first": 32, "decoder": (128, 64, 32, 16, 16)},
+}
+HEADS = {"albedo": 3, "material": 2, "normal": 3, "depth": 3}
+
+
+class Encoder(nn.Module):
+    def __init__(self, growth, first):
+        super().__init__()
+        self.features = torchvision.models.DenseNet(growth_rate=growth, block_config=(6, 12, 24, 16), num_init_features=first).features
+        del self.features.pool0
+
+    def forward(self, image):
+        f = self.features
+        levels = [f.relu0(f.norm0(f.conv0(image)))]
+        for k in (1, 2, 3):
+            block = getattr(f, f"denseblock{k}")(levels[-1])
+            levels.append(getattr(f, f"transition{k}")(block))
+        levels.append(f.norm5(f.denseblock4(levels[-1])))
+        return levels
+
+
+class Step(nn.Module):
+    def __init__(self, inputs, outputs, groups):
+        super().__init__()
+        self.conv = nn.Conv2d(inputs, outputs, 3, padding=1)
+        self.norm = nn.GroupNorm(groups, outputs)
+
+    def forward(self, x):
+        return F.relu(self.norm(self.conv(x)))
+
+
+def fitted(x, height, width):
+    if x.shape[-2:] == (height, width):
+        return x
+    return F.interpolate(x, (height, width), mode="bilinear", align_corners=True)
+
+
+class Decoder(nn.Module):
+    def __init__(self, levels, widths, channels):
+        super().__init__()
+        inputs = [levels[4]] + [widths[i] + levels[3 - i] for i in range(4)]
+        for i in range(5):
+            setattr(self, f"c{i + 1}", Step(inputs[i], widths[i], GROUPS[i]))
+        self.out = nn.Conv2d(widths[4], channels, 3)
+
+    def forward(self, levels, height, width):
+        x = self.c1(levels[4])
+        for i in range(1, 5):
+            skip = levels[4 - i]
+            h, w = skip.shape[-2:]
+            joined = torch.cat((fitted(x, h, w), skip), 1)
+            x = getattr(self, f"c{i + 1}")(fitted(joined, 2 * h, 2 * w))
+        return self.out(F.pad(fitted(x, height, width), (1, 1, 1, 1), mode="replicate"))
+
+
+class Scale(nn.Module):
+    """One linear layer: log of the scene's scale from the detached mean of the last features."""
+
+    def __init__(self, channels):
+        super().__init__()
+        self.weight = nn.Parameter(torch.zeros(1, channels, 1, 1))
+        self.bias = nn.Parameter(torch.full((1, 1, 1, 1), 1.5))
+
+    def forward(self, feature):
+        pooled = feature.detach().mean((2, 3), keepdim=True)
+        return (pooled * self.weight).sum(1, keepdim=True) + self.bias
+
+
+class MGNet(nn.Module):
+    def __init__(self, preset):
+        super().__init__()
+        size = PRESETS[preset]
+        self.encoder = Encoder(size["growth"], size["first"])
+        channels, levels = size["first"], [size["first"]]
+        for k, layers in enumerate((6, 12, 24, 16)):
+            channels += layers * size["growth"]
+            if k < 3:
+                channels //= 2
+            levels.append(channels)
+        for head, outputs in HEADS.items():
+            setattr(self, f"decoder_{head}", Decoder(levels, size["decoder"], outputs))
+        self.scale = Scale(levels[4])
+
+    def forward(self, image):
+        height, width = image.shape[-2:]
+        levels = self.encoder(image)
+        raw = {head: getattr(self, f"decoder_{head}")(levels, height, width) for head in HEADS}
+        unit = lambda x: torch.clamp(1.01 * torch.sigmoid(x), 0, 1)
+        vector = torch.clamp(1.01 * torch.tanh(raw["normal"]), -1, 1)
+        return {
+            "albedo": unit(raw["albedo"]),
+            "material": unit(raw["material"]),
+            "normal": vector / vector.norm(dim=1, keepdim=True).clamp(min=1e-6),
+            "depth": unit(raw["depth"].mean(1, keepdim=True)),
+            "log_scale": self.scale(levels[4]),
+        }
+
+
+def masked(e, mask):
+    return (e * mask).sum() / mask.sum()
+
+
+def losses(maps, truth):
+    depth, true_depth, mask = maps["depth"], truth["depth"], truth["geometry_mask"]
+    detached = depth.detach()
+    sums = lambda x: (x * mask).sum((1, 2, 3), keepdim=True)
+    scale = torch.clamp(sums(detached * true_depth) / sums(detached ** 2).clamp(min=1e-5), 0.001, 1000)
+    log_error = lambda a, b: ((torch.log1p(a.clamp(min=0)) - torch.log1p(b)) ** 2).sum(1, keepdim=True)
+    terms = {
+        "albedo": 0.5 / 3 * masked(log_error(maps["albedo"], truth["albedo"]), truth["albedo_mask"]),
+        "normal": 0.5 * masked((1 - (maps["normal"] * truth["normal"]).sum(1, keepdim=True)).abs(), mask),
+        "material": 0.5 * masked(((maps["material"] - truth["material"]) ** 2).sum(1, keepdim=True), truth["material_mask"]),
+        "depth": masked(log_error(scale * depth, true_depth), mask),
+        "scale": masked((maps["log_scale"] - truth["log_scale"]) ** 2, truth["scale_mask"]),
+    }
+    return {"loss": sum(terms.values()), **terms}
+
+
+def random_batch(n, height, width):
+    r = lambda c, *s: torch.rand((n, c) + (s or (height, width)))
+    batch = {"image": r(3), "albedo": r(3), "material": r(2), "normal": F.normalize(r(3) - 0.5), "depth": r(1), "log_scale": r(1, 1, 1)}
+    for mask in ("albedo_mask", "geometry_mask", "material_mask"):
+        batch[mask] = torch.ones(n, 1, height, width)
+    batch["scale_mask"] = torch.ones(n, 1, 1, 1)
+    return batch
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--preset", choices=PRESETS, default="compact")
+    parser.add_argument("--batch", type=int, default=8)
+    parser.add_argument("--size", default="160x120", help="width x height")
+    parser.add_argument("--steps", type=int, default=5)
+    parser.add_argument("--layout", choices=("channels_last", "default"), default="channels_last")
+    arguments = parser.parse_args()
+    width, height = map(int, arguments.size.split("x"))
+    torch.manual_seed(1)
+    net = MGNet(arguments.preset)
+    batch = random_batch(arguments.batch, height, width)
+    if arguments.layout == "channels_last":
+        net = net.to(memory_format=torch.channels_last)
+        batch = {k: v.to(memory_format=torch.channels_last) for k, v in batch.items()}
+    count = sum(p.numel() for name, p in net.named_parameters() if not name.startswith("scale"))
+    print(f"{arguments.preset}: {count} parameters without the scale head, torch {torch.__version__}, {torch.get_num_threads()} threads")
+    adam = torch.optim.Adam(net.parameters(), lr=5e-4, betas=(0.5, 0.999))
+
+    def step():
+        adam.zero_grad()
+        losses(net(batch["image"]), batch)["loss"].backward()
+        adam.step()
+
+    def timed(work, what):
+        work()
+        seconds, cpu = [], []
+        for _ in range(arguments.steps):
+            start, start_cpu = time.perf_counter(), time.process_time()
+            work()
+            seconds.append(time.perf_counter() - start)
+            cpu.append(time.process_time() - start_cpu)
+        print(f"{what}: min {min(seconds):.3f} s, median {statistics.median(seconds):.3f} s; CPU seconds min {min(cpu):.3f}")
+
+    timed(step, "training step")
+    net.eval()
+    with torch.no_grad():
+        timed(lambda: net(batch["image"]), "inference")
+
+
+if __name__ == "__main__":
+    main()
