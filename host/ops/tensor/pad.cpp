@@ -7,8 +7,6 @@ namespace {
 
 constexpr auto kFile = "tensor/pad.cl";
 
-Range per_element(const Shape& s) { return {{size(s.plane()), size(s.c), size(s.n)}, {64, 1, 1}}; }
-
 struct PadAdjointOp : Op {  // dy -> dx
   Padding p;
   explicit PadAdjointOp(const Padding& padding) : p(padding) {}
@@ -20,7 +18,7 @@ struct PadAdjointOp : Op {  // dy -> dx
   }
   void launch(Launch& l) const override {
     const Shape &out = l.in(0).shape, &s = l.out().shape;
-    l.run(kFile, "pad_replicate_adjoint", per_element(s), l.in(0), l.out(), s.h, s.w, out.h, out.w, p.top, p.left);
+    l.run_with(row_defines(l.device), kFile, "pad_replicate_adjoint", row_range(l.device, s.c, s.n), l.in(0), l.out(), s.h, s.w, out.h, out.w, p.top, p.left);
   }
 };
 
@@ -39,7 +37,7 @@ struct PadOp : Op {
   }
   void launch(Launch& l) const override {
     const Shape &s = l.in(0).shape, &out = l.out().shape;
-    l.run(kFile, "pad_replicate", per_element(out), l.in(0), l.out(), s.h, s.w, out.h, out.w, p.top, p.left);
+    l.run_with(row_defines(l.device), kFile, "pad_replicate", row_range(l.device, s.c, s.n), l.in(0), l.out(), s.h, s.w, out.h, out.w, p.top, p.left);
   }
 };
 
