@@ -44,6 +44,8 @@ void write_model_card(const std::filesystem::path& weights, const History& histo
 void write_training_report(const RunDirectory& run, const Config& config, const History& history, const EvaluationSummary& last,
                            const Provenance& provenance) {
   write_model_card(run.artifact("weights.safetensors"), history, run / "artifacts");
+  // With the table beside the plot, `clerestory report` can make a report again from the files alone.
+  write_file(run.artifact("validation.table.json"), table_json(summary_table(last, "Validation views")));
   const auto records = read_metrics(run.metrics_path());
   const Leg& leg = history.legs.back();
   HtmlReport report("Training of MGNet", run.path().filename().string());

@@ -39,6 +39,7 @@ class Trainer {
       : options_(training_options(config)),
         config_(config),
         run_(options_.root, options_.experiment, options_.variant, config, options_.seed),
+        fresh_(!std::filesystem::exists(run_ / "log.txt")),
         command_(command) {}
 
   TrainingOutcome run();
@@ -64,6 +65,7 @@ class Trainer {
   TrainingOptions options_;
   const Config& config_;
   RunDirectory run_;
+  bool fresh_;  // nothing was here before
   std::vector<std::string> command_;
   Provenance provenance_;
   std::unique_ptr<ViewStore> store_, validation_store_;
@@ -95,7 +97,10 @@ TrainingOutcome Trainer::run() {
     loop();
     finish();
   } catch (const Error& e) {
-    if (e.kind() != ErrorKind::Interrupted) run_.fail(e.what());
+    if (e.kind() == ErrorKind::Usage && fresh_ && !run_.resumable())
+      std::filesystem::remove_all(run_.path());  // bad input leaves nothing behind
+    else if (e.kind() != ErrorKind::Interrupted)
+      run_.fail(e.what());
     throw;
   }
   return outcome;

@@ -260,6 +260,7 @@ TEST_F(TrainingRun, WeightsOfAnotherShapeAreRefusedByName) {
   options.weights = reshaped, options.data = folder / "data";
   EXPECT_THAT(message_of([&] { evaluate_weights(options); }, ErrorKind::Usage), HasSubstr(victim));
   EXPECT_THAT(message_of([&] { run("nowhere", {"train.steps=1", "model.init=/nowhere.safetensors"}); }, ErrorKind::Usage), HasSubstr("/nowhere.safetensors"));
+  for (const char* root : {"other", "reshaped", "missing", "nowhere"}) EXPECT_TRUE(run_below(root).empty()) << "a refused run left a folder below " << root;
 }
 
 TEST_F(TrainingRun, OtherViewsThanItBeganWithAreRefused) {
