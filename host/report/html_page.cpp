@@ -30,6 +30,8 @@ figcaption b{color:var(--ink);font-weight:600}
 .facts div{border-top:1px solid var(--rule);padding-top:.5rem}
 .facts dt{font-size:.8rem;color:var(--soft)}
 .facts dd{margin:.1rem 0 0;font-size:1.12rem;font-variant-numeric:tabular-nums;overflow-wrap:anywhere}
+.facts dd.long{font-size:.95rem;line-height:1.4}
+.facts dt::first-letter{text-transform:uppercase}
 .grid{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,19rem),1fr));gap:1.6rem 1.2rem;margin:1.2rem 0 .6rem}
 .grid figure{margin:0}
 .grid img{display:block;width:100%;border-radius:3px;background:var(--stage);cursor:zoom-in}

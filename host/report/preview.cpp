@@ -99,11 +99,10 @@ std::pair<double, double> depth_range(const Image& depth) {
 Image show_depth(const Image& depth, std::pair<double, double> range) {
   check_channels(depth, 1, "depth");
   if (range.second <= 0) range = depth_range(depth);
-  // In the logarithm equal ratios look equally far apart, at hand's reach as at the far wall.
-  const double low = std::log(range.first), span = std::log(range.second) - low;
+  const auto [low, high] = range;
   return coloured(depth, [&](float d) {
     if (!(d > 0) || !std::isfinite(d)) return kNothing;
-    return scale_colour(span > 0 ? 1 - (std::log(d) - low) / span : 0.5);
+    return scale_colour(high > low ? (high - d) / (high - low) : 0.5);
   });
 }
 

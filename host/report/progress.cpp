@@ -51,6 +51,9 @@ extern "C" void on_interrupt(int signal) {
     std::raise(signal);
   }
   g_interrupted = 1;
+  // write() is among the few calls that a signal handler may make.
+  static constexpr char note[] = "\nstopping as soon as nothing is lost; once more to stop at once\n";
+  if (!g_quiet && ::write(STDERR_FILENO, note, sizeof(note) - 1) < 0) return;
 }
 
 /// Cut at a character, not inside one.

@@ -1,0 +1,90 @@
+// `clerestory report` of a run directory.
+#include "experiments/run_directory_report.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "host/error.hpp"
+#include "host/io/image.hpp"
+#include "host/report/metrics.hpp"
+#include "host/report/plot.hpp"
+#include "host/report/run_directory.hpp"
+
+namespace clerestory {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class RunDirectoryReport : public testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = std::filesystem::temp_directory_path() / ("clerestory_run_report_" + std::to_string(getpid()));
+    std::filesystem::remove_all(root_);
+    Schema schema;
+    schema.integer("width", 64, "Channels.");
+    run_.emplace(root_, "study", "narrow", Config(schema), 1);
+  }
+  void TearDown() override {
+    run_.reset();
+    std::filesystem::remove_all(root_);
+  }
+  std::string report() const {
+    write_run_directory_report(run_->path());
+    std::ostringstream text;
+    text << std::ifstream(*run_ / "report.html").rdbuf();
+    return text.str();
+  }
+
+  std::filesystem::path root_;
+  std::optional<RunDirectory> run_;
+};
+
+TEST_F(RunDirectoryReport, ShowsEverythingThatLiesThere) {
+  Provenance provenance = begin_provenance({"clerestory", "run", "layer.toml"}, "PoCL");
+  provenance.facts["sampler"] = "vndf_caps";
+  write_provenance(*run_ / "provenance.json", provenance);
+  {
+    MetricsWriter metrics(run_->metrics_path());
+    for (int step = 1; step <= 3000; ++step)
+      metrics.write(step, {{"train/loss", 1.0 / step}, {"val/depth", 0.5}, {"rate", 1e-3}});
+  }
+  Table table{"Errors", {{"map", ""}, {"error", "", Best::Lowest}}, {}};
+  table.add({std::string("albedo"), Measure{0.25}});
+  std::ofstream(run_->artifact("errors.table.json")) << table_json(table);
+  std::ofstream(run_->artifact("other.json")) << "{\"not\": \"a table\"}";
+  Plot plot;
+  plot.series = {{"curve of the artifact", {1, 2}, {3, 4}, {}, Stroke::Line}};
+  write_plot(run_->artifact("error_against_time.svg"), plot);
+  write_png(run_->artifact("strip.png"), Image(8, 4, 3, 0.5f));
+  run_->log("started");
+  run_->finish();
+
+  const std::string html = report();
+  for (const char* part :
+       {">study<", "vndf_caps", "albedo", "curve of the artifact", "error against time", "<b>strip</b>", ">loss<",
+        ">depth<", ">rate<", "width = 64", "Z started", "clerestory run layer.toml", "<dd>done</dd>"})
+    EXPECT_THAT(html, HasSubstr(part));
+  EXPECT_LT(html.size(), 300000u) << "3000 records are thinned before they are drawn";
+}
+
+TEST_F(RunDirectoryReport, UnfinishedRunsHaveOneToo) {
+  write_provenance(*run_ / "provenance.json", begin_provenance({"clerestory", "train"}));
+  EXPECT_THAT(report(), HasSubstr("not finished"));
+  run_->fail("disk full");
+  EXPECT_THAT(report(), HasSubstr("disk full"));
+  EXPECT_THAT(report(), Not(HasSubstr("Curves")));
+}
+
+TEST_F(RunDirectoryReport, KnowsWhatIsARun) {
+  EXPECT_TRUE(is_run_directory(run_->path()));
+  EXPECT_FALSE(is_run_directory(root_));
+  EXPECT_THROW(report(), Error) << "no provenance.json";
+}
+
+}  // namespace
+}  // namespace clerestory
