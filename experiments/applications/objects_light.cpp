@@ -45,6 +45,7 @@ struct Chunked {
   SsrtOptions options;
   ObjectsLightInputs in;
   Value camera;
+  Value nowhere;  // Int, one per ray, -1: rays from objects skip no cell
   int bounces;
 
   /// Radiance along rays from `points` (per pixel or per ray) whose hits on the scene are known.
@@ -53,7 +54,7 @@ struct Chunked {
     if (number > bounces) return scene;
     const ObjectHits met = meet(objects, points, direction);
     const Bounce next = bounce(direction, met.normal, met.object, in.materials, number);
-    const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal, {.points = met.point, .skip = {}}, options);
+    const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal, {.points = met.point, .skip = nowhere}, options);
     const Value beyond = radiance(met.point, next.direction, hits.pixel, number + 1, {});
     return nearer({points, direction, hit_pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth, camera, shows);
   }
@@ -62,9 +63,11 @@ struct Chunked {
 }  // namespace
 
 LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SsrtOptions& ssrt_options, int bounces) {
-  return [=](Graph&, const RayBatch& rays, std::span<const Value> v) {
+  return [=](Graph& inner, const RayBatch& rays, std::span<const Value> v) {
     const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
-    const Chunked chunk{objects, ssrt_options, in, rays.camera, bounces};
+    const Shape one{1, 1, rays.direction.shape().h, rays.direction.shape().w};
+    const Value nowhere = inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
+    const Chunked chunk{objects, ssrt_options, in, rays.camera, nowhere, bounces};
     return chunk.radiance(in.points, rays.direction, rays.hits.pixel, 1, in.shows);
   };
 }

@@ -18,6 +18,13 @@ Image channel(const Image& image, int c) {
   return one;
 }
 
+Image mean_of_channels(const Image& image) {
+  Image mean(image.width, image.height, 1);
+  for (int c = 0; c < image.channels; ++c)
+    for (std::size_t i = 0; i < mean.data.size(); ++i) mean.data[i] += image.plane(c)[i] / static_cast<float>(image.channels);
+  return mean;
+}
+
 std::vector<Picture> map_pictures(const Scene& scene) {
   std::vector<Picture> pictures;
   if (!scene.albedo.data.empty()) pictures.push_back(picture_of("Albedo", show_radiance(scene.albedo)));
@@ -119,7 +126,7 @@ void write_run_report(const std::filesystem::path& folder) {
   if (rerender) {
     report.section("How sure", "Standard error of the Monte Carlo estimate, and the mean uncertainty u of each pixel's "
                                "rays: 1 where they leave the picture or pass behind what is seen.");
-    report.pictures({picture_of("Standard error", show_amount(rerender->standard_error)),
+    report.pictures({picture_of("Standard error", show_amount(mean_of_channels(rerender->standard_error))),
                      picture_of("Uncertainty", show_unit(rerender->uncertainty), "black 0, white 1")});
   }
   report.section("Time");
