@@ -13,7 +13,8 @@ constexpr int kAttempts = 200, kFeelers = 256;
 double clearance(TraceScene& scene, const glm::vec3& center) {
   std::vector<float> points(3 * kFeelers), directions(3 * kFeelers);
   for (int i = 0; i < kFeelers; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kFeelers, r = std::sqrt(1 - z * z), a = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double z = 1 - (2 * i + 1.0) / kFeelers, r = std::sqrt(1 - z * z),
+                 a = i * std::numbers::pi * (3 - std::sqrt(5.0));
     const double d[3] = {r * std::cos(a), z, r * std::sin(a)};
     for (int c = 0; c < 3; ++c) {
       points[static_cast<std::size_t>(c * kFeelers + i)] = center[c];
@@ -30,7 +31,8 @@ double clearance(TraceScene& scene, const glm::vec3& center) {
 }  // namespace
 
 const std::vector<BallKind>& ball_kinds() {
-  static const std::vector<BallKind> kinds = {{"mirror", 0.9f, 0.02f, 1}, {"glossy", 0.9f, 0.2f, 1}, {"diffuse", 0.8f, 1, 0}};
+  static const std::vector<BallKind> kinds = {
+      {"mirror", 0.9f, 0.02f, 1}, {"glossy", 0.9f, 0.2f, 1}, {"diffuse", 0.8f, 1, 0}};
   return kinds;
 }
 
@@ -39,7 +41,8 @@ std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Ran
   const std::size_t pixels = maps.depth.pixels();
   const Vec3 up = camera.direction_to_camera({0, 1, 0});
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const int x = random.whole(camera.width / 5, camera.width * 4 / 5), y = random.whole(camera.height / 3, camera.height * 9 / 10);
+    const int x = random.whole(camera.width / 5, camera.width * 4 / 5),
+              y = random.whole(camera.height / 3, camera.height * 9 / 10);
     const std::size_t at = static_cast<std::size_t>(y) * camera.width + x;
     const double depth = static_cast<double>(maps.depth.data[at]);
     const Vec3 normal(maps.normal.data[at], maps.normal.data[pixels + at], maps.normal.data[2 * pixels + at]);

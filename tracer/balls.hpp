@@ -21,8 +21,8 @@ struct BallPlace {
   double radius = 0;
 };
 
-/// A place on something that faces up, in view and clear of everything else; the radius is about a ninth of the picture's
-/// height as seen. Nothing when the view has no such place.
+/// A place on something that faces up, in view and clear of everything else; the radius is about a ninth of the
+/// picture's height as seen. Nothing when the view has no such place.
 std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Random random);
 
 /// The scene with one more ball.

@@ -24,7 +24,9 @@ struct Tree {
   unsigned triangle[kBvhWidth] = {};
 };
 
-Tree* new_tree(RTCThreadLocalAllocator allocator) { return new (rtcThreadLocalAlloc(allocator, sizeof(Tree), 16)) Tree; }
+Tree* new_tree(RTCThreadLocalAllocator allocator) {
+  return new (rtcThreadLocalAlloc(allocator, sizeof(Tree), 16)) Tree;
+}
 
 void* create_node(RTCThreadLocalAllocator allocator, unsigned count, void*) {
   Tree* tree = new_tree(allocator);
@@ -121,7 +123,8 @@ int append_leaves(Bvh& bvh, const std::vector<Triangle>& triangles, const std::v
     const Triangle& t = triangles[static_cast<std::size_t>(subset[k])];
     const glm::vec3 rows[3] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position};
     float* corners = &bvh.corners[bvh.corners.size() - 9 * kBvhWidth];
-    for (std::size_t row = 0; row < 9; ++row) corners[row * kBvhWidth + lane] = rows[row / 3][static_cast<int>(row % 3)];
+    for (std::size_t row = 0; row < 9; ++row)
+      corners[row * kBvhWidth + lane] = rows[row / 3][static_cast<int>(row % 3)];
     bvh.triangles[bvh.triangles.size() - kBvhWidth + lane] = subset[k];
   }
   return first;
@@ -142,7 +145,7 @@ Bvh build_bvh(const std::vector<Triangle>& triangles) {
   arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
   arguments.maxBranchingFactor = kBvhWidth;
   arguments.maxDepth = 64;
-  arguments.sahBlockSize = kBvhWidth;  // triangles of a leaf are tested at once
+  arguments.sahBlockSize = kBvhWidth;     // triangles of a leaf are tested at once
   arguments.minLeafSize = kBvhWidth / 2;  // measured on rooms of 1,000 to 20,000 triangles
   arguments.traversalCost = 2;
   arguments.maxLeafSize = kBvhWidth;

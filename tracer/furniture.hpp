@@ -1,5 +1,5 @@
-// Furniture and the things that stand on it. A piece is drawn (size, materials, variant) before it is built, so that the
-// room can find a place for it first.
+// Furniture and the things that stand on it. A piece is drawn (size, materials, variant) before it is built, so that
+// the room can find a place for it first.
 #pragma once
 #include <functional>
 #include <glm/glm.hpp>

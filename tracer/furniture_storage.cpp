@@ -7,8 +7,8 @@ namespace clerestory {
 namespace {
 
 /// A door or drawer front with a gap around it and a handle; z is the plane of the body's front.
-void front(Shapes& s, const glm::vec2& low, const glm::vec2& high, float z, int face, int handle, int style, bool drawer,
-           float hinge) {
+void front(Shapes& s, const glm::vec2& low, const glm::vec2& high, float z, int face, int handle, int style,
+           bool drawer, float hinge) {
   const float gap = 0.003f, out = z + 0.018f;
   s.box({low.x + gap, low.y + gap, z + 0.001f}, {high.x - gap, high.y - gap, out}, face);
   if (style == 1) {  // a raised frame
@@ -43,86 +43,91 @@ Piece bookshelf(const Kit& kit, Random& random) {
   const bool back = random.chance(0.75f);
   const float full = random.between(0.4f, 0.95f);
   return {"bookshelf", {w, h, d}, [=](Shapes& s) {
-    const int m = s.material(body);
-    for (int c = 0; c <= columns; ++c) {
-      const float x = -w / 2 + (w - board) * static_cast<float>(c) / static_cast<float>(columns);
-      s.box({x, 0, -d / 2}, {x + board, h, d / 2}, m);
-    }
-    if (back) s.box({-w / 2 + 0.002f, 0.03f, -d / 2}, {w / 2 - 0.002f, h - 0.002f, -d / 2 + 0.008f}, m);
-    const float inside = (w - board) / static_cast<float>(columns) - board;
-    for (int i = 0; i <= shelves; ++i) {
-      const float y = i == 0 ? 0.05f : (h - board) * static_cast<float>(i) / static_cast<float>(shelves);
-      const float next = (h - board) * static_cast<float>(i + 1) / static_cast<float>(shelves);
-      for (int c = 0; c < columns; ++c) {
-        const float x = -w / 2 + board + (inside + board) * static_cast<float>(c);
-        s.box({x, y, -d / 2 + 0.002f}, {x + inside, y + board, d / 2 - 0.002f}, m);
-        if (i == shelves) continue;
-        const float room = next - y - board;
-        Random& r = s.random();
-        Shapes at = s.at({x + 0.01f, y + board, 0});
-        if (r.chance(full * 0.75f)) {
-          books(at, kit, (inside - 0.02f) * r.between(0.35f, 1.f), std::min(room - 0.03f, 0.3f), std::min(d - 0.04f, 0.22f));
-        } else if (r.chance(full)) {
-          Shapes middle = s.at({x + inside / 2, y + board, 0});
-          clutter(middle, kit, inside * 0.85f, d * 0.7f, room - 0.03f, r.whole(1, 3));
-        }
-      }
-    }
-  }};
+            const int m = s.material(body);
+            for (int c = 0; c <= columns; ++c) {
+              const float x = -w / 2 + (w - board) * static_cast<float>(c) / static_cast<float>(columns);
+              s.box({x, 0, -d / 2}, {x + board, h, d / 2}, m);
+            }
+            if (back) s.box({-w / 2 + 0.002f, 0.03f, -d / 2}, {w / 2 - 0.002f, h - 0.002f, -d / 2 + 0.008f}, m);
+            const float inside = (w - board) / static_cast<float>(columns) - board;
+            for (int i = 0; i <= shelves; ++i) {
+              const float y = i == 0 ? 0.05f : (h - board) * static_cast<float>(i) / static_cast<float>(shelves);
+              const float next = (h - board) * static_cast<float>(i + 1) / static_cast<float>(shelves);
+              for (int c = 0; c < columns; ++c) {
+                const float x = -w / 2 + board + (inside + board) * static_cast<float>(c);
+                s.box({x, y, -d / 2 + 0.002f}, {x + inside, y + board, d / 2 - 0.002f}, m);
+                if (i == shelves) continue;
+                const float room = next - y - board;
+                Random& r = s.random();
+                Shapes at = s.at({x + 0.01f, y + board, 0});
+                if (r.chance(full * 0.75f)) {
+                  books(at, kit, (inside - 0.02f) * r.between(0.35f, 1.f), std::min(room - 0.03f, 0.3f),
+                        std::min(d - 0.04f, 0.22f));
+                } else if (r.chance(full)) {
+                  Shapes middle = s.at({x + inside / 2, y + board, 0});
+                  clutter(middle, kit, inside * 0.85f, d * 0.7f, room - 0.03f, r.whole(1, 3));
+                }
+              }
+            }
+          }};
 }
 
 Piece cabinet(const Kit& kit, Random& random) {
   const float w = random.between(0.8f, 1.8f), h = random.between(0.65f, 1.1f), d = random.between(0.38f, 0.5f);
-  const Material body = kit.palette->body(), metal = kit.palette->metal(), top = random.chance(0.3f) ? kit.palette->top() : body;
+  const Material body = kit.palette->body(), metal = kit.palette->metal(),
+                 top = random.chance(0.3f) ? kit.palette->top() : body;
   const Material face = random.chance(0.7f) ? body : kit.palette->make(MaterialClass::GlossPaint);
   const int columns = std::max(2, static_cast<int>(w / 0.45f)), style = random.whole(0, 1), things = random.whole(1, 5);
   const bool legs = random.chance(0.5f);
   const int rows_of_drawers = random.whole(0, 2);
   return {"cabinet", {w, h, d}, [=](Shapes& s) {
-    const int b = s.material(body), f = s.material(face), m = s.material(metal);
-    const float foot = legs ? 0.14f : 0.05f;
-    if (legs) {
-      for (const float x : {-1.f, 1.f}) {
-        for (const float z : {-1.f, 1.f}) s.block({x * (w / 2 - 0.05f), 0, z * (d / 2 - 0.05f)}, {0.035f, foot, 0.035f}, m);
-      }
-    } else {
-      s.box({-w / 2 + 0.01f, 0, -d / 2}, {w / 2 - 0.01f, foot, d / 2 - 0.05f}, b);
-    }
-    s.box({-w / 2, foot, -d / 2}, {w / 2, h - 0.025f, d / 2 - 0.02f}, b);
-    s.box({-w / 2 - 0.01f, h - 0.025f, -d / 2}, {w / 2 + 0.01f, h, d / 2}, s.material(top));
-    const float each = w / static_cast<float>(columns), split = rows_of_drawers == 0 ? h - 0.028f : h - 0.2f;
-    for (int c = 0; c < columns; ++c) {
-      const float x = -w / 2 + each * static_cast<float>(c);
-      if (rows_of_drawers == 2 && c == 0) {
-        for (int i = 0; i < 3; ++i) {
-          const float y0 = foot + (h - 0.028f - foot) / 3 * static_cast<float>(i);
-          front(s, {x, y0}, {x + each, y0 + (h - 0.028f - foot) / 3}, d / 2 - 0.02f, f, m, style, true, 0);
-        }
-        continue;
-      }
-      front(s, {x, foot}, {x + each, split}, d / 2 - 0.02f, f, m, style, false, c % 2 ? 1.f : -1.f);
-      if (rows_of_drawers > 0) front(s, {x, split}, {x + each, h - 0.028f}, d / 2 - 0.02f, f, m, style, true, 0);
-    }
-    Shapes on = s.at({0, h, 0});
-    clutter(on, kit, w * 0.9f, d * 0.7f, 0.6f, things);
-  }};
+            const int b = s.material(body), f = s.material(face), m = s.material(metal);
+            const float foot = legs ? 0.14f : 0.05f;
+            if (legs) {
+              for (const float x : {-1.f, 1.f}) {
+                for (const float z : {-1.f, 1.f})
+                  s.block({x * (w / 2 - 0.05f), 0, z * (d / 2 - 0.05f)}, {0.035f, foot, 0.035f}, m);
+              }
+            } else {
+              s.box({-w / 2 + 0.01f, 0, -d / 2}, {w / 2 - 0.01f, foot, d / 2 - 0.05f}, b);
+            }
+            s.box({-w / 2, foot, -d / 2}, {w / 2, h - 0.025f, d / 2 - 0.02f}, b);
+            s.box({-w / 2 - 0.01f, h - 0.025f, -d / 2}, {w / 2 + 0.01f, h, d / 2}, s.material(top));
+            const float each = w / static_cast<float>(columns), split = rows_of_drawers == 0 ? h - 0.028f : h - 0.2f;
+            for (int c = 0; c < columns; ++c) {
+              const float x = -w / 2 + each * static_cast<float>(c);
+              if (rows_of_drawers == 2 && c == 0) {
+                for (int i = 0; i < 3; ++i) {
+                  const float y0 = foot + (h - 0.028f - foot) / 3 * static_cast<float>(i);
+                  front(s, {x, y0}, {x + each, y0 + (h - 0.028f - foot) / 3}, d / 2 - 0.02f, f, m, style, true, 0);
+                }
+                continue;
+              }
+              front(s, {x, foot}, {x + each, split}, d / 2 - 0.02f, f, m, style, false, c % 2 ? 1.f : -1.f);
+              if (rows_of_drawers > 0)
+                front(s, {x, split}, {x + each, h - 0.028f}, d / 2 - 0.02f, f, m, style, true, 0);
+            }
+            Shapes on = s.at({0, h, 0});
+            clutter(on, kit, w * 0.9f, d * 0.7f, 0.6f, things);
+          }};
 }
 
 Piece wardrobe(const Kit& kit, Random& random) {
   const float w = random.between(0.9f, 2.0f), h = random.between(1.8f, 2.15f), d = random.between(0.55f, 0.62f);
   const Material body = kit.palette->body(), metal = kit.palette->metal();
-  const Material face = random.chance(0.6f) ? body : random.chance(0.25f) ? kit.palette->mirror()
-                                            : kit.palette->make(MaterialClass::GlossPaint);
+  const Material face = random.chance(0.6f)    ? body
+                        : random.chance(0.25f) ? kit.palette->mirror()
+                                               : kit.palette->make(MaterialClass::GlossPaint);
   const int doors = std::max(2, static_cast<int>(w / 0.5f)), style = face.metallic_a > 0 ? 0 : random.whole(0, 1);
   return {"wardrobe", {w, h, d}, [=](Shapes& s) {
-    const int b = s.material(body), f = s.material(face), m = s.material(metal);
-    s.box({-w / 2, 0, -d / 2}, {w / 2, h, d / 2 - 0.02f}, b);
-    const float each = w / static_cast<float>(doors);
-    for (int i = 0; i < doors; ++i) {
-      const float x = -w / 2 + each * static_cast<float>(i);
-      front(s, {x, 0.07f}, {x + each, h - 0.02f}, d / 2 - 0.02f, f, m, style, false, i % 2 ? 1.f : -1.f);
-    }
-  }};
+            const int b = s.material(body), f = s.material(face), m = s.material(metal);
+            s.box({-w / 2, 0, -d / 2}, {w / 2, h, d / 2 - 0.02f}, b);
+            const float each = w / static_cast<float>(doors);
+            for (int i = 0; i < doors; ++i) {
+              const float x = -w / 2 + each * static_cast<float>(i);
+              front(s, {x, 0.07f}, {x + each, h - 0.02f}, d / 2 - 0.02f, f, m, style, false, i % 2 ? 1.f : -1.f);
+            }
+          }};
 }
 
 Piece kitchen_row(const Kit& kit, Random& random, float width) {
@@ -134,38 +139,38 @@ Piece kitchen_row(const Kit& kit, Random& random, float width) {
   const bool upper = random.chance(0.7f);
   const int oven = random.whole(0, units - 1), things = random.whole(2, 6);
   return {"kitchen_row", {width, upper ? 2.15f : 1.5f, d}, [=](Shapes& s) {
-    const int b = s.material(body), m = s.material(metal), g = s.material(glass);
-    s.box({-width / 2, 0, -d / 2}, {width / 2, 0.1f, d / 2 - 0.07f}, b);
-    s.box({-width / 2, 0.1f, -d / 2}, {width / 2, h - 0.04f, d / 2 - 0.03f}, b);
-    s.box({-width / 2, h - 0.04f, -d / 2}, {width / 2, h, d / 2}, s.material(top));
-    s.quad({-width / 2, h, -d / 2 + 0.006f}, {width / 2, h, -d / 2 + 0.006f}, {width / 2, 1.5f, -d / 2 + 0.006f},
-           {-width / 2, 1.5f, -d / 2 + 0.006f}, s.material(splash));
-    const float each = width / static_cast<float>(units);
-    for (int i = 0; i < units; ++i) {
-      const float x = -width / 2 + each * static_cast<float>(i);
-      if (i == oven) {
-        front(s, {x, 0.12f}, {x + each, 0.7f}, d / 2 - 0.03f, g, m, 0, true, 0);
-        front(s, {x, 0.7f}, {x + each, h - 0.045f}, d / 2 - 0.03f, m, m, 0, true, 0);
-        s.box({x + 0.03f, h, -d / 2 + 0.08f}, {x + each - 0.03f, h + 0.006f, d / 2 - 0.08f}, g);
-      } else if (i % 2) {
-        for (int k = 0; k < 3; ++k) {
-          const float y = 0.12f + (h - 0.165f) / 3 * static_cast<float>(k);
-          front(s, {x, y}, {x + each, y + (h - 0.165f) / 3}, d / 2 - 0.03f, b, m, style, true, 0);
-        }
-      } else {
-        front(s, {x, 0.12f}, {x + each, h - 0.045f}, d / 2 - 0.03f, b, m, style, false, 1);
-      }
-      if (!upper || i == oven) continue;
-      s.box({x, 1.5f, -d / 2}, {x + each, 2.15f, -d / 2 + 0.32f}, b);
-      front(s, {x, 1.5f}, {x + each, 2.15f}, -d / 2 + 0.32f, b, m, style, false, i % 2 ? 1.f : -1.f);
-    }
-    const float sink = -width / 2 + each * (static_cast<float>((oven + units / 2) % units) + 0.5f);
-    s.box({sink - 0.22f, h, -0.2f}, {sink + 0.22f, h + 0.004f, 0.2f}, m);
-    s.cylinder({sink, h, -0.23f}, 0.014f, 0.28f, m, 10);
-    s.rod({sink, h + 0.28f, -0.235f}, {sink, h + 0.26f, -0.05f}, 0.022f, m);
-    Shapes on = s.at({0, h + 0.006f, 0.05f});
-    clutter(on, kit, width * 0.9f, d * 0.5f, 0.4f, things);
-  }};
+            const int b = s.material(body), m = s.material(metal), g = s.material(glass);
+            s.box({-width / 2, 0, -d / 2}, {width / 2, 0.1f, d / 2 - 0.07f}, b);
+            s.box({-width / 2, 0.1f, -d / 2}, {width / 2, h - 0.04f, d / 2 - 0.03f}, b);
+            s.box({-width / 2, h - 0.04f, -d / 2}, {width / 2, h, d / 2}, s.material(top));
+            s.quad({-width / 2, h, -d / 2 + 0.006f}, {width / 2, h, -d / 2 + 0.006f},
+                   {width / 2, 1.5f, -d / 2 + 0.006f}, {-width / 2, 1.5f, -d / 2 + 0.006f}, s.material(splash));
+            const float each = width / static_cast<float>(units);
+            for (int i = 0; i < units; ++i) {
+              const float x = -width / 2 + each * static_cast<float>(i);
+              if (i == oven) {
+                front(s, {x, 0.12f}, {x + each, 0.7f}, d / 2 - 0.03f, g, m, 0, true, 0);
+                front(s, {x, 0.7f}, {x + each, h - 0.045f}, d / 2 - 0.03f, m, m, 0, true, 0);
+                s.box({x + 0.03f, h, -d / 2 + 0.08f}, {x + each - 0.03f, h + 0.006f, d / 2 - 0.08f}, g);
+              } else if (i % 2) {
+                for (int k = 0; k < 3; ++k) {
+                  const float y = 0.12f + (h - 0.165f) / 3 * static_cast<float>(k);
+                  front(s, {x, y}, {x + each, y + (h - 0.165f) / 3}, d / 2 - 0.03f, b, m, style, true, 0);
+                }
+              } else {
+                front(s, {x, 0.12f}, {x + each, h - 0.045f}, d / 2 - 0.03f, b, m, style, false, 1);
+              }
+              if (!upper || i == oven) continue;
+              s.box({x, 1.5f, -d / 2}, {x + each, 2.15f, -d / 2 + 0.32f}, b);
+              front(s, {x, 1.5f}, {x + each, 2.15f}, -d / 2 + 0.32f, b, m, style, false, i % 2 ? 1.f : -1.f);
+            }
+            const float sink = -width / 2 + each * (static_cast<float>((oven + units / 2) % units) + 0.5f);
+            s.box({sink - 0.22f, h, -0.2f}, {sink + 0.22f, h + 0.004f, 0.2f}, m);
+            s.cylinder({sink, h, -0.23f}, 0.014f, 0.28f, m, 10);
+            s.rod({sink, h + 0.28f, -0.235f}, {sink, h + 0.26f, -0.05f}, 0.022f, m);
+            Shapes on = s.at({0, h + 0.006f, 0.05f});
+            clutter(on, kit, width * 0.9f, d * 0.5f, 0.4f, things);
+          }};
 }
 
 Piece tv_stand(const Kit& kit, Random& random) {
@@ -175,36 +180,38 @@ Piece tv_stand(const Kit& kit, Random& random) {
   const float tv = random.between(0.9f, 1.3f);
   const int things = random.whole(0, 3);
   return {"tv_stand", {w, h + tv * 0.62f, d}, [=](Shapes& s) {
-    const int b = s.material(body), m = s.material(metal), p = s.material(frame);
-    s.box({-w / 2, 0.06f, -d / 2}, {w / 2, h, d / 2 - 0.02f}, b);
-    for (int i = 0; i < 3; ++i) {
-      const float x = -w / 2 + w / 3 * static_cast<float>(i);
-      front(s, {x, 0.07f}, {x + w / 3, h - 0.01f}, d / 2 - 0.02f, b, m, 0, true, 0);
-    }
-    const float th = tv * 0.5625f;
-    s.block({0, h, -0.02f}, {0.4f, 0.015f, 0.2f}, p);
-    s.block({0, h, -0.04f}, {0.08f, 0.1f, 0.03f}, p);
-    s.box({-tv / 2, h + 0.06f, -0.04f}, {tv / 2, h + 0.06f + th, 0}, p);
-    s.box({-tv / 2 + 0.012f, h + 0.072f, 0}, {tv / 2 - 0.012f, h + 0.048f + th, 0.002f}, s.material(screen));
-    Shapes on = s.at({w / 2 - 0.12f, h, 0.05f});
-    clutter(on, kit, 0.2f, 0.25f, 0.3f, things);
-  }};
+            const int b = s.material(body), m = s.material(metal), p = s.material(frame);
+            s.box({-w / 2, 0.06f, -d / 2}, {w / 2, h, d / 2 - 0.02f}, b);
+            for (int i = 0; i < 3; ++i) {
+              const float x = -w / 2 + w / 3 * static_cast<float>(i);
+              front(s, {x, 0.07f}, {x + w / 3, h - 0.01f}, d / 2 - 0.02f, b, m, 0, true, 0);
+            }
+            const float th = tv * 0.5625f;
+            s.block({0, h, -0.02f}, {0.4f, 0.015f, 0.2f}, p);
+            s.block({0, h, -0.04f}, {0.08f, 0.1f, 0.03f}, p);
+            s.box({-tv / 2, h + 0.06f, -0.04f}, {tv / 2, h + 0.06f + th, 0}, p);
+            s.box({-tv / 2 + 0.012f, h + 0.072f, 0}, {tv / 2 - 0.012f, h + 0.048f + th, 0.002f}, s.material(screen));
+            Shapes on = s.at({w / 2 - 0.12f, h, 0.05f});
+            clutter(on, kit, 0.2f, 0.25f, 0.3f, things);
+          }};
 }
 
 Piece box_stack(const Kit& kit, Random& random) {
   const float w = random.between(0.3f, 0.6f), d = random.between(0.3f, 0.5f);
   const int count = random.whole(1, 4);
   std::vector<Material> faces;
-  for (int i = 0; i < count; ++i) faces.push_back(random.chance(0.5f) ? kit.palette->make(MaterialClass::Paper) : kit.palette->trinket());
+  for (int i = 0; i < count; ++i)
+    faces.push_back(random.chance(0.5f) ? kit.palette->make(MaterialClass::Paper) : kit.palette->trinket());
   return {"box_stack", {w + 0.1f, 0.35f * static_cast<float>(count), d + 0.1f}, [=](Shapes& s) {
-    float y = 0;
-    for (const Material& m : faces) {
-      Random& r = s.random();
-      const glm::vec3 size(w * r.between(0.6f, 1.f), r.between(0.15f, 0.34f), d * r.between(0.6f, 1.f));
-      s.at({r.between(-0.04f, 0.04f), y, r.between(-0.04f, 0.04f)}, r.between(-0.3f, 0.3f)).block({0, 0, 0}, size, s.material(m));
-      y += size.y;
-    }
-  }};
+            float y = 0;
+            for (const Material& m : faces) {
+              Random& r = s.random();
+              const glm::vec3 size(w * r.between(0.6f, 1.f), r.between(0.15f, 0.34f), d * r.between(0.6f, 1.f));
+              s.at({r.between(-0.04f, 0.04f), y, r.between(-0.04f, 0.04f)}, r.between(-0.3f, 0.3f))
+                  .block({0, 0, 0}, size, s.material(m));
+              y += size.y;
+            }
+          }};
 }
 
 }  // namespace clerestory

@@ -31,7 +31,8 @@ void table(Shapes& s, float w, float h, float d, float thickness, int style, int
     }
   }
   if (style == 0) {  // apron
-    s.box({-w / 2 + 0.06f, h - thickness - 0.08f, -d / 2 + 0.05f}, {w / 2 - 0.06f, h - thickness, -d / 2 + 0.07f}, frame);
+    s.box({-w / 2 + 0.06f, h - thickness - 0.08f, -d / 2 + 0.05f}, {w / 2 - 0.06f, h - thickness, -d / 2 + 0.07f},
+          frame);
     s.box({-w / 2 + 0.06f, h - thickness - 0.08f, d / 2 - 0.07f}, {w / 2 - 0.06f, h - thickness, d / 2 - 0.05f}, frame);
   }
 }
@@ -53,45 +54,46 @@ Piece dining_table(const Kit& kit, Random& random) {
   const float pulled = random.between(0.05f, 0.3f);
   const glm::vec3 size(w + (heads ? 0.9f : 0.1f), h, d + 0.9f);
   return {"dining_table", size, [=](Shapes& s) {
-    table(s, w, h, d, thickness, style, s.material(top), s.material(frame));
-    const auto put = [&](float x, float z, float turn) {
-      Random& r = s.random();
-      if (r.chance(0.12f)) return;
-      Shapes one = s.at({x + r.between(-0.06f, 0.06f), 0, z}, turn + r.between(-0.25f, 0.25f));
-      seat.build(one);
-    };
-    const float out = d / 2 - 0.12f + pulled + (style == 1 ? 0.1f : 0.f);
-    if (round) {
-      for (int i = 0; i < 4; ++i) {
-        const float a = 1.5708f * static_cast<float>(i);
-        put(out * std::sin(a), out * std::cos(a), a + 3.14159f);
-      }
-    } else {
-      for (int i = 0; i < along; ++i) {
-        const float x = -w / 2 + w * (static_cast<float>(i) + 0.5f) / static_cast<float>(along);
-        put(x, out, 3.14159f);
-        put(x, -out, 0);
-      }
-      if (heads) put(w / 2 + pulled - 0.1f, 0, -1.5708f), put(-w / 2 - pulled + 0.1f, 0, 1.5708f);
-    }
-    Shapes on = s.at({0, h, 0});
-    clutter(on, kit, (round ? 0.6f : 0.85f) * w, (round ? 0.6f : 0.8f) * d, 0.6f, things);
-  }};
+            table(s, w, h, d, thickness, style, s.material(top), s.material(frame));
+            const auto put = [&](float x, float z, float turn) {
+              Random& r = s.random();
+              if (r.chance(0.12f)) return;
+              Shapes one = s.at({x + r.between(-0.06f, 0.06f), 0, z}, turn + r.between(-0.25f, 0.25f));
+              seat.build(one);
+            };
+            const float out = d / 2 - 0.12f + pulled + (style == 1 ? 0.1f : 0.f);
+            if (round) {
+              for (int i = 0; i < 4; ++i) {
+                const float a = 1.5708f * static_cast<float>(i);
+                put(out * std::sin(a), out * std::cos(a), a + 3.14159f);
+              }
+            } else {
+              for (int i = 0; i < along; ++i) {
+                const float x = -w / 2 + w * (static_cast<float>(i) + 0.5f) / static_cast<float>(along);
+                put(x, out, 3.14159f);
+                put(x, -out, 0);
+              }
+              if (heads) put(w / 2 + pulled - 0.1f, 0, -1.5708f), put(-w / 2 - pulled + 0.1f, 0, 1.5708f);
+            }
+            Shapes on = s.at({0, h, 0});
+            clutter(on, kit, (round ? 0.6f : 0.85f) * w, (round ? 0.6f : 0.8f) * d, 0.6f, things);
+          }};
 }
 
 Piece coffee_table(const Kit& kit, Random& random) {
   const bool round = random.chance(0.3f);
-  const float w = random.between(0.7f, 1.2f), d = round ? w : random.between(0.45f, 0.7f), h = random.between(0.35f, 0.45f);
+  const float w = random.between(0.7f, 1.2f), d = round ? w : random.between(0.45f, 0.7f),
+              h = random.between(0.35f, 0.45f);
   const Material top = kit.palette->top(), frame = random.chance(0.5f) ? top : kit.palette->metal();
   const int style = round ? 2 : random.one_of({0, 1, 3}), things = random.whole(1, 4);
   const bool shelf = !round && random.chance(0.4f);
   return {"coffee_table", {w, h, d}, [=](Shapes& s) {
-    const int t = s.material(top);
-    table(s, w, h, d, 0.035f, style, t, s.material(frame));
-    if (shelf) s.box({-w / 2 + 0.05f, 0.12f, -d / 2 + 0.05f}, {w / 2 - 0.05f, 0.14f, d / 2 - 0.05f}, t);
-    Shapes on = s.at({0, h, 0});
-    clutter(on, kit, w * 0.7f, d * 0.7f, 0.4f, things);
-  }};
+            const int t = s.material(top);
+            table(s, w, h, d, 0.035f, style, t, s.material(frame));
+            if (shelf) s.box({-w / 2 + 0.05f, 0.12f, -d / 2 + 0.05f}, {w / 2 - 0.05f, 0.14f, d / 2 - 0.05f}, t);
+            Shapes on = s.at({0, h, 0});
+            clutter(on, kit, w * 0.7f, d * 0.7f, 0.4f, things);
+          }};
 }
 
 Piece desk(const Kit& kit, Random& random) {
@@ -104,40 +106,43 @@ Piece desk(const Kit& kit, Random& random) {
   const float side = random.one_of({-1.f, 1.f});
   const bool lamp = random.chance(0.6f), lit = random.chance(0.2f);
   const glm::vec3 glow = lamp_color(random) * glm::vec3(0.6f, 0.8f, 1.1f);
-  return {"desk", {w, h, d + 0.5f}, [=](Shapes& whole) {
-    Shapes s = whole.at({0, 0, -0.25f});
-    table(s, w, h, d, 0.03f, frame.metallic_a > 0 ? 3 : 1, s.material(top), s.material(frame));
-    const int body = s.material(drawers), metal = s.material(handle);
-    const float x0 = side * (w / 2 - 0.08f), x1 = side * (w / 2 - 0.48f);
-    const glm::vec3 low(std::min(x0, x1), 0.05f, -d / 2 + 0.05f), high(std::max(x0, x1), h - 0.04f, d / 2 - 0.08f);
-    s.box(low, high, body);
-    for (int i = 0; i < 3; ++i) {
-      const float y = low.y + 0.02f + (high.y - low.y - 0.02f) / 3 * static_cast<float>(i);
-      s.box({low.x + 0.01f, y, high.z}, {high.x - 0.01f, y + (high.y - low.y) / 3 - 0.03f, high.z + 0.018f}, body);
-      s.box({(low.x + high.x) / 2 - 0.06f, y + 0.1f, high.z + 0.03f}, {(low.x + high.x) / 2 + 0.06f, y + 0.115f, high.z + 0.042f}, metal);
-    }
-    const int p = s.material(plastic), g = s.material(screen);
-    const int light = lit ? s.emitter({glow * 0.8f * kit.lamp_power, false}) : -1;
-    for (int i = 0; i < monitors; ++i) {
-      const float x = monitors == 1 ? -side * 0.1f : (i ? 0.3f : -0.3f);
-      Shapes m = s.at({x, h, -d / 2 + 0.18f}, monitors == 1 ? 0 : (i ? -0.2f : 0.2f));
-      m.block({0, 0, 0}, {0.2f, 0.012f, 0.16f}, p);
-      m.block({0, 0, -0.03f}, {0.04f, 0.3f, 0.03f}, p);
-      m.box({-0.27f, 0.13f, -0.015f}, {0.27f, 0.46f, 0.015f}, p);
-      m.quad({-0.258f, 0.142f, 0.0155f}, {0.258f, 0.142f, 0.0155f}, {0.258f, 0.448f, 0.0155f}, {-0.258f, 0.448f, 0.0155f}, g,
-             light);
-    }
-    if (monitors > 0) s.block({-side * 0.1f, h, 0.08f}, {0.42f, 0.02f, 0.14f}, p);
-    if (lamp) {
-      Shapes l = s.at({side * (w / 2 - 0.2f), h, -d / 2 + 0.15f});
-      table_lamp(l, kit, 0.42f);
-    }
-    Shapes chair_at = s.at({-side * 0.1f + s.random().between(-0.1f, 0.1f), 0, d / 2 + s.random().between(0.05f, 0.3f)},
-                           3.14159f + s.random().between(-0.6f, 0.6f));
-    seat.build(chair_at);
-    Shapes on = s.at({-side * (w / 2 - 0.25f), h, 0.05f});
-    clutter(on, kit, 0.35f, d * 0.7f, 0.4f, things);
-  }};
+  return {
+      "desk", {w, h, d + 0.5f}, [=](Shapes& whole) {
+        Shapes s = whole.at({0, 0, -0.25f});
+        table(s, w, h, d, 0.03f, frame.metallic_a > 0 ? 3 : 1, s.material(top), s.material(frame));
+        const int body = s.material(drawers), metal = s.material(handle);
+        const float x0 = side * (w / 2 - 0.08f), x1 = side * (w / 2 - 0.48f);
+        const glm::vec3 low(std::min(x0, x1), 0.05f, -d / 2 + 0.05f), high(std::max(x0, x1), h - 0.04f, d / 2 - 0.08f);
+        s.box(low, high, body);
+        for (int i = 0; i < 3; ++i) {
+          const float y = low.y + 0.02f + (high.y - low.y - 0.02f) / 3 * static_cast<float>(i);
+          s.box({low.x + 0.01f, y, high.z}, {high.x - 0.01f, y + (high.y - low.y) / 3 - 0.03f, high.z + 0.018f}, body);
+          s.box({(low.x + high.x) / 2 - 0.06f, y + 0.1f, high.z + 0.03f},
+                {(low.x + high.x) / 2 + 0.06f, y + 0.115f, high.z + 0.042f}, metal);
+        }
+        const int p = s.material(plastic), g = s.material(screen);
+        const int light = lit ? s.emitter({glow * 0.8f * kit.lamp_power, false}) : -1;
+        for (int i = 0; i < monitors; ++i) {
+          const float x = monitors == 1 ? -side * 0.1f : (i ? 0.3f : -0.3f);
+          Shapes m = s.at({x, h, -d / 2 + 0.18f}, monitors == 1 ? 0 : (i ? -0.2f : 0.2f));
+          m.block({0, 0, 0}, {0.2f, 0.012f, 0.16f}, p);
+          m.block({0, 0, -0.03f}, {0.04f, 0.3f, 0.03f}, p);
+          m.box({-0.27f, 0.13f, -0.015f}, {0.27f, 0.46f, 0.015f}, p);
+          m.quad({-0.258f, 0.142f, 0.0155f}, {0.258f, 0.142f, 0.0155f}, {0.258f, 0.448f, 0.0155f},
+                 {-0.258f, 0.448f, 0.0155f}, g, light);
+        }
+        if (monitors > 0) s.block({-side * 0.1f, h, 0.08f}, {0.42f, 0.02f, 0.14f}, p);
+        if (lamp) {
+          Shapes l = s.at({side * (w / 2 - 0.2f), h, -d / 2 + 0.15f});
+          table_lamp(l, kit, 0.42f);
+        }
+        Shapes chair_at =
+            s.at({-side * 0.1f + s.random().between(-0.1f, 0.1f), 0, d / 2 + s.random().between(0.05f, 0.3f)},
+                 3.14159f + s.random().between(-0.6f, 0.6f));
+        seat.build(chair_at);
+        Shapes on = s.at({-side * (w / 2 - 0.25f), h, 0.05f});
+        clutter(on, kit, 0.35f, d * 0.7f, 0.4f, things);
+      }};
 }
 
 Piece side_table(const Kit& kit, Random& random) {
@@ -146,16 +151,18 @@ Piece side_table(const Kit& kit, Random& random) {
   const Material top = kit.palette->top(), frame = kit.palette->wood();
   const bool lamp = random.chance(0.6f), drawer = !round && random.chance(0.5f);
   return {"side_table", {w, h, w}, [=](Shapes& s) {
-    const int t = s.material(top), f = s.material(frame);
-    table(s, w, h, w, 0.025f, round ? 2 : 0, t, f);
-    if (drawer) {
-      s.box({-w / 2 + 0.05f, h - 0.19f, -w / 2 + 0.04f}, {w / 2 - 0.05f, h - 0.026f, w / 2 - 0.02f}, f);
-      s.sphere({0, h - 0.1f, w / 2 - 0.01f}, 0.014f, s.material(kit.palette->metal()), 6);
-    }
-    Shapes on = s.at({0, h, 0});
-    if (lamp) table_lamp(on, kit, s.random().between(0.38f, 0.55f));
-    else clutter(on, kit, w * 0.7f, w * 0.7f, 0.4f, 2);
-  }};
+            const int t = s.material(top), f = s.material(frame);
+            table(s, w, h, w, 0.025f, round ? 2 : 0, t, f);
+            if (drawer) {
+              s.box({-w / 2 + 0.05f, h - 0.19f, -w / 2 + 0.04f}, {w / 2 - 0.05f, h - 0.026f, w / 2 - 0.02f}, f);
+              s.sphere({0, h - 0.1f, w / 2 - 0.01f}, 0.014f, s.material(kit.palette->metal()), 6);
+            }
+            Shapes on = s.at({0, h, 0});
+            if (lamp)
+              table_lamp(on, kit, s.random().between(0.38f, 0.55f));
+            else
+              clutter(on, kit, w * 0.7f, w * 0.7f, 0.4f, 2);
+          }};
 }
 
 }  // namespace clerestory

@@ -37,7 +37,8 @@ void bottle(Shapes& s, int material) {
 }
 
 void plate(Shapes& s, int material, float radius) {
-  s.lathe({0, 0, 0}, {{radius * 0.6f, 0}, {radius, 0.018f}, {radius - 0.004f, 0.02f}, {radius * 0.62f, 0.006f}, {0, 0.006f}},
+  s.lathe({0, 0, 0},
+          {{radius * 0.6f, 0}, {radius, 0.018f}, {radius - 0.004f, 0.02f}, {radius * 0.62f, 0.006f}, {0, 0.006f}},
           material, 24, -1, true);
 }
 
@@ -82,13 +83,19 @@ void thing(Shapes& s, const Kit& kit, float room) {
   Palette& p = *kit.palette;
   const bool has_models = kit.models && !kit.models->empty();
   switch (r.whole(0, has_models ? 10 : 9)) {
-    case 0: return mug(s, s.material(p.make(MaterialClass::Ceramic)));
-    case 1: return vase(s, s.material(r.chance(0.7f) ? p.make(MaterialClass::Ceramic) : p.trinket()), std::min(room, r.between(0.15f, 0.38f)));
-    case 2: return book_pile(s, kit, room);
-    case 3:
-      if (room > 0.3f) return bottle(s, s.material(r.chance(0.5f) ? p.make(MaterialClass::Plastic) : p.make(MaterialClass::Ceramic)));
+    case 0:
       return mug(s, s.material(p.make(MaterialClass::Ceramic)));
-    case 4: return plate(s, s.material(p.make(MaterialClass::Ceramic)), r.between(0.09f, 0.14f));
+    case 1:
+      return vase(s, s.material(r.chance(0.7f) ? p.make(MaterialClass::Ceramic) : p.trinket()),
+                  std::min(room, r.between(0.15f, 0.38f)));
+    case 2:
+      return book_pile(s, kit, room);
+    case 3:
+      if (room > 0.3f)
+        return bottle(s, s.material(r.chance(0.5f) ? p.make(MaterialClass::Plastic) : p.make(MaterialClass::Ceramic)));
+      return mug(s, s.material(p.make(MaterialClass::Ceramic)));
+    case 4:
+      return plate(s, s.material(p.make(MaterialClass::Ceramic)), r.between(0.09f, 0.14f));
     case 5: {
       const float radius = std::min(r.between(0.03f, 0.09f), room / 2.1f);
       return s.sphere({0, radius, 0}, radius, s.material(p.trinket()), 12);
@@ -100,7 +107,8 @@ void thing(Shapes& s, const Kit& kit, float room) {
     case 7:
       if (room > 0.25f) return laptop(s, s.material(p.metal()), s.material(p.glass()));
       return book_pile(s, kit, room);
-    case 8: return frame_on_stand(s, kit);
+    case 8:
+      return frame_on_stand(s, kit);
     case 9: {  // a bowl of fruit
       const int bowl = s.material(p.trinket());
       s.lathe({0, 0, 0}, {{0.05f, 0}, {0.1f, 0.03f}, {0.125f, 0.07f}}, bowl, 20, -1, true);
@@ -115,8 +123,10 @@ void thing(Shapes& s, const Kit& kit, float room) {
     }
     default: {
       const Model& model = r.one_of(*kit.models);
-      const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic, MaterialClass::Stone};
-      return s.mesh(model.mesh, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)), s.material(p.make(kinds[r.whole(0, 3)])));
+      const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic,
+                                     MaterialClass::Stone};
+      return s.mesh(model.mesh, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)),
+                    s.material(p.make(kinds[r.whole(0, 3)])));
     }
   }
 }
@@ -149,11 +159,13 @@ void table_lamp(Shapes& s, const Kit& kit, float height) {
   const int light = lit ? s.emitter({lamp_color(r) * r.between(3.f, 9.f) * kit.lamp_power, false}) : -1;
   if (r.chance(0.3f)) {
     const float radius = height * 0.3f;
-    s.lathe({0, 0, 0}, {{radius * 0.8f, 0}, {radius * 0.7f, 0.02f}, {0.012f, 0.03f}, {0.012f, height - 2 * radius}}, foot, 16);
+    s.lathe({0, 0, 0}, {{radius * 0.8f, 0}, {radius * 0.7f, 0.02f}, {0.012f, 0.03f}, {0.012f, height - 2 * radius}},
+            foot, 16);
     s.sphere({0, height - radius, 0}, radius, shade, 8, light);
     return;
   }
-  s.lathe({0, 0, 0}, {{0.06f, 0}, {0.065f, 0.01f}, {0.03f, 0.04f}, {0.045f, 0.12f}, {0.015f, height * 0.55f}}, foot, 16);
+  s.lathe({0, 0, 0}, {{0.06f, 0}, {0.065f, 0.01f}, {0.03f, 0.04f}, {0.045f, 0.12f}, {0.015f, height * 0.55f}}, foot,
+          16);
   const float wide = r.between(0.1f, 0.15f), narrow = wide * r.between(0.55f, 1.f), low = height * 0.55f;
   s.lathe({0, 0, 0}, {{wide, low}, {narrow, height}}, shade, 20, light, true);
 }
@@ -182,24 +194,30 @@ Piece plant(const Kit& kit, Random& random) {
   leaf.color_b = leaf.color_a * 0.7f, leaf.color_c = leaf.color_a;
   leaf.roughness_a = random.between(0.35f, 0.5f), leaf.roughness_b = leaf.roughness_a + 0.1f;
   const Material vessel = kit.palette->trinket();
-  return {"plant", {std::max(2 * pot, 0.6f * h), h, std::max(2 * pot, 0.6f * h)}, [=](Shapes& s) {
-    Random& r = s.random();
-    s.lathe({0, 0, 0}, {{pot * 0.75f, 0}, {pot, 1.7f * pot}, {pot * 0.9f, 1.7f * pot}, {pot * 0.88f, 1.5f * pot}, {0, 1.5f * pot}},
+  return {
+      "plant", {std::max(2 * pot, 0.6f * h), h, std::max(2 * pot, 0.6f * h)}, [=](Shapes& s) {
+        Random& r = s.random();
+        s.lathe(
+            {0, 0, 0},
+            {{pot * 0.75f, 0}, {pot, 1.7f * pot}, {pot * 0.9f, 1.7f * pot}, {pot * 0.88f, 1.5f * pot}, {0, 1.5f * pot}},
             s.material(vessel), 20, -1, true);
-    const int green = s.material(leaf);
-    const float soil = 1.5f * pot;
-    for (int i = r.whole(14, 30); i > 0; --i) {  // each leaf: a bent blade of four quads, seen from both sides
-      const float a = r.between(0, 6.2832f), reach = h * r.between(0.12f, 0.32f), top = soil + (h - soil) * r.between(0.4f, 1.f);
-      const float wide = r.between(0.02f, 0.05f);
-      const glm::vec3 out(std::cos(a), 0, std::sin(a)), side(-std::sin(a), 0, std::cos(a));
-      const auto at = [&](int k) {
-        const float t = static_cast<float>(k) / 4;
-        return out * (0.02f + reach * t * t) + glm::vec3(0, soil + (top - soil) * t * (1.25f - 0.25f * t * t) / 1.0f, 0);
-      };
-      const auto half = [&](int k) { return side * (wide * std::sin(0.35f + 2.7f * static_cast<float>(k) / 4)); };
-      for (int k = 0; k < 4; ++k) s.quad(at(k) - half(k), at(k) + half(k), at(k + 1) + half(k + 1), at(k + 1) - half(k + 1), green);
-    }
-  }};
+        const int green = s.material(leaf);
+        const float soil = 1.5f * pot;
+        for (int i = r.whole(14, 30); i > 0; --i) {  // each leaf: a bent blade of four quads, seen from both sides
+          const float a = r.between(0, 6.2832f), reach = h * r.between(0.12f, 0.32f),
+                      top = soil + (h - soil) * r.between(0.4f, 1.f);
+          const float wide = r.between(0.02f, 0.05f);
+          const glm::vec3 out(std::cos(a), 0, std::sin(a)), side(-std::sin(a), 0, std::cos(a));
+          const auto at = [&](int k) {
+            const float t = static_cast<float>(k) / 4;
+            return out * (0.02f + reach * t * t) +
+                   glm::vec3(0, soil + (top - soil) * t * (1.25f - 0.25f * t * t) / 1.0f, 0);
+          };
+          const auto half = [&](int k) { return side * (wide * std::sin(0.35f + 2.7f * static_cast<float>(k) / 4)); };
+          for (int k = 0; k < 4; ++k)
+            s.quad(at(k) - half(k), at(k) + half(k), at(k + 1) + half(k + 1), at(k + 1) - half(k + 1), green);
+        }
+      }};
 }
 
 Piece floor_lamp(const Kit& kit, Random& random) {
@@ -208,10 +226,11 @@ Piece floor_lamp(const Kit& kit, Random& random) {
   const bool lit = random.chance(kit.lamp_on + 0.15f);
   const glm::vec3 radiance = lamp_color(random) * random.between(4.f, 10.f) * kit.lamp_power;
   return {"floor_lamp", {2 * r, h, 2 * r}, [=](Shapes& s) {
-    const int m = s.material(metal);
-    s.lathe({0, 0, 0}, {{r * 0.8f, 0}, {r * 0.8f, 0.02f}, {0.012f, 0.03f}, {0.012f, h - 0.22f}}, m, 20);
-    s.lathe({0, h - 0.28f, 0}, {{r, 0}, {r * 0.8f, 0.28f}}, s.material(shade), 24, lit ? s.emitter({radiance, false}) : -1, true);
-  }};
+            const int m = s.material(metal);
+            s.lathe({0, 0, 0}, {{r * 0.8f, 0}, {r * 0.8f, 0.02f}, {0.012f, 0.03f}, {0.012f, h - 0.22f}}, m, 20);
+            s.lathe({0, h - 0.28f, 0}, {{r, 0}, {r * 0.8f, 0.28f}}, s.material(shade), 24,
+                    lit ? s.emitter({radiance, false}) : -1, true);
+          }};
 }
 
 Piece ball(const Kit& kit, Random& random) {
@@ -223,13 +242,14 @@ Piece ball(const Kit& kit, Random& random) {
 Piece pedestal(const Kit& kit, Random& random, const Model& model) {
   const float h = random.between(0.4f, 0.9f), w = random.between(0.3f, 0.42f), tall = random.between(0.35f, 0.6f);
   const Material block = kit.palette->body();
-  const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic, MaterialClass::Stone};
+  const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic,
+                                 MaterialClass::Stone};
   const Material body = kit.palette->make(kinds[random.whole(0, 3)]);
   const Model* which = &model;
   return {"pedestal", {w, h + tall, w}, [=](Shapes& s) {
-    s.block({0, 0, 0}, {w, h, w}, s.material(block));
-    s.at({0, h, 0}, s.random().between(-0.6f, 0.6f)).mesh(which->mesh, {0, 0, 0}, tall, s.material(body));
-  }};
+            s.block({0, 0, 0}, {w, h, w}, s.material(block));
+            s.at({0, h, 0}, s.random().between(-0.6f, 0.6f)).mesh(which->mesh, {0, 0, 0}, tall, s.material(body));
+          }};
 }
 
 }  // namespace clerestory

@@ -41,9 +41,15 @@ void check(const GenerateOptions& o) {
 
 /// What a folder's views depend on; a run with other values must not mix its views in.
 json recipe(const GenerateOptions& o) {
-  return {{"format", 1},       {"views", o.views},   {"width", o.width},
-          {"height", o.height}, {"spp", o.spp},       {"seed", o.seed},
-          {"balls", o.balls},   {"split", o.split},   {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
+  return {{"format", 1},
+          {"views", o.views},
+          {"width", o.width},
+          {"height", o.height},
+          {"spp", o.spp},
+          {"seed", o.seed},
+          {"balls", o.balls},
+          {"split", o.split},
+          {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
           {"box_rooms", o.box_rooms}};
 }
 
@@ -74,14 +80,16 @@ void write_lists(const GenerateOptions& o) {
 }
 
 std::uint64_t room_seed(const GenerateOptions& o, int index) {
-  return Random::mix(Random::mix(o.seed + 1) ^ static_cast<std::uint64_t>(index)) ^ (o.setting == Setting::HeldOut ? 1 : 0);
+  return Random::mix(Random::mix(o.seed + 1) ^ static_cast<std::uint64_t>(index)) ^
+         (o.setting == Setting::HeldOut ? 1 : 0);
 }
 
 /// Puts the picture's 95th percentile of luminance to 0.9.
 double exposure_of(const Image& image) {
   std::vector<float> luminance(image.pixels());
   for (std::size_t i = 0; i < luminance.size(); ++i) {
-    luminance[i] = 0.2126f * image.data[i] + 0.7152f * image.data[image.pixels() + i] + 0.0722f * image.data[2 * image.pixels() + i];
+    luminance[i] = 0.2126f * image.data[i] + 0.7152f * image.data[image.pixels() + i] +
+                   0.0722f * image.data[2 * image.pixels() + i];
   }
   const auto at = luminance.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(luminance.size() - 1));
   std::nth_element(luminance.begin(), at, luminance.end());
@@ -114,7 +122,8 @@ class RoomWriter {
     const fs::path folder = options_.out / name_;
     const std::string id = view_id(view);
     const Camera& camera = cameras_[static_cast<std::size_t>(view)];
-    const std::uint32_t seed = static_cast<std::uint32_t>(Random::mix(seed_ ^ (0x5eedu + static_cast<std::uint64_t>(view))));
+    const std::uint32_t seed =
+        static_cast<std::uint32_t>(Random::mix(seed_ ^ (0x5eedu + static_cast<std::uint64_t>(view))));
     TracePicture picture = scene_.picture(camera, options_.spp, seed);
     note(picture.dropped, id, seed, summary);
 
@@ -147,8 +156,8 @@ class RoomWriter {
     return out;
   }
 
-  void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed, double exposure,
-                   GenerateSummary& summary) {
+  void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed,
+                   double exposure, GenerateSummary& summary) {
     const std::optional<BallPlace> place = place_ball(scene_, camera, Random(seed_).fork(200 + seed));
     json balls = json::array();
     if (place) {
@@ -172,7 +181,8 @@ class RoomWriter {
 
   void note(const DroppedSamples& dropped, const std::string& id, std::uint32_t seed, GenerateSummary& summary) const {
     if (dropped.count > 0 && summary.dropped == 0) {
-      summary.first_dropped = fmt::format("{}/{} pixel {} sample {} seed {}", name_, id, dropped.pixel, dropped.sample, seed);
+      summary.first_dropped =
+          fmt::format("{}/{} pixel {} sample {} seed {}", name_, id, dropped.pixel, dropped.sample, seed);
     }
     summary.dropped += dropped.count;
   }
@@ -190,7 +200,8 @@ class RoomWriter {
 
 std::filesystem::path default_assets() {
   std::vector<fs::path> places;
-  if (const char* named = std::getenv("CLERESTORY_ASSETS")) places = {named};
+  if (const char* named = std::getenv("CLERESTORY_ASSETS"))
+    places = {named};
   else {
     std::error_code error;
     places = {fs::path("assets")};
@@ -216,8 +227,9 @@ std::string split_of(const GenerateOptions& options, int index) {
 
 GenerateSummary generate(const Device& device, const GenerateOptions& options) {
   check(options);
-  const RoomAssets assets = options.box_rooms ? RoomAssets()
-                                              : load_assets(options.assets.empty() ? default_assets() : options.assets, options.setting);
+  const RoomAssets assets =
+      options.box_rooms ? RoomAssets()
+                        : load_assets(options.assets.empty() ? default_assets() : options.assets, options.setting);
   claim_folder(options);
   write_lists(options);
   GenerateSummary summary;
@@ -229,7 +241,8 @@ GenerateSummary generate(const Device& device, const GenerateOptions& options) {
     std::unique_ptr<RoomWriter> room;  // built when the first view is missing
     for (int view = 0; view < options.views; ++view) {
       if (options.interrupted && options.interrupted()) {
-        throw Error(ErrorKind::Interrupted, fmt::format("stopped after {} of {} views; run the same line again to go on", done, total));
+        throw Error(ErrorKind::Interrupted,
+                    fmt::format("stopped after {} of {} views; run the same line again to go on", done, total));
       }
       const bool missing = !fs::exists(view_file(folder, view_id(view), "im"));
       if (!missing) {

@@ -12,15 +12,15 @@ namespace clerestory {
 
 struct GenerateOptions {
   std::filesystem::path out;
-  int rooms = 1, views = 5;              // views per room
+  int rooms = 1, views = 5;  // views per room
   int width = 160, height = 120, spp = 64;
-  std::uint64_t seed = 0;                // rooms of different seeds share nothing
-  int shard = 0, shards = 1;             // this run makes rooms shard, shard + shards, ...
+  std::uint64_t seed = 0;     // rooms of different seeds share nothing
+  int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
   bool balls = false;
   Setting setting = Setting::Training;
-  std::string split = "auto";            // auto: of ten rooms eight train, one val, one test; else all rooms go there
-  std::filesystem::path assets;          // folder with hdri/ and models/; empty: default_assets()
-  bool box_rooms = false;                // bare boxes instead of furnished rooms
+  std::string split = "auto";    // auto: of ten rooms eight train, one val, one test; else all rooms go there
+  std::filesystem::path assets;  // folder with hdri/ and models/; empty: default_assets()
+  bool box_rooms = false;        // bare boxes instead of furnished rooms
   /// Called after each view, made or skipped; `total` counts this shard's views. May be empty.
   std::function<void(int done, int total, bool made)> progress;
   /// Asked before each view; true ends the run with ErrorKind::Interrupted. May be empty.
@@ -28,15 +28,15 @@ struct GenerateOptions {
 };
 
 struct GenerateSummary {
-  int made = 0, skipped = 0;       // views
-  double seconds = 0;              // of the views made
-  long dropped = 0;                // samples that were not finite
-  std::string first_dropped;       // "room/view pixel sample seed", to be replayed; empty when none was
+  int made = 0, skipped = 0;  // views
+  double seconds = 0;         // of the views made
+  long dropped = 0;           // samples that were not finite
+  std::string first_dropped;  // "room/view pixel sample seed", to be replayed; empty when none was
 };
 
 /// Writes <out>/<room>/NNN_*.exr and .json, generate.json and train.txt, val.txt, test.txt. A view that is complete is
-/// skipped, so a killed run goes on where it stopped and ends in the same bits. Throws usage_error on options out of range
-/// and on a folder made with other options; Error (Interrupted) when asked to stop.
+/// skipped, so a killed run goes on where it stopped and ends in the same bits. Throws usage_error on options out of
+/// range and on a folder made with other options; Error (Interrupted) when asked to stop.
 GenerateSummary generate(const Device& device, const GenerateOptions& options);
 
 /// The folder of panoramas and models: CLERESTORY_ASSETS, else assets/ in the working folder or above the binary.

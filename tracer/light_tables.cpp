@@ -73,12 +73,14 @@ double pane_exitance(const Sky& sky, const glm::vec3& n) {
 
 /// Directions in proportion to the flux they send through the panes.
 std::vector<float> sky_tables(const Scene& scene, const Sky& sky, const std::vector<Facet>& panes) {
-  const std::size_t w = static_cast<std::size_t>(scene.panorama.width), h = static_cast<std::size_t>(scene.panorama.height);
+  const std::size_t w = static_cast<std::size_t>(scene.panorama.width),
+                    h = static_cast<std::size_t>(scene.panorama.height);
   std::vector<double> weight(w * h, 0);
   double total = 0;
   for (std::size_t i = 0; i < weight.size(); ++i) {
     double open = 0;
-    for (const Facet& f : panes) open += static_cast<double>(f.area * std::max(0.f, -glm::dot(sky.direction[i], f.normal)));
+    for (const Facet& f : panes)
+      open += static_cast<double>(f.area * std::max(0.f, -glm::dot(sky.direction[i], f.normal)));
     weight[i] = sky.power[i] * open;
     total += weight[i];
   }
@@ -107,7 +109,8 @@ LightTables make_light_tables(const Scene& scene) {
   const std::vector<Facet> facets = emitting_facets(scene);
   std::vector<Facet> panes;
   for (const Facet& f : facets) {
-    if (scene.emitters[static_cast<std::size_t>(f.emitter)].panorama) panes.push_back(f), tables.panes.push_back(f.triangle);
+    if (scene.emitters[static_cast<std::size_t>(f.emitter)].panorama)
+      panes.push_back(f), tables.panes.push_back(f.triangle);
   }
   const Sky sky = panes.empty() ? Sky() : make_sky(scene);
 
@@ -122,7 +125,8 @@ LightTables make_light_tables(const Scene& scene) {
       m = static_cast<double>(luminance(e.radiance)) * (e.panorama ? pane_exitance(sky, f.normal) : std::numbers::pi);
     }
     const Triangle& t = scene.triangles[static_cast<std::size_t>(f.triangle)];
-    const glm::vec3 rows[4] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position, f.normal};
+    const glm::vec3 rows[4] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position,
+                               f.normal};
     for (const glm::vec3& row : rows) tables.lights.insert(tables.lights.end(), {row.x, row.y, row.z});
     tables.lights.insert(tables.lights.end(), {static_cast<float>(f.emitter), 0.f, 0.f, 0.f});
     power.push_back(m * static_cast<double>(f.area));

@@ -17,8 +17,8 @@ struct LightTables {
   int light_count() const { return static_cast<int>(cdf.size()); }
 };
 
-/// Lights are chosen by luminous power. Where panes emit, up to half of the choices go by direction instead: small bright
-/// parts of the panorama (the sun, lamps) that light only some places would be found too seldom by area.
+/// Lights are chosen by luminous power. Where panes emit, up to half of the choices go by direction instead: small
+/// bright parts of the panorama (the sun, lamps) that light only some places would be found too seldom by area.
 LightTables make_light_tables(const Scene& scene);
 
 }  // namespace clerestory

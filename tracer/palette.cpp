@@ -35,7 +35,7 @@ void roughness(Material& m, float a, float b, float c) { m.roughness_a = a, m.ro
 }  // namespace
 
 const char* name_of(MaterialClass kind) {
-  constexpr const char* names[] = {"wall_paint", "gloss_paint", "wood",    "tile",  "stone",  "fabric",  "leather",
+  constexpr const char* names[] = {"wall_paint", "gloss_paint", "wood",  "tile",   "stone", "fabric",  "leather",
                                    "plastic",    "ceramic",     "metal", "carpet", "paper", "concrete"};
   return names[static_cast<int>(kind)];
 }
@@ -52,7 +52,8 @@ Palette::Palette(Random random, bool stone_only, bool no_stone)
 
 glm::vec3 Palette::paint_color() {
   // Most walls are light and hardly coloured; some are not.
-  if (random_.chance(0.55f)) return hsv(random_.between(0.05f, 0.18f), random_.between(0, 0.12f), random_.between(0.78f, 0.9f));
+  if (random_.chance(0.55f))
+    return hsv(random_.between(0.05f, 0.18f), random_.between(0, 0.12f), random_.between(0.78f, 0.9f));
   if (random_.chance(0.7f)) return hsv(random_.unit(), random_.between(0.08f, 0.3f), random_.between(0.6f, 0.88f));
   return hsv(random_.unit(), random_.between(0.3f, 0.65f), random_.between(0.35f, 0.75f));
 }
@@ -78,8 +79,8 @@ Material Palette::make(MaterialClass kind) {
     }
     case MaterialClass::GlossPaint: {
       Material m = base(Texture::Plain, r);
-      const glm::vec3 c = r.chance(0.6f) ? hsv(r.between(0, 0.2f), r.between(0, 0.1f), r.between(0.8f, 0.9f))
-                                         : strong_color();
+      const glm::vec3 c =
+          r.chance(0.6f) ? hsv(r.between(0, 0.2f), r.between(0, 0.1f), r.between(0.8f, 0.9f)) : strong_color();
       colors(m, c, c * 0.98f, c * 0.9f);
       const float rough = r.between(0.12f, 0.4f);
       roughness(m, rough, rough + 0.04f, rough + 0.25f);
@@ -92,8 +93,10 @@ Material Palette::make(MaterialClass kind) {
       // Pine, oak, walnut, ebony-stained, whitewashed.
       const float kind_of = r.unit();
       const float hue = r.between(0.055f, 0.1f);
-      const float value = kind_of < 0.3f ? r.between(0.7f, 0.85f) : kind_of < 0.65f ? r.between(0.5f, 0.68f)
-                        : kind_of < 0.9f ? r.between(0.28f, 0.45f) : r.between(0.12f, 0.22f);
+      const float value = kind_of < 0.3f    ? r.between(0.7f, 0.85f)
+                          : kind_of < 0.65f ? r.between(0.5f, 0.68f)
+                          : kind_of < 0.9f  ? r.between(0.28f, 0.45f)
+                                            : r.between(0.12f, 0.22f);
       const float saturation = r.between(0.35f, 0.68f) * (value > 0.7f ? 0.8f : 1.f);
       const glm::vec3 light = hsv(hue, saturation, value);
       colors(m, light, light * r.between(0.45f, 0.7f), light * 0.12f);
@@ -108,8 +111,8 @@ Material Palette::make(MaterialClass kind) {
     }
     case MaterialClass::Tile: {
       Material m = base(Texture::Tiles, r);
-      const glm::vec3 c = r.chance(0.6f) ? hsv(r.between(0.05f, 0.15f), r.between(0, 0.25f), r.between(0.6f, 0.9f))
-                                         : strong_color();
+      const glm::vec3 c =
+          r.chance(0.6f) ? hsv(r.between(0.05f, 0.15f), r.between(0, 0.25f), r.between(0.6f, 0.9f)) : strong_color();
       const glm::vec3 other = r.chance(0.4f) ? strong_color() : c * r.between(0.7f, 0.95f);
       colors(m, c, other, grey(r.between(0.3f, 0.75f)));
       const float rough = r.between(0.06f, 0.26f);
@@ -182,11 +185,11 @@ Material Palette::make(MaterialClass kind) {
     case MaterialClass::Metal: {
       Material m = base(Texture::Metal, r);
       const float kind_of = r.unit();
-      const glm::vec3 c = kind_of < 0.55f   ? glm::vec3(r.between(0.5f, 0.65f)) * glm::vec3(1.0f, 0.99f, 0.97f)
-                          : kind_of < 0.7f  ? glm::vec3(0.86f, 0.62f, 0.3f)   // brass
-                          : kind_of < 0.8f  ? glm::vec3(0.85f, 0.5f, 0.36f)   // copper
-                          : kind_of < 0.9f  ? glm::vec3(0.88f, 0.88f, 0.87f)  // aluminium
-                                            : glm::vec3(0.16f, 0.15f, 0.15f); // blackened steel
+      const glm::vec3 c = kind_of < 0.55f  ? glm::vec3(r.between(0.5f, 0.65f)) * glm::vec3(1.0f, 0.99f, 0.97f)
+                          : kind_of < 0.7f ? glm::vec3(0.86f, 0.62f, 0.3f)    // brass
+                          : kind_of < 0.8f ? glm::vec3(0.85f, 0.5f, 0.36f)    // copper
+                          : kind_of < 0.9f ? glm::vec3(0.88f, 0.88f, 0.87f)   // aluminium
+                                           : glm::vec3(0.16f, 0.15f, 0.15f);  // blackened steel
       colors(m, c, c * 0.92f, c * 0.7f);
       const bool brushed = r.chance(0.6f);
       const float rough = brushed ? r.between(0.22f, 0.42f) : r.between(0.06f, 0.16f);
@@ -339,12 +342,18 @@ Material Palette::diffuser() {
 
 Material Palette::trinket() {
   switch (random_.whole(0, 5)) {
-    case 0: return make(MaterialClass::Ceramic);
-    case 1: return make(MaterialClass::Plastic);
-    case 2: return make(MaterialClass::Paper);
-    case 3: return stone_only_ ? make(MaterialClass::Stone) : make(MaterialClass::Wood);
-    case 4: return make(MaterialClass::GlossPaint);
-    default: return random_.chance(0.6f) ? make(MaterialClass::Paper) : make(MaterialClass::Metal);
+    case 0:
+      return make(MaterialClass::Ceramic);
+    case 1:
+      return make(MaterialClass::Plastic);
+    case 2:
+      return make(MaterialClass::Paper);
+    case 3:
+      return stone_only_ ? make(MaterialClass::Stone) : make(MaterialClass::Wood);
+    case 4:
+      return make(MaterialClass::GlossPaint);
+    default:
+      return random_.chance(0.6f) ? make(MaterialClass::Paper) : make(MaterialClass::Metal);
   }
 }
 

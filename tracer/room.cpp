@@ -67,9 +67,11 @@ class Layout {
   /// Away from the walls, turned by quarters and a little.
   bool in_the_open(const Piece& piece, float spread, bool turn_freely = false) {
     for (int attempt = 0; attempt < 16; ++attempt) {
-      const float x = random_.between(-0.5f, 0.5f) * spread * room_.size.x, z = random_.between(-0.5f, 0.5f) * spread * room_.size.z;
-      const float turn = turn_freely ? random_.between(0, 4 * kQuarter)
-                                     : kQuarter * static_cast<float>(random_.whole(0, 3)) + random_.between(-0.08f, 0.08f);
+      const float x = random_.between(-0.5f, 0.5f) * spread * room_.size.x,
+                  z = random_.between(-0.5f, 0.5f) * spread * room_.size.z;
+      const float turn = turn_freely
+                             ? random_.between(0, 4 * kQuarter)
+                             : kQuarter * static_cast<float>(random_.whole(0, 3)) + random_.between(-0.08f, 0.08f);
       const glm::mat4 pose = glm::rotate(glm::translate(glm::mat4(1), {x, 0, z}), turn, {0, 1, 0});
       if (place(piece, pose)) {
         last_ = pose;
@@ -105,7 +107,8 @@ class Layout {
     for (const Opening& o : wall.openings) {
       if (x1 > o.x0 && x0 < o.x1 && (!o.window || piece.size.y > o.y0)) return true;
     }
-    return std::any_of(wall.taken.begin(), wall.taken.end(), [&](const Wall::Taken& t) { return x1 > t.x0 && x0 < t.x1; });
+    return std::any_of(wall.taken.begin(), wall.taken.end(),
+                       [&](const Wall::Taken& t) { return x1 > t.x0 && x0 < t.x1; });
   }
 
   Occupied footprint(const glm::mat4& pose, const glm::vec3& size) const {
@@ -152,7 +155,8 @@ class Layout {
 void add_rug(Shapes& shapes, Palette& palette, const glm::mat4& pose, float width, float depth, const glm::vec3& room) {
   Shapes s = shapes.at(pose);
   const glm::vec4 middle = pose * glm::vec4(0, 0, 0, 1);
-  const float most_x = 2 * (room.x / 2 - std::abs(middle.x)) - 0.1f, most_z = 2 * (room.z / 2 - std::abs(middle.z)) - 0.1f;
+  const float most_x = 2 * (room.x / 2 - std::abs(middle.x)) - 0.1f,
+              most_z = 2 * (room.z / 2 - std::abs(middle.z)) - 0.1f;
   const float most = std::max(0.6f, std::min(most_x, most_z));
   const float w = std::min(width, most) / 2, d = std::min(depth, most) / 2;
   const int m = s.material(palette.rug());
@@ -170,11 +174,14 @@ struct Furnisher {
     const float width = random.between(1.5f, 2.3f);
     if (layout.against_wall(sofa(kit, random, width), true, random.chance(0.4f) ? random.between(0.1f, 0.5f) : 0.03f)) {
       const glm::mat4 at = layout.last();
-      if (random.chance(0.7f)) add_rug(shapes, *kit.palette, glm::translate(at, {0, 0, 1.1f}), random.between(1.8f, 2.6f), random.between(1.3f, 1.8f), size);
+      if (random.chance(0.7f))
+        add_rug(shapes, *kit.palette, glm::translate(at, {0, 0, 1.1f}), random.between(1.8f, 2.6f),
+                random.between(1.3f, 1.8f), size);
       layout.before_last(coffee_table(kit, random), random.between(1.05f, 1.25f), false);
       if (random.chance(0.6f)) layout.beside_last(floor_lamp(kit, random), width / 2 + 0.3f, -0.15f);
       if (random.chance(0.5f)) layout.beside_last(side_table(kit, random), width / 2 + 0.32f, 0);
-      if (random.chance(0.5f)) layout.before_last(sofa(kit, random, random.between(0.8f, 0.95f)), random.between(2.1f, 2.6f), true);
+      if (random.chance(0.5f))
+        layout.before_last(sofa(kit, random, random.between(0.8f, 0.95f)), random.between(2.1f, 2.6f), true);
     }
     layout.against_wall(tv_stand(kit, random), true);
     layout.against_wall(random.chance(0.6f) ? bookshelf(kit, random) : cabinet(kit, random));
@@ -217,16 +224,36 @@ struct Furnisher {
   void fill() const {
     for (int i = random.whole(2, 5); i > 0; --i) {
       switch (random.whole(0, 9)) {
-        case 0: layout.against_wall(bookshelf(kit, random)); break;
-        case 1: layout.against_wall(cabinet(kit, random)); break;
-        case 2: layout.against_wall(plant(kit, random), false, 0.08f); break;
-        case 3: layout.against_wall(chair(kit, random)); break;
-        case 4: layout.in_the_open(stool(kit, random), 0.8f, true); break;
-        case 5: layout.against_wall(box_stack(kit, random)); break;
-        case 6: layout.in_the_open(ball(kit, random), 0.85f, true); break;
-        case 7: layout.against_wall(side_table(kit, random)); break;
-        case 8: layout.against_wall(floor_lamp(kit, random), false, 0.1f); break;
-        default: layout.against_wall(sofa(kit, random, random.between(0.8f, 0.95f)), false, 0.1f); break;
+        case 0:
+          layout.against_wall(bookshelf(kit, random));
+          break;
+        case 1:
+          layout.against_wall(cabinet(kit, random));
+          break;
+        case 2:
+          layout.against_wall(plant(kit, random), false, 0.08f);
+          break;
+        case 3:
+          layout.against_wall(chair(kit, random));
+          break;
+        case 4:
+          layout.in_the_open(stool(kit, random), 0.8f, true);
+          break;
+        case 5:
+          layout.against_wall(box_stack(kit, random));
+          break;
+        case 6:
+          layout.in_the_open(ball(kit, random), 0.85f, true);
+          break;
+        case 7:
+          layout.against_wall(side_table(kit, random));
+          break;
+        case 8:
+          layout.against_wall(floor_lamp(kit, random), false, 0.1f);
+          break;
+        default:
+          layout.against_wall(sofa(kit, random, random.between(0.8f, 0.95f)), false, 0.1f);
+          break;
       }
     }
     if (kit.models && !kit.models->empty() && random.chance(0.35f)) {
@@ -244,7 +271,8 @@ RoomAssets load_assets(const std::filesystem::path& folder, Setting setting) {
     const std::string name = file.stem().string();
     if (contains(kHeldOutPanoramas, name) != held_out) continue;
     Image image = read_image(file);
-    if (image.channels != 3) throw usage_error("not a panorama", file.string(), std::to_string(image.channels) + " channels", "3");
+    if (image.channels != 3)
+      throw usage_error("not a panorama", file.string(), std::to_string(image.channels) + " channels", "3");
     check_radiance(image, file);
     Panorama p{image.width, image.height, std::vector<float>(image.data.size())};
     for (std::size_t i = 0; i < image.pixels(); ++i) {
@@ -280,7 +308,9 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
   // Day, evening or night: strong daylight with or without lamps, both alike, or lamps only.
   ShellStyle style;
   const float hour = random.unit();
-  style.daylight = hour < 0.45f ? random.between(2.f, 8.f) : hour < 0.8f ? random.between(0.4f, 2.f) : random.between(0.01f, 0.08f);
+  style.daylight = hour < 0.45f  ? random.between(2.f, 8.f)
+                   : hour < 0.8f ? random.between(0.4f, 2.f)
+                                 : random.between(0.01f, 0.08f);
   style.lamps_on = hour >= 0.25f;
   style.lamp_power = random.between(0.5f, 1.5f);
   const bool windowed = held_out || !style.lamps_on || random.chance(0.8f);
@@ -296,7 +326,8 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
   Layout layout(room, walls, shapes, root.fork(5));
   Random furniture = root.fork(6);
   const Furnisher furnish{layout, kit, shapes, room.size, furniture};
-  const std::vector<std::string> kinds = {"living", "living", "dining", "bedroom", "office", "office", "kitchen", "studio"};
+  const std::vector<std::string> kinds = {"living", "living", "dining",  "bedroom",
+                                          "office", "office", "kitchen", "studio"};
   room.kind = held_out && furniture.chance(0.7f) ? "bedroom" : furniture.one_of(kinds);
   if (held_out) {
     layout.against_wall(bed(kit, furniture), true);
@@ -310,7 +341,8 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
   if (room.kind == "studio") furnish.studio();
   furnish.fill();
 
-  const glm::vec4 pendant = room.kind == "dining" || room.kind == "kitchen" ? layout.last() * glm::vec4(0, 0, 0, 1) : glm::vec4(0);
+  const glm::vec4 pendant =
+      room.kind == "dining" || room.kind == "kitchen" ? layout.last() * glm::vec4(0, 0, 0, 1) : glm::vec4(0);
   const bool central = std::abs(pendant.x) < room.size.x * 0.3f && std::abs(pendant.z) < room.size.z * 0.3f;
   build_ceiling_lamps(shapes, room.size, palette, style, central ? glm::vec2(pendant.x, pendant.z) : glm::vec2(0));
   decorate_walls(shapes, walls, room.size.y, kit);

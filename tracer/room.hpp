@@ -11,9 +11,9 @@
 
 namespace clerestory {
 
-/// Which part of the content a room may use. Training rooms never show the held-out panoramas, texture family, furniture
-/// class and model; held-out rooms always show them, and prominently: the view outside, floor and furniture bodies, a
-/// bed, the model on a pedestal.
+/// Which part of the content a room may use. Training rooms never show the held-out panoramas, texture family,
+/// furniture class and model; held-out rooms always show them, and prominently: the view outside, floor and furniture
+/// bodies, a bed, the model on a pedestal.
 enum class Setting { Training, HeldOut };
 
 /// Content kept out of training rooms.

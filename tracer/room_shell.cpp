@@ -44,7 +44,8 @@ void window(Shapes& s, const Opening& o, int wall, int frame, int pane, int ligh
   s.box({o.x1 - bar, o.y0, z0}, {o.x1, o.y1, z1}, frame);
   s.box({o.x0 + bar, o.y0, z0}, {o.x1 - bar, o.y0 + bar, z1}, frame);
   s.box({o.x0 + bar, o.y1 - bar, z0}, {o.x1 - bar, o.y1, z1}, frame);
-  const int columns = std::max(1, static_cast<int>((o.x1 - o.x0) / r.between(0.55f, 1.1f))), rows = r.chance(0.3f) ? 2 : 1;
+  const int columns = std::max(1, static_cast<int>((o.x1 - o.x0) / r.between(0.55f, 1.1f))),
+            rows = r.chance(0.3f) ? 2 : 1;
   for (int i = 1; i < columns; ++i) {
     const float x = o.x0 + (o.x1 - o.x0) * static_cast<float>(i) / static_cast<float>(columns);
     s.box({x - bar / 2, o.y0 + bar, z0}, {x + bar / 2, o.y1 - bar, z1}, frame);
@@ -53,8 +54,8 @@ void window(Shapes& s, const Opening& o, int wall, int frame, int pane, int ligh
     const float y = o.y0 + (o.y1 - o.y0) * r.between(0.5f, 0.75f);
     s.box({o.x0 + bar, y - bar / 2, z0 + 0.001f}, {o.x1 - bar, y + bar / 2, z1 - 0.001f}, frame);
   }
-  s.quad({o.x0, o.y0, z0 + 0.015f}, {o.x1, o.y0, z0 + 0.015f}, {o.x1, o.y1, z0 + 0.015f}, {o.x0, o.y1, z0 + 0.015f}, pane,
-         light);
+  s.quad({o.x0, o.y0, z0 + 0.015f}, {o.x1, o.y0, z0 + 0.015f}, {o.x1, o.y1, z0 + 0.015f}, {o.x0, o.y1, z0 + 0.015f},
+         pane, light);
   s.box({o.x0 - 0.04f, o.y0 - 0.025f, -depth + 0.05f}, {o.x1 + 0.04f, o.y0 + 0.004f, 0.04f}, frame);  // sill
 }
 
@@ -95,7 +96,9 @@ void skirting(Shapes& s, const Wall& wall, float height, int material) {
 void picture(Shapes& s, float x, float y, float w, float h, Palette& palette, bool mirror) {
   Random& r = s.random();
   const float bar = r.between(0.012f, 0.05f), out = r.between(0.015f, 0.03f);
-  const int frame = s.material(r.chance(0.5f) ? palette.wood() : r.chance(0.5f) ? palette.metal() : palette.make(MaterialClass::GlossPaint));
+  const int frame = s.material(r.chance(0.5f)   ? palette.wood()
+                               : r.chance(0.5f) ? palette.metal()
+                                                : palette.make(MaterialClass::GlossPaint));
   s.box({x - w / 2, y - h / 2, 0}, {x + w / 2, y - h / 2 + bar, out}, frame);
   s.box({x - w / 2, y + h / 2 - bar, 0}, {x + w / 2, y + h / 2, out}, frame);
   s.box({x - w / 2, y - h / 2 + bar, 0}, {x - w / 2 + bar, y + h / 2 - bar, out}, frame);
@@ -103,10 +106,12 @@ void picture(Shapes& s, float x, float y, float w, float h, Palette& palette, bo
   const float z = out * 0.5f, mat = !mirror && r.chance(0.5f) ? bar + std::min(w, h) * 0.14f : bar;
   if (mat > bar) {
     s.quad({x - w / 2 + bar, y - h / 2 + bar, z - 0.002f}, {x + w / 2 - bar, y - h / 2 + bar, z - 0.002f},
-           {x + w / 2 - bar, y + h / 2 - bar, z - 0.002f}, {x - w / 2 + bar, y + h / 2 - bar, z - 0.002f}, s.material(palette.ceiling()));
+           {x + w / 2 - bar, y + h / 2 - bar, z - 0.002f}, {x - w / 2 + bar, y + h / 2 - bar, z - 0.002f},
+           s.material(palette.ceiling()));
   }
-  s.canvas({x - w / 2 + mat, y - h / 2 + mat, z}, {x + w / 2 - mat, y - h / 2 + mat, z}, {x + w / 2 - mat, y + h / 2 - mat, z},
-           {x - w / 2 + mat, y + h / 2 - mat, z}, s.material(mirror ? palette.mirror() : palette.painting()));
+  s.canvas({x - w / 2 + mat, y - h / 2 + mat, z}, {x + w / 2 - mat, y - h / 2 + mat, z},
+           {x + w / 2 - mat, y + h / 2 - mat, z}, {x - w / 2 + mat, y + h / 2 - mat, z},
+           s.material(mirror ? palette.mirror() : palette.painting()));
 }
 
 void radiator(Shapes& s, const Opening& o, int material) {
@@ -138,7 +143,8 @@ bool Wall::is_free(float x0, float x1, float above) const {
   for (const Opening& o : openings) {
     if (x1 > o.x0 && x0 < o.x1 && o.y1 > above) return false;
   }
-  return std::none_of(taken.begin(), taken.end(), [&](const Taken& t) { return x1 > t.x0 && x0 < t.x1 && t.height > above; });
+  return std::none_of(taken.begin(), taken.end(),
+                      [&](const Taken& t) { return x1 > t.x0 && x0 < t.x1 && t.height > above; });
 }
 
 std::vector<Wall> make_walls(const glm::vec3& size) {
@@ -147,7 +153,8 @@ std::vector<Wall> make_walls(const glm::vec3& size) {
     Wall& w = walls[static_cast<std::size_t>(k)];
     w.length = k % 2 ? size.z : size.x;
     const float away = (k % 2 ? size.x : size.z) / 2;
-    w.to_room = glm::translate(glm::rotate(glm::mat4(1), kHalfTurn / 2 * static_cast<float>(k), {0, 1, 0}), {0, 0, -away});
+    w.to_room =
+        glm::translate(glm::rotate(glm::mat4(1), kHalfTurn / 2 * static_cast<float>(k), {0, 1, 0}), {0, 0, -away});
   }
   return walls;
 }
@@ -158,7 +165,8 @@ void choose_openings(std::vector<Wall>& walls, float height, bool windowed, Rand
   const int window_walls = windowed ? random.whole(1, 2) : 0;
   for (int k = 0; k < 4; ++k) {
     Wall& w = walls[static_cast<std::size_t>(k)];
-    const bool has_window = window_walls > 0 && (k == first_window || (window_walls == 2 && k == (first_window + 1) % 4));
+    const bool has_window =
+        window_walls > 0 && (k == first_window || (window_walls == 2 && k == (first_window + 1) % 4));
     float free0 = -w.length / 2 + 0.2f, free1 = w.length / 2 - 0.2f;
     if (k == door_wall) {
       const float width = random.between(0.78f, 0.95f), top = std::min(random.between(1.98f, 2.1f), height - 0.15f);
@@ -174,7 +182,8 @@ void choose_openings(std::vector<Wall>& walls, float height, bool windowed, Rand
     const float each = (free1 - free0) / static_cast<float>(count);
     const float width = std::clamp(each * random.between(0.45f, 0.85f), 0.6f, 2.4f);
     for (int i = 0; i < count; ++i) {
-      const float slack = each - width, x = free0 + each * static_cast<float>(i) + slack * (count == 1 ? random.between(0.2f, 0.8f) : 0.5f);
+      const float slack = each - width,
+                  x = free0 + each * static_cast<float>(i) + slack * (count == 1 ? random.between(0.2f, 0.8f) : 0.5f);
       w.openings.push_back({x, sill, x + width, top, true});
     }
   }
@@ -183,13 +192,16 @@ void choose_openings(std::vector<Wall>& walls, float height, bool windowed, Rand
   }
 }
 
-void build_shell(Shapes& room, std::vector<Wall>& walls, const glm::vec3& size, Palette& palette, const ShellStyle& style) {
+void build_shell(Shapes& room, std::vector<Wall>& walls, const glm::vec3& size, Palette& palette,
+                 const ShellStyle& style) {
   Random& r = room.random();
   const float x = size.x / 2, z = size.z / 2, h = size.y;
   const bool turned = r.chance(0.5f);
   const int floor = room.material(palette.floor()), ceiling = room.material(palette.ceiling());
-  if (turned) room.quad({x, 0, z}, {x, 0, -z}, {-x, 0, -z}, {-x, 0, z}, floor);
-  else room.quad({-x, 0, z}, {x, 0, z}, {x, 0, -z}, {-x, 0, -z}, floor);
+  if (turned)
+    room.quad({x, 0, z}, {x, 0, -z}, {-x, 0, -z}, {-x, 0, z}, floor);
+  else
+    room.quad({-x, 0, z}, {x, 0, z}, {x, 0, -z}, {-x, 0, -z}, floor);
   room.quad({-x, h, -z}, {x, h, -z}, {x, h, z}, {-x, h, z}, ceiling);
 
   const int paint = room.material(palette.wall()), accent = r.chance(0.3f) ? room.material(palette.wall()) : paint;
@@ -207,8 +219,10 @@ void build_shell(Shapes& room, std::vector<Wall>& walls, const glm::vec3& size, 
     // Panes of different walls face different ways: an emitter each.
     const int pane_light = style.daylight > 0 ? s.emitter({glm::vec3(style.daylight), true}) : -1;
     for (const Opening& o : wall.openings) {
-      if (o.window) window(s, o, surface_of, frame, pane, pane_light);
-      else door(s, o, surface_of, frame, leaf, metal);
+      if (o.window)
+        window(s, o, surface_of, frame, pane, pane_light);
+      else
+        door(s, o, surface_of, frame, leaf, metal);
     }
   }
   if (r.chance(0.2f)) {  // beams
@@ -243,9 +257,10 @@ void build_ceiling_lamps(Shapes& room, const glm::vec3& size, Palette& palette, 
         for (int k = 0; k < rows; ++k) {
           const float x = size.x * ((static_cast<float>(i) + 0.5f) / static_cast<float>(columns) - 0.5f);
           const float z = size.z * ((static_cast<float>(k) + 0.5f) / static_cast<float>(rows) - 0.5f);
-          room.box({x - w / 2 - 0.02f, h - 0.06f, z - d / 2 - 0.02f}, {x + w / 2 + 0.02f, h - 0.001f, z + d / 2 + 0.02f}, metal);
-          room.quad({x - w / 2, h - 0.062f, z - d / 2}, {x + w / 2, h - 0.062f, z - d / 2}, {x + w / 2, h - 0.062f, z + d / 2},
-                    {x - w / 2, h - 0.062f, z + d / 2}, shade, light);
+          room.box({x - w / 2 - 0.02f, h - 0.06f, z - d / 2 - 0.02f},
+                   {x + w / 2 + 0.02f, h - 0.001f, z + d / 2 + 0.02f}, metal);
+          room.quad({x - w / 2, h - 0.062f, z - d / 2}, {x + w / 2, h - 0.062f, z - d / 2},
+                    {x + w / 2, h - 0.062f, z + d / 2}, {x - w / 2, h - 0.062f, z + d / 2}, shade, light);
         }
       }
       return;
@@ -270,7 +285,8 @@ void build_ceiling_lamps(Shapes& room, const glm::vec3& size, Palette& palette, 
       return;
     }
     case 3: {  // spots let into the ceiling
-      const int columns = std::max(2, static_cast<int>(size.x / 1.3f)), rows = std::max(2, static_cast<int>(size.z / 1.4f));
+      const int columns = std::max(2, static_cast<int>(size.x / 1.3f)),
+                rows = std::max(2, static_cast<int>(size.z / 1.4f));
       const int light = lit(25, 50);
       for (int i = 0; i < columns; ++i) {
         for (int k = 0; k < rows; ++k) {
@@ -297,13 +313,15 @@ void decorate_walls(Shapes& room, std::vector<Wall>& walls, float height, const 
     for (const Opening& o : wall.openings) {
       if (!o.window) continue;
       if (wall.is_free(o.x0, o.x1, 0.1f) || o.y0 > 0.4f) {
-        const bool below_free = std::none_of(wall.taken.begin(), wall.taken.end(), [&](const Wall::Taken& t) { return o.x1 > t.x0 && o.x0 < t.x1; });
+        const bool below_free = std::none_of(wall.taken.begin(), wall.taken.end(),
+                                             [&](const Wall::Taken& t) { return o.x1 > t.x0 && o.x0 < t.x1; });
         if (below_free && r.chance(0.4f)) radiator(s, o, s.material(kit.palette->make(MaterialClass::GlossPaint)));
       }
       const bool sides_free = std::none_of(wall.taken.begin(), wall.taken.end(), [&](const Wall::Taken& t) {
         return o.x1 + 0.4f > t.x0 && o.x0 - 0.4f < t.x1;
       });
-      if (sides_free && o.x0 > -wall.length / 2 + 0.4f && o.x1 < wall.length / 2 - 0.4f && r.chance(0.5f)) curtains(s, o, height, kit);
+      if (sides_free && o.x0 > -wall.length / 2 + 0.4f && o.x1 < wall.length / 2 - 0.4f && r.chance(0.5f))
+        curtains(s, o, height, kit);
     }
     for (int tries = r.whole(1, 6); tries > 0; --tries) {
       const float w = r.between(0.25f, 1.1f), h = w * r.between(0.65f, 1.4f), y = r.between(1.35f, 1.65f);

@@ -13,19 +13,19 @@ enum class Texture { Plain, Plaster, Wood, Tiles, Fabric, Stone, Metal, Leather,
 /// result -> c, for colour, roughness and metallic alike, so looks and roughness go together.
 /// The kernel reads it as 32 floats in this order.
 struct Material {
-  float texture = 0;                            // a Texture
+  float texture = 0;  // a Texture
   glm::vec3 color_a{0.5f}, color_b{0.5f}, color_c{0.5f};
   float roughness_a = 0.5f, roughness_b = 0.5f, roughness_c = 0.5f;
   float metallic_a = 0, metallic_b = 0, metallic_c = 0;
-  glm::vec3 scale{1};                           // cells or cycles per metre of u, v, w
-  float gap = 0;                                // width of grout or of the gap between planks, as a share of a cell
-  float tint = 0;                               // how much a cell's brightness differs from its neighbour's
-  float warp = 0;                               // how far noise bends the pattern, in cells
-  float noise = 0;                              // strength of the fine noise
-  float seed = 0;                               // shifts every noise lattice; whole numbers in [0, 4096)
-  float wear = 0;                               // share of the surface that dirt or scratches roughen, 0..1
-  float pattern = 0;                            // variant within the family, a whole number
-  float uncapped = 0;                           // 1: albedo as given; 0: capped, see kernels/trace/texture.clh
+  glm::vec3 scale{1};  // cells or cycles per metre of u, v, w
+  float gap = 0;       // width of grout or of the gap between planks, as a share of a cell
+  float tint = 0;      // how much a cell's brightness differs from its neighbour's
+  float warp = 0;      // how far noise bends the pattern, in cells
+  float noise = 0;     // strength of the fine noise
+  float seed = 0;      // shifts every noise lattice; whole numbers in [0, 4096)
+  float wear = 0;      // share of the surface that dirt or scratches roughen, 0..1
+  float pattern = 0;   // variant within the family, a whole number
+  float uncapped = 0;  // 1: albedo as given; 0: capped, see kernels/trace/texture.clh
   float unused[5] = {0, 0, 0, 0, 0};
 };
 static_assert(sizeof(Material) == 32 * sizeof(float));
@@ -60,8 +60,8 @@ struct Scene {
   std::vector<Triangle> triangles;
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
-  Panorama panorama;           // may be empty when no emitter shows it
-  float panorama_turn = 0;     // radians by which the panorama is turned about y
+  Panorama panorama;        // may be empty when no emitter shows it
+  float panorama_turn = 0;  // radians by which the panorama is turned about y
 };
 
 }  // namespace clerestory

@@ -157,8 +157,10 @@ void Shapes::lathe(const glm::vec3& base, const std::vector<glm::vec2>& profile,
     const Vertex m = vertex(middle, middle + shift);
     for (int k = 0; k < sides; ++k) {
       const Vertex a = ring(rh, k, {0, 1}), b = ring(rh, k + 1, {0, 1});
-      if (top) add(m, a, b, material, emitter, false);
-      else add(m, b, a, material, emitter, false);
+      if (top)
+        add(m, a, b, material, emitter, false);
+      else
+        add(m, b, a, material, emitter, false);
     }
   }
 }

@@ -9,9 +9,9 @@
 
 namespace clerestory {
 
-/// Adds shapes to a scene. Coordinates are local to the object (x right, y up, z towards its front, origin on the floor)
-/// and taken to the room by the transform given. Texture coordinates are local metres with u along the longest side of a
-/// part, shifted at random, so that no two boards have the same grain.
+/// Adds shapes to a scene. Coordinates are local to the object (x right, y up, z towards its front, origin on the
+/// floor) and taken to the room by the transform given. Texture coordinates are local metres with u along the longest
+/// side of a part, shifted at random, so that no two boards have the same grain.
 class Shapes {
  public:
   Shapes(Scene& scene, const glm::mat4& to_room, Random random);

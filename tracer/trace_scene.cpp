@@ -107,8 +107,9 @@ Buffer TraceScene::upload(const void* data, std::size_t bytes) {
 }
 
 std::vector<Arg> TraceScene::arguments(std::initializer_list<Arg> own) const {
-  std::vector<Arg> all = {planes_,   children_, corners_,   triangles_, surfaces_,    materials_,      emitters_,
-          lights_,   light_cdf_, panorama_, light_count_, panorama_width_, panorama_height_, panorama_turn_, sky_, sky_share_, pane_leaf_, pane_leaves_};
+  std::vector<Arg> all = {planes_,          children_,      corners_,   triangles_, surfaces_,    materials_,
+                          emitters_,        lights_,        light_cdf_, panorama_,  light_count_, panorama_width_,
+                          panorama_height_, panorama_turn_, sky_,       sky_share_, pane_leaf_,   pane_leaves_};
   all.insert(all.end(), own);
   return all;
 }
@@ -142,8 +143,7 @@ TraceMaps TraceScene::maps(const Camera& camera) {
   return maps;
 }
 
-TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth,
-                                 int light_samples) {
+TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth, int light_samples) {
   if (spp < 1) throw usage_error("at least one sample per pixel", "spp", std::to_string(spp), "1 or more");
   const std::array<float, 16> view = view_numbers(camera);
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
@@ -157,13 +157,15 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
   TracePicture picture;
   for (int first = 0; first < spp; first += kPass) {
     const int count = std::min(kPass, spp - first);
-    const std::vector<Arg> args = arguments({on_device, camera.width, camera.height, seed, first, count,
-                                                 light_samples, max_depth, out});
+    const std::vector<Arg> args =
+        arguments({on_device, camera.width, camera.height, seed, first, count, light_samples, max_depth, out});
     device_.launch_with(kernel, range, args);
     device_.read(out, pass.data(), pass.size() * sizeof(float));
     const DroppedSamples dropped = count_dropped(pass);
-    if (picture.dropped.count == 0) picture.dropped = dropped;
-    else picture.dropped.count += dropped.count;
+    if (picture.dropped.count == 0)
+      picture.dropped = dropped;
+    else
+      picture.dropped.count += dropped.count;
     for (std::size_t i = 0; i < pixels; ++i) {
       for (std::size_t c = 0; c < 6; ++c) sums[i * 6 + c] += static_cast<double>(pass[i * kSampleSize + c]);
       kept[i] += count - static_cast<long>(pass[i * kSampleSize + 6]);
@@ -193,9 +195,9 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
   if (dropped) *dropped = {};
   for (int at = 0; at < count; at += kRays) {
     const int rays = std::min(kRays, count - at);
-    const std::vector<Arg> args = arguments({points, directions, at, stride, rays, pose_on_device,
-                         query.seed, 0, query.spp, query.emitters ? 1 : 0, query.light_samples, query.max_depth,
-                         samples_});
+    const std::vector<Arg> args =
+        arguments({points, directions, at, stride, rays, pose_on_device, query.seed, 0, query.spp,
+                   query.emitters ? 1 : 0, query.light_samples, query.max_depth, samples_});
     device_.launch_with(trace, one_each(rays), args);
     device_.launch(mean, Range::of(static_cast<std::size_t>(rays)), samples_, rays, query.spp, at, stride, out);
     if (!dropped) continue;
@@ -203,8 +205,10 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
     device_.read(samples_, samples.data(), samples.size() * sizeof(float));
     DroppedSamples part = count_dropped(samples);
     if (part.count > 0) part.pixel += at;
-    if (dropped->count == 0) *dropped = part;
-    else dropped->count += part.count;
+    if (dropped->count == 0)
+      *dropped = part;
+    else
+      dropped->count += part.count;
   }
 }
 

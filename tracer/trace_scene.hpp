@@ -46,7 +46,7 @@ struct TracePicture {
 struct RadianceQuery {
   int spp = 1;
   std::uint32_t seed = 0;
-  bool emitters = true;                   // false: what the ray itself hits counts with reflected light only
+  bool emitters = true;  // false: what the ray itself hits counts with reflected light only
   int max_depth = kMaxDepth, light_samples = 1;
   std::array<double, 16> to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};  // row-major, rigid; of the rays
 };
@@ -68,8 +68,9 @@ class TraceScene {
                        int light_samples = kLightSamples);
 
   /// Mean radiance that arrives at points[i] from directions[i] (pointing away from the point, any length).
-  /// All three buffers are float, planar {3, stride}; `count` <= stride rays are traced. Ray i's random numbers are keyed
-  /// by (seed, i, sample). Nothing is read back; `dropped` asks for a wait and a count of samples that were not finite.
+  /// All three buffers are float, planar {3, stride}; `count` <= stride rays are traced. Ray i's random numbers are
+  /// keyed by (seed, i, sample). Nothing is read back; `dropped` asks for a wait and a count of samples that were not
+  /// finite.
   void radiance(const Buffer& points, const Buffer& directions, const Buffer& out, int count, int stride,
                 const RadianceQuery& query, DroppedSamples* dropped = nullptr);
   /// The same for host data, planar {3, count}.
@@ -89,7 +90,8 @@ class TraceScene {
 
   mutable Device device_;
   std::size_t triangle_count_ = 0;
-  Buffer planes_, children_, corners_, triangles_, surfaces_, materials_, emitters_, lights_, light_cdf_, panorama_, sky_;
+  Buffer planes_, children_, corners_, triangles_, surfaces_, materials_, emitters_, lights_, light_cdf_, panorama_,
+      sky_;
   int light_count_ = 0, panorama_width_ = 0, panorama_height_ = 0;
   float panorama_turn_ = 0, sky_share_ = 0;
   int pane_leaf_ = 0, pane_leaves_ = 0;

@@ -59,18 +59,24 @@ double judge_view(const TraceMaps& maps) {
     emitting += maps.emitter[i] >= 0;
     // Albedo in coarse steps counts materials well enough.
     kinds.insert(static_cast<int>(maps.albedo.data[i] * 8) + 10 * static_cast<int>(maps.albedo.data[pixels + i] * 8) +
-                 100 * static_cast<int>(maps.albedo.data[2 * pixels + i] * 8) + 1000 * static_cast<int>(maps.roughness.data[i] * 5));
+                 100 * static_cast<int>(maps.albedo.data[2 * pixels + i] * 8) +
+                 1000 * static_cast<int>(maps.roughness.data[i] * 5));
     int axis = 0;
     for (int c = 1; c < 3; ++c) {
       const std::size_t at = static_cast<std::size_t>(c) * pixels + i;
-      if (std::abs(maps.normal.data[at]) > std::abs(maps.normal.data[static_cast<std::size_t>(axis) * pixels + i])) axis = c;
+      if (std::abs(maps.normal.data[at]) > std::abs(maps.normal.data[static_cast<std::size_t>(axis) * pixels + i]))
+        axis = c;
     }
-    ++direction[static_cast<std::size_t>(2 * axis + (maps.normal.data[static_cast<std::size_t>(axis) * pixels + i] > 0))];
+    ++direction[static_cast<std::size_t>(2 * axis +
+                                         (maps.normal.data[static_cast<std::size_t>(axis) * pixels + i] > 0))];
   }
   std::sort(depth.begin(), depth.end());
-  const auto quantile = [&](double q) { return static_cast<double>(depth[static_cast<std::size_t>(q * static_cast<double>(pixels - 1))]); };
+  const auto quantile = [&](double q) {
+    return static_cast<double>(depth[static_cast<std::size_t>(q * static_cast<double>(pixels - 1))]);
+  };
   const double glow = static_cast<double>(emitting) / static_cast<double>(pixels);
-  const double same = static_cast<double>(*std::max_element(direction.begin(), direction.end())) / static_cast<double>(pixels);
+  const double same =
+      static_cast<double>(*std::max_element(direction.begin(), direction.end())) / static_cast<double>(pixels);
   double score = 0;
   if (quantile(0.02) < 0.35) score -= 2;
   if (quantile(0.15) < 0.7) score -= 1;

@@ -59,9 +59,10 @@ void run(Options& options, const CommonOptions& common) {
   const GenerateSummary summary = generate(Device::open(common.device), o);
   progress.reset();
   if (common.json) write_json_result(common, summary_json(o, summary));
-  say(fmt::format("{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
-                  duration_text(summary.seconds),
-                  summary.made > 0 ? fmt::format(", {:.0f} views an hour", 3600 * summary.made / summary.seconds) : ""));
+  say(fmt::format(
+      "{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
+      duration_text(summary.seconds),
+      summary.made > 0 ? fmt::format(", {:.0f} views an hour", 3600 * summary.made / summary.seconds) : ""));
   say(summary.dropped == 0
           ? "samples that were not finite: none"
           : fmt::format("samples that were not finite: {} dropped, first {}", summary.dropped, summary.first_dropped));
@@ -86,8 +87,9 @@ void add_generate_command(CommandLine& line) {
       .option("--assets", "DIR", "folder with hdri/ and models/", o.assets)
       .flag("--box-rooms", "bare boxes with a lamp and a few blocks and balls", o.box_rooms)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
-      .notes("Complete views are skipped: run the same line again to go on after an interruption. 64 samples a pixel by "
-             "default.")
+      .notes(
+          "Complete views are skipped: run the same line again to go on after an interruption. 64 samples a pixel by "
+          "default.")
       .run([options](const CommonOptions& common) { run(*options, common); });
 }
 

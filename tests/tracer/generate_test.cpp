@@ -1,0 +1,198 @@
+// The data set on disk: layout, units, resume, shards, seeds.
+#include "tracer/generate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "tests/tracer/scenes.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Generate : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "clerestory-generate-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    root_ = name;
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  GenerateOptions small(const std::string& folder, std::uint64_t seed = 3) const {
+    GenerateOptions o;
+    o.out = root_ / folder, o.rooms = 2, o.views = 2, o.width = 32, o.height = 24, o.spp = 8, o.seed = seed;
+    o.assets = std::string(CLERESTORY_SOURCE_DIR) + "/assets";
+    return o;
+  }
+  /// Name relative to the data set -> bytes.
+  static std::map<std::string, std::string> contents(const fs::path& folder) {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      if (entry.is_regular_file())
+        all[fs::relative(entry.path(), folder).string()] = read_file(entry.path(), 1 << 28, true);
+    }
+    return all;
+  }
+  fs::path root_;
+};
+
+TEST_F(Generate, LayoutAndUnits) {
+  GenerateOptions o = small("a");
+  o.balls = true;
+  const GenerateSummary summary = generate(test_device(), o);
+  EXPECT_EQ(summary.made, 4);
+  EXPECT_EQ(summary.dropped, 0) << summary.first_dropped;
+  const std::vector<std::string> rooms = list_rooms(o.out, "train");
+  ASSERT_EQ(rooms.size(), 2u);
+  EXPECT_EQ(list_views(o.out / rooms[0]), (std::vector<std::string>{"000", "001"}));
+  int with_balls = 0;
+  for (const std::string& name : rooms) {
+    for (const std::string id : {"000", "001"}) {
+      const fs::path room = o.out / name;
+      for (const char* what : {"im", "mask", "albedo", "depth", "material", "normal", "emission", "variance"}) {
+        EXPECT_TRUE(fs::exists(view_file(room, id, what))) << what;
+      }
+      const Image millimetres = read_image(view_file(room, id, "depth"));
+      const RoomView view = read_view(room, id);
+      EXPECT_EQ(view.image.width, 32);
+      EXPECT_EQ(view.image.height, 24);
+      ASSERT_TRUE(view.camera);
+      for (std::size_t i = 0; i < view.depth.pixels(); ++i) {
+        EXPECT_EQ(view.mask.data[i], 1);
+        EXPECT_GT(millimetres.data[i], 100);  // nothing is nearer than 10 cm, nothing farther than 10 m
+        EXPECT_LT(millimetres.data[i], 10000);
+      }
+      std::vector<float> luminance;
+      for (std::size_t i = 0; i < view.image.pixels(); ++i) {
+        luminance.push_back(0.2126f * view.image.plane(0)[i] + 0.7152f * view.image.plane(1)[i] +
+                            0.0722f * view.image.plane(2)[i]);
+      }
+      std::sort(luminance.begin(), luminance.end());
+      // The percentile's own pixel, stored in half precision.
+      EXPECT_NEAR(luminance[static_cast<std::size_t>(0.95 * static_cast<double>(luminance.size() - 1))], 0.9, 1e-3);
+      const CameraFile camera = read_camera(view_file(room, id, "camera", "json"));
+      ASSERT_TRUE(camera.exposure);
+      EXPECT_GT(*camera.exposure, 0);
+
+      const auto balls = nlohmann::json::parse(read_file(view_file(room, id, "balls", "json")));
+      if (balls.empty()) continue;
+      ++with_balls;
+      ASSERT_EQ(balls.size(), 3u);
+      for (const auto& ball : balls) {
+        EXPECT_LT(ball["center"][2].get<double>(), 0);
+        EXPECT_GT(ball["radius"].get<double>(), 0);
+        const Image picture = read_image(view_file(room, id, "ball_" + ball["name"].get<std::string>()));
+        EXPECT_EQ(picture.width, 32);
+      }
+      EXPECT_EQ(balls[0]["name"], "mirror");
+      EXPECT_NEAR(balls[0]["roughness"].get<double>(), 0.02, 1e-6);
+      EXPECT_NEAR(balls[2]["albedo"][0].get<double>(), 0.8, 1e-6);
+    }
+  }
+  EXPECT_GT(with_balls, 0);
+}
+
+TEST_F(Generate, KilledRunEndsInTheSameBits) {
+  const GenerateOptions whole = small("whole");
+  generate(test_device(), whole);
+  GenerateOptions o = small("killed");
+  int asked = 0;
+  o.interrupted = [&] { return ++asked > 2; };
+  try {
+    generate(test_device(), o);
+    FAIL() << "was not interrupted";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Interrupted);
+  }
+  // A kill between two files of a view: all but its picture, which is written last, may be there.
+  const fs::path room = o.out / room_name(o, 1);
+  fs::create_directories(room);
+  fs::copy_file(whole.out / room_name(o, 1) / "000_albedo.exr", room / "000_albedo.exr");
+  std::ofstream(room / "000_depth.exr") << "half a file";
+  o.interrupted = {};
+  const GenerateSummary summary = generate(test_device(), o);
+  EXPECT_EQ(summary.skipped, 2);
+  EXPECT_EQ(summary.made, 2);
+  EXPECT_EQ(contents(o.out), contents(whole.out));
+  EXPECT_EQ(generate(test_device(), o).made, 0);
+}
+
+TEST_F(Generate, ShardsTogetherAreTheWhole) {
+  const GenerateOptions whole = small("whole");
+  generate(test_device(), whole);
+  for (int i = 0; i < 2; ++i) {
+    GenerateOptions part = small("parts");
+    part.shard = i, part.shards = 2;
+    int last_total = 0;
+    part.progress = [&](int, int total, bool) { last_total = total; };
+    EXPECT_EQ(generate(test_device(), part).made, 2);
+    EXPECT_EQ(last_total, 2);
+  }
+  EXPECT_EQ(contents(root_ / "parts"), contents(whole.out));
+}
+
+TEST_F(Generate, SeedsDiffer) {
+  GenerateOptions a = small("a", 1), b = small("b", 2);
+  a.rooms = b.rooms = 1, a.views = b.views = 1;
+  generate(test_device(), a);
+  generate(test_device(), b);
+  const RoomView first = read_view(a.out / room_name(a, 0), "000"), second = read_view(b.out / room_name(b, 0), "000");
+  EXPECT_NE(first.depth.data, second.depth.data);
+  EXPECT_NE(room_name(a, 0), room_name(b, 0));
+}
+
+TEST_F(Generate, SplitsAreOfRooms) {
+  GenerateOptions o = small("a");
+  std::map<std::string, int> count;
+  for (int i = 0; i < 100; ++i) ++count[split_of(o, i)];
+  EXPECT_EQ(count["train"], 80);
+  EXPECT_EQ(count["val"], 10);
+  EXPECT_EQ(count["test"], 10);
+  o.split = "test";
+  EXPECT_EQ(split_of(o, 0), "test");
+}
+
+TEST_F(Generate, OtherOptionsInTheSameFolderAreRefused) {
+  GenerateOptions o = small("a");
+  o.rooms = 1, o.views = 1, o.box_rooms = true;
+  generate(test_device(), o);
+  o.spp = 9;
+  try {
+    generate(test_device(), o);
+    FAIL() << "mixed views of two kinds";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+  }
+}
+
+TEST_F(Generate, OptionsOutOfRange) {
+  const auto refused = [&](auto change) {
+    GenerateOptions o = small("never");
+    change(o);
+    try {
+      generate(test_device(), o);
+    } catch (const Error& e) {
+      return e.kind() == ErrorKind::Usage && !fs::exists(root_ / "never");
+    }
+    return false;
+  };
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.views = -1; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.width = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.spp = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.shard = 1; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.split = "some"; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.assets = "/nonexistent"; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.out.clear(); }));
+}
+
+}  // namespace
+}  // namespace clerestory

@@ -1,0 +1,286 @@
+// The path tracer against closed forms and quadrature.
+#include <gtest/gtest.h>
+
+#include "host/math/panorama.hpp"
+#include "tests/tracer/reference.hpp"
+#include "tests/tracer/scenes.hpp"
+#include "tracer/room.hpp"
+
+namespace clerestory {
+namespace {
+
+// Estimates are compared at 4.5 standard errors: seven in a million would fail by chance, and seeds are fixed.
+constexpr double kSigmas = 4.5;
+
+/// A closed sphere of radius 2 seen from inside, each point of which emits 1 and reflects.
+Scene furnace(const Material& material) {
+  Scene scene;
+  Shapes shapes(scene, glm::mat4(1), Random(1));
+  const int m = shapes.material(material), e = shapes.emitter({glm::vec3(1), false});
+  shapes.sphere({0, 0, 0}, 2, m, 40, e);
+  turn_inside_out(scene);
+  return scene;
+}
+
+/// Radiance leaving the furnace's wall at cosine c, by iterating the integral equation: a chord meets the sphere at the
+/// same angle on both ends, so L(c) = 1 + int f(c, c') L(c') cos' dw'.
+class FurnaceReference {
+ public:
+  explicit FurnaceReference(const reference::Brdf& brdf) {
+    constexpr int azimuths = 64;
+    std::vector<double> kernel(kNodes * kNodes);
+    for (int i = 0; i < kNodes; ++i) {
+      const double co = cosine(i), so = std::sqrt(1 - co * co);
+      for (int k = 0; k < kNodes; ++k) {
+        const double ci = cosine(k), si = std::sqrt(1 - ci * ci);
+        double sum = 0;
+        for (int a = 0; a < azimuths; ++a) {
+          const double phi = 2 * std::numbers::pi * (a + 0.5) / azimuths;
+          sum += brdf({si * std::cos(phi), si * std::sin(phi), ci}, {so, 0, co}).x;
+        }
+        kernel[static_cast<std::size_t>(i * kNodes + k)] = sum * 2 * std::numbers::pi / azimuths * ci / kNodes;
+      }
+    }
+    radiance_.assign(kNodes, 1);
+    for (int pass = 0; pass < 400; ++pass) {
+      std::vector<double> next(kNodes, 1);
+      for (std::size_t i = 0; i < kNodes; ++i) {
+        for (std::size_t k = 0; k < kNodes; ++k) next[i] += kernel[i * kNodes + k] * radiance_[k];
+      }
+      radiance_ = next;
+    }
+  }
+  double at(double c) const {
+    const double x = std::clamp(c * kNodes - 0.5, 0.0, kNodes - 1.001);
+    const int i = static_cast<int>(x);
+    return radiance_[static_cast<std::size_t>(i)] * (1 - (x - i)) +
+           radiance_[static_cast<std::size_t>(i) + 1] * (x - i);
+  }
+
+ private:
+  static constexpr int kNodes = 256;
+  static double cosine(int i) { return (i + 0.5) / kNodes; }
+  std::vector<double> radiance_;
+};
+
+TEST(Path, FurnaceOfAClosedSphere) {
+  struct Case {
+    float albedo, roughness, metallic;
+  };
+  for (const Case& c : {Case{0.7f, 1.f, 0}, Case{0.4f, 0.5f, 0}, Case{0.8f, 0.6f, 1}}) {
+    TraceScene scene(test_device(), furnace(plain(glm::vec3(c.albedo), c.roughness, c.metallic)));
+    const FurnaceReference expected({reference::V(static_cast<double>(c.albedo)), static_cast<double>(c.roughness),
+                                     static_cast<double>(c.metallic)});
+    for (const float off : {0.f, 1.f, 1.6f}) {
+      // From (off, 0, 0) straight up: the wall is met at sine off / 2.
+      RadianceQuery query;
+      query.seed = 5;
+      const Estimate e = estimate(scene, {off, 0.f, 0.01f}, {0, 1, 0}, 20000, query);
+      const double wanted = expected.at(std::sqrt(1 - off * off / 4));
+      // Facets stand off the sphere by up to 2 (1 - cos(pi / 80)) = 1.5e-3 m: chords differ by a permille.
+      EXPECT_NEAR(e.mean[0], wanted, kSigmas * e.error[0] + 2e-3 * wanted)
+          << c.albedo << " " << c.roughness << " " << off;
+    }
+  }
+}
+
+struct LampScene {
+  Scene scene;
+  reference::Brdf brdf;
+};
+
+/// A floor under a square lamp of half a metre at one metre, nothing else.
+LampScene floor_and_lamp(float roughness, float metallic) {
+  LampScene s;
+  Shapes shapes(s.scene, glm::mat4(1), Random(1));
+  const int floor = shapes.material(plain({0.6f, 0.4f, 0.2f}, roughness, metallic));
+  const int lamp = shapes.emitter({{3, 2, 1}, false});
+  shapes.quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, floor);
+  shapes.quad({-0.25f, 1, -0.25f}, {0.25f, 1, -0.25f}, {0.25f, 1, 0.25f}, {-0.25f, 1, 0.25f}, floor, lamp);
+  s.brdf = {{0.6f, 0.4f, 0.2f}, static_cast<double>(roughness), static_cast<double>(metallic)};
+  return s;
+}
+
+/// Light reflected from floor point x towards wo (world, y up), by summing over the lamp's area.
+reference::V reflected(const reference::Brdf& brdf, const reference::V& x, const reference::V& wo) {
+  constexpr int n = 600;
+  reference::V sum(0);
+  const auto local = [](const reference::V& v) { return reference::V(v.x, -v.z, v.y); };  // y up becomes z up
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < n; ++k) {
+      const reference::V at(-0.25 + 0.5 * (i + 0.5) / n, 1, -0.25 + 0.5 * (k + 0.5) / n);
+      const reference::V d = at - x;
+      const double d2 = glm::dot(d, d);
+      const reference::V wi = d / std::sqrt(d2);
+      sum += brdf(local(wi), local(wo)) * reference::V(3, 2, 1) * (wi.y * wi.y / d2);
+    }
+  }
+  return sum * (0.25 / (n * n));
+}
+
+TEST(Path, DirectLightEqualsQuadrature) {
+  for (const float metallic : {0.f, 1.f}) {
+    for (const float roughness : {0.25f, 0.5f, 1.f}) {
+      LampScene s = floor_and_lamp(roughness, metallic);
+      TraceScene scene(test_device(), s.scene);
+      const glm::vec3 point(0.3f, 0, 0.2f), wo = glm::normalize(glm::vec3(-0.4f, 0.8f, 0.3f));
+      const reference::V expected = reflected(s.brdf, point, wo);
+      for (const int light_samples : {0, 1, 3}) {
+        RadianceQuery query;
+        query.max_depth = 1, query.light_samples = light_samples, query.seed = 11;
+        const Estimate e = estimate(scene, point + 0.5f * wo, -wo, 60000, query);
+        for (int c = 0; c < 3; ++c) {
+          ASSERT_GT(e.mean[c], 0);
+          // 1e-3: the offset of rays, 0.1 mm in a metre, and the midpoint rule.
+          EXPECT_NEAR(e.mean[c], expected[c], kSigmas * e.error[c] + 1e-3 * expected[c])
+              << "roughness " << roughness << " metallic " << metallic << " light samples " << light_samples;
+        }
+      }
+    }
+  }
+}
+
+TEST(Path, EmittersCanBeLeftOut) {
+  LampScene s = floor_and_lamp(0.5f, 0);
+  TraceScene scene(test_device(), s.scene);
+  RadianceQuery with, without;
+  without.emitters = false;
+  with.max_depth = without.max_depth = 0;
+  EXPECT_FLOAT_EQ(static_cast<float>(estimate(scene, {0, 0.5f, 0}, {0, 1, 0}, 4, with).mean[0]), 3.f);
+  EXPECT_EQ(estimate(scene, {0, 0.5f, 0}, {0, 1, 0}, 4, without).mean[0], 0);
+  EXPECT_EQ(estimate(scene, {0, 1.5f, 0}, {0, -1, 0}, 4, with).mean[0], 0) << "the back of a lamp is dark";
+}
+
+/// A room whose light comes through one pane from a panorama with a bright spot, and from a lamp.
+Scene room_with_pane() {
+  Scene scene;
+  Shapes shapes(scene, glm::mat4(1), Random(1));
+  const int wall = shapes.material(plain({0.6f, 0.6f, 0.5f}, 0.6f)),
+            shiny = shapes.material(plain(glm::vec3(0.7f), 0.3f, 1));
+  shapes.box({-2, 0, -2}, {2, 2.5f, 2}, wall);
+  turn_inside_out(scene);
+  shapes.box({-1.2f, 0, -1.2f}, {-0.4f, 0.9f, -0.5f}, shiny);
+  const int pane = shapes.emitter({glm::vec3(1), true}), lamp = shapes.emitter({glm::vec3(4), false});
+  shapes.quad({-1, 0.8f, -1.99f}, {1, 0.8f, -1.99f}, {1, 2, -1.99f}, {-1, 2, -1.99f}, wall, pane);
+  shapes.quad({-0.4f, 2.49f, -0.4f}, {0.4f, 2.49f, -0.4f}, {0.4f, 2.49f, 0.4f}, {-0.4f, 2.49f, 0.4f}, wall, lamp);
+  scene.panorama = {64, 32, std::vector<float>(64 * 32 * 3, 0.5f)};
+  for (int c = 0; c < 3; ++c) scene.panorama.rgb[static_cast<std::size_t>(3 * (15 * 64 + 34) + c)] = 60;
+  scene.panorama_turn = 0.1f;
+  return scene;
+}
+
+TEST(Path, LightSamplingAgreesWithDirectionsOnly) {
+  TraceScene scene(test_device(), room_with_pane());
+  Camera camera = Camera::from_fov(24, 18, 80);
+  look_at(camera, {1.2, 1.4, 1.6}, {-0.3, 0.9, -1});
+  const TracePicture a = scene.picture(camera, 768, 1, kMaxDepth, 2), b = scene.picture(camera, 768, 2, kMaxDepth, 0);
+  EXPECT_EQ(a.dropped.count + b.dropped.count, 0);
+  int far = 0;
+  double sum_a = 0, sum_b = 0, variance = 0;
+  for (std::size_t i = 0; i < a.mean.data.size(); ++i) {
+    const double v = static_cast<double>(a.variance.data[i]) + static_cast<double>(b.variance.data[i]);
+    far += std::abs(static_cast<double>(a.mean.data[i] - b.mean.data[i])) > 3 * std::sqrt(v) + 1e-6;
+    sum_a += static_cast<double>(a.mean.data[i]), sum_b += static_cast<double>(b.mean.data[i]), variance += v;
+  }
+  // Three sigmas hold 99.7 % of normal values; directions alone find the bright spot seldom, which skews theirs.
+  EXPECT_LT(far, static_cast<int>(0.02 * static_cast<double>(a.mean.data.size())));
+  // Channels of a pixel are fully correlated: three times the variance at most.
+  EXPECT_NEAR(sum_a, sum_b, kSigmas * std::sqrt(3 * variance));
+}
+
+TEST(Path, PanesShowThePanorama) {
+  const Scene scene = room_with_pane();
+  TraceScene traced(test_device(), scene);
+  Camera camera = Camera::from_fov(96, 72, 70);
+  look_at(camera, {0.2, 1.4, 1.6}, {0, 1.4, -2});
+  const TraceMaps maps = traced.maps(camera);
+  int shown = 0, spots = 0;
+  for (int y = 0; y < camera.height; ++y) {
+    for (int x = 0; x < camera.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * camera.width + x;
+      if (maps.emitter[i] != 0) continue;
+      ++shown;
+      Vec3 d = camera.direction_to_world(camera.direction(x + 0.5, y + 0.5));
+      const double a = scene.panorama_turn;  // the panorama is turned: look the direction up that far to the right
+      d = {std::cos(a) * d.x - std::sin(a) * d.z, d.y, std::sin(a) * d.x + std::cos(a) * d.z};
+      const Vec2 uv = panorama_position(d);
+      const double px = uv.x * 64 - 34.5, py = uv.y * 32 - 15.5;  // from the bright pixel's centre
+      const double weight = std::max(0.0, 1 - std::abs(px)) * std::max(0.0, 1 - std::abs(py));
+      spots += weight > 0.5;
+      // atan2 and acos to a few ulp, times 64 columns, times the step of 59.5 between pixels.
+      EXPECT_NEAR(static_cast<double>(maps.emission.data[i]), 0.5 + 59.5 * weight, 5e-3) << x << " " << y;
+    }
+  }
+  EXPECT_GT(shown, 200);
+  EXPECT_GT(spots, 0);
+}
+
+TEST(Path, PictureEqualsRadianceAlongItsRays) {
+  TraceScene scene(test_device(), room_with_pane());
+  Camera camera = Camera::from_fov(16, 12, 80);
+  look_at(camera, {1.2, 1.4, 1.6}, {-0.3, 0.9, -1});
+  const TracePicture picture = scene.picture(camera, 256, 3);
+  std::vector<float> points(3 * 16 * 12, 0.f), directions(points.size());
+  for (int i = 0; i < 16 * 12; ++i) {
+    const Vec3 d = camera.ray(i % 16 + 0.5, i / 16 + 0.5);
+    for (int c = 0; c < 3; ++c) directions[static_cast<std::size_t>(c * 16 * 12 + i)] = static_cast<float>(d[c]);
+  }
+  RadianceQuery query;
+  query.spp = 256, query.seed = 4, query.light_samples = kLightSamples, query.to_world = camera.camera_to_world;
+  const std::vector<float> radiance = scene.radiance(points, directions, query);
+  int far = 0;
+  double sum = 0, variance = 0;
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    // The second estimate is about as uncertain as the first.
+    const double difference = static_cast<double>(radiance[i]) - static_cast<double>(picture.mean.data[i]);
+    const double v = 2 * static_cast<double>(picture.variance.data[i]);
+    far += std::abs(difference) > 3 * std::sqrt(v) + 1e-6;
+    sum += difference, variance += v;
+  }
+  EXPECT_LT(far, 0.03 * static_cast<double>(radiance.size()));
+  EXPECT_LT(std::abs(sum), kSigmas * std::sqrt(3 * variance));  // the channels of a pixel vary as one
+}
+
+TEST(Path, SameSeedSameBitsOtherSeedOtherNoise) {
+  const Room room = make_box_room(2);
+  TraceScene a(test_device(), room.scene), b(test_device(), room.scene);
+  Camera camera = Camera::from_fov(32, 24, 70);
+  look_at(camera, {1.5, 1.5, 1.5}, {0, 0.8, 0});
+  const TracePicture first = a.picture(camera, 80, 9), again = b.picture(camera, 80, 9),
+                     other = a.picture(camera, 80, 10);
+  EXPECT_EQ(first.mean.data, again.mean.data);
+  EXPECT_EQ(first.variance.data, again.variance.data);
+  EXPECT_NE(first.mean.data, other.mean.data);
+}
+
+TEST(Path, VarianceIsThatOfThePixelsMean) {
+  const Room room = make_box_room(2);
+  TraceScene scene(test_device(), room.scene);
+  Camera camera = Camera::from_fov(16, 12, 70);
+  look_at(camera, {1.5, 1.5, 1.5}, {0, 0.8, 0});
+  constexpr int runs = 40;
+  std::vector<double> sum(16 * 12, 0), squares(16 * 12, 0), stated(16 * 12, 0);
+  for (int r = 0; r < runs; ++r) {
+    const TracePicture p = scene.picture(camera, 32, 100 + static_cast<std::uint32_t>(r));
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      const double v = static_cast<double>(p.mean.data[i]);
+      sum[i] += v, squares[i] += v * v, stated[i] += static_cast<double>(p.variance.data[i]);
+    }
+  }
+  double measured_total = 0, stated_total = 0;
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    measured_total += (squares[i] - sum[i] * sum[i] / runs) / (runs - 1);
+    stated_total += stated[i] / runs;
+  }
+  ASSERT_GT(stated_total, 0);
+  // 192 pixels of 39 degrees of freedom each, with heavy tails: within a quarter.
+  EXPECT_NEAR(measured_total / stated_total, 1, 0.25);
+}
+
+TEST(Path, NoSamplesIsAnError) {
+  TraceScene scene(test_device(), make_box_room(2).scene);
+  EXPECT_THROW(scene.picture(Camera::from_fov(8, 8, 70), 0, 1), Error);
+}
+
+}  // namespace
+}  // namespace clerestory

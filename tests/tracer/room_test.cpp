@@ -1,0 +1,198 @@
+// Generated rooms: closed, lit, varied, and held-out content kept apart.
+#include "tracer/room.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/tracer/reference.hpp"
+#include "tests/tracer/scenes.hpp"
+#include "tracer/balls.hpp"
+#include "tracer/views.hpp"
+
+namespace clerestory {
+namespace {
+
+const RoomAssets& assets_of(Setting setting) {
+  static const RoomAssets training = load_assets(std::string(CLERESTORY_SOURCE_DIR) + "/assets", Setting::Training);
+  static const RoomAssets held_out = load_assets(std::string(CLERESTORY_SOURCE_DIR) + "/assets", Setting::HeldOut);
+  return setting == Setting::Training ? training : held_out;
+}
+
+bool has(const Room& room, const std::string& furniture) {
+  for (const Occupied& o : room.occupied) {
+    if (o.name == furniture) return true;
+  }
+  return false;
+}
+
+TEST(Room, TrainingNeverShowsWhatIsHeldOut) {
+  for (const NamedPanorama& p : assets_of(Setting::Training).panoramas) {
+    for (const std::string& held : kHeldOutPanoramas) EXPECT_NE(p.name, held);
+  }
+  for (const Model& m : assets_of(Setting::Training).models) EXPECT_NE(m.name, kHeldOutModel);
+  ASSERT_FALSE(assets_of(Setting::Training).models.empty());
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
+    EXPECT_FALSE(has(room, kHeldOutFurniture)) << seed;
+    for (const Material& m : room.scene.materials) {
+      ASSERT_NE(m.texture, static_cast<float>(kHeldOutTexture)) << seed;
+    }
+  }
+}
+
+TEST(Room, HeldOutRoomsShowIt) {
+  int beds = 0;
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    const Room room = make_room(seed, Setting::HeldOut, assets_of(Setting::HeldOut));
+    EXPECT_NE(std::find(kHeldOutPanoramas.begin(), kHeldOutPanoramas.end(), room.panorama), kHeldOutPanoramas.end());
+    int stone = 0, panes = 0;
+    for (const Triangle& t : room.scene.triangles) {
+      stone +=
+          room.scene.materials[static_cast<std::size_t>(t.material)].texture == static_cast<float>(kHeldOutTexture);
+      panes += t.emitter >= 0 && room.scene.emitters[static_cast<std::size_t>(t.emitter)].panorama;
+    }
+    EXPECT_GT(stone, 10) << seed;
+    EXPECT_GT(panes, 0) << seed;
+    beds += has(room, kHeldOutFurniture);
+  }
+  EXPECT_GE(beds, 25) << "small rooms may have no wall for a bed, most have";
+}
+
+TEST(Room, SeedsDifferAndRepeat) {
+  const RoomAssets& assets = assets_of(Setting::Training);
+  const Room a = make_room(4, Setting::Training, assets), again = make_room(4, Setting::Training, assets);
+  ASSERT_EQ(a.scene.triangles.size(), again.scene.triangles.size());
+  for (std::size_t i = 0; i < a.scene.triangles.size(); ++i) {
+    ASSERT_EQ(a.scene.triangles[i].v[0].position, again.scene.triangles[i].v[0].position);
+  }
+  std::set<std::string> kinds;
+  std::set<std::size_t> sizes;
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    const Room room = make_room(seed, Setting::Training, assets);
+    kinds.insert(room.kind);
+    sizes.insert(room.scene.triangles.size());
+    bool emits = false;
+    for (const Triangle& t : room.scene.triangles) emits |= t.emitter >= 0;
+    EXPECT_TRUE(emits) << seed;
+  }
+  EXPECT_GE(kinds.size(), 4u);
+  EXPECT_EQ(sizes.size(), 30u);
+}
+
+TEST(Room, FurnitureStaysInsideAndApart) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
+    for (std::size_t i = 0; i < room.occupied.size(); ++i) {
+      const Occupied& a = room.occupied[i];
+      EXPECT_LE(std::max(std::abs(a.x0), std::abs(a.x1)), room.size.x / 2 + 1e-3f) << seed << " " << a.name;
+      EXPECT_LE(std::max(std::abs(a.z0), std::abs(a.z1)), room.size.z / 2 + 1e-3f) << seed << " " << a.name;
+      for (std::size_t k = 0; k < i; ++k) {
+        const Occupied& b = room.occupied[k];
+        EXPECT_FALSE(a.x1 > b.x0 && a.x0 < b.x1 && a.z1 > b.z0 && a.z0 < b.z1)
+            << seed << " " << a.name << " in " << b.name;
+      }
+    }
+  }
+}
+
+TEST(Room, MapsAreCompleteAndInRange) {
+  for (const Setting setting : {Setting::Training, Setting::HeldOut}) {
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+      const Room room = make_room(seed, setting, assets_of(setting));
+      TraceScene scene(test_device(), room.scene);
+      for (const Camera& camera : choose_views(scene, room, 2, 64, 48, Random(seed))) {
+        const TraceMaps maps = scene.maps(camera);
+        const std::size_t n = maps.depth.pixels();
+        std::size_t away = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+          ASSERT_GT(maps.depth.data[i], 0) << "the room has a hole, seed " << seed << " pixel " << i;
+          ASSERT_LT(maps.depth.data[i], 10);
+          const Vec3 normal(maps.normal.data[i], maps.normal.data[n + i], maps.normal.data[2 * n + i]);
+          ASSERT_NEAR(glm::length(normal), 1, 1e-5);
+          const Vec3 d = camera.direction(static_cast<int>(i) % 64 + 0.5, static_cast<int>(i) / 64 + 0.5);
+          away += glm::dot(normal, d) >= 0;
+          const float limit = maps.metallic.data[i] > 0 ? 0.92f : 0.78f;
+          for (std::size_t c = 0; c < 3; ++c) {
+            ASSERT_GE(maps.albedo.data[c * n + i], 0);
+            ASSERT_LE(maps.albedo.data[c * n + i], limit + 1e-6f);
+          }
+          ASSERT_GE(maps.roughness.data[i], 0.02f);
+          ASSERT_LE(maps.roughness.data[i], 1);
+        }
+        EXPECT_LT(away, n / 100) << "smooth normals face away at silhouettes only";
+        EXPECT_GE(camera.fov_degrees(), 35 - 1e-3);
+        EXPECT_LE(camera.fov_degrees(), 120 + 1e-3);
+        const Vec3 eye = camera.position();
+        EXPECT_GE(eye.y, 0.9 - 1e-6);
+        EXPECT_LE(eye.y, 1.8 + 1e-6);
+      }
+    }
+  }
+}
+
+TEST(Room, DepthIsAxial) {
+  // An empty box of 4 x 2.5 x 4 m, seen along -z from its middle: the far wall is 2 m away in every pixel that sees it.
+  Scene scene;
+  Shapes shapes(scene, glm::mat4(1), Random(1));
+  shapes.box({-2, 0, -2}, {2, 2.5f, 2}, shapes.material(plain(glm::vec3(0.5f), 0.5f)));
+  TraceScene traced(test_device(), scene);
+  Camera camera = Camera::from_fov(40, 30, 80);
+  look_at(camera, {0, 1.25, 0}, {0, 1.25, -1});
+  const TraceMaps maps = traced.maps(camera);
+  int wall = 0;
+  for (std::size_t i = 0; i < maps.depth.pixels(); ++i) {
+    if (maps.normal.data[2 * maps.depth.pixels() + i] < 0.5f) continue;
+    ++wall;
+    EXPECT_NEAR(maps.depth.data[i], 2, 2e-6);
+  }
+  EXPECT_GT(wall, 600);
+}
+
+/// Directional albedo of the model at a cosine of incidence, by the reference's quadrature.
+double directional_albedo(double albedo, double roughness, double metallic, double cosine) {
+  const reference::Brdf brdf{reference::V(albedo), roughness, metallic};
+  const reference::V wo(std::sqrt(1 - cosine * cosine), 0, cosine);
+  return reference::over_hemisphere([&](const reference::V& wi) { return brdf(wi, wo).x * wi.z; });
+}
+
+TEST(Room, BrightestMaterialsReflectAtMost95Percent) {
+  // The caps of kernels/trace/texture.clh, at their smoothest and at the roughness of lacquer; up to 70 degrees.
+  for (const double roughness : {0.25, 0.5, 1.0}) {
+    for (const double cosine : {1.0, 0.8, 0.6, 0.35}) {
+      EXPECT_LT(directional_albedo(0.78, roughness, 0, cosine), 0.95) << roughness << " " << cosine;
+      EXPECT_LT(directional_albedo(0.92, roughness, 1, cosine), 0.95) << roughness << " " << cosine;
+    }
+  }
+}
+
+TEST(Balls, RestInTheOpenAndAreSeen) {
+  const Room room = make_room(1, Setting::Training, assets_of(Setting::Training));
+  TraceScene scene(test_device(), room.scene);
+  int placed = 0;
+  for (const Camera& camera : choose_views(scene, room, 4, 80, 60, Random(1))) {
+    const auto place = place_ball(scene, camera, Random(2));
+    if (!place) continue;
+    ++placed;
+    TraceScene with(test_device(), with_ball(room.scene, camera, *place, ball_kinds()[0]));
+    const TraceMaps before = scene.maps(camera), after = with.maps(camera);
+    const auto at = camera.project(place->center);
+    ASSERT_TRUE(at);
+    const std::size_t i = static_cast<std::size_t>(at->y) * 80 + static_cast<std::size_t>(at->x);
+    EXPECT_LE(after.depth.data[i], before.depth.data[i] + 1e-4f);
+    int changed = 0;
+    for (std::size_t k = 0; k < before.depth.pixels(); ++k) changed += before.depth.data[k] != after.depth.data[k];
+    EXPECT_GT(changed, 10);
+    EXPECT_LT(changed, 80 * 60 / 4);
+    if (after.depth.data[i] < before.depth.data[i]) {
+      EXPECT_NEAR(after.roughness.data[i], 0.02f, 1e-6f);
+      EXPECT_EQ(after.metallic.data[i], 1);
+      // The nearest point of the ball is its centre less the radius, to the facets' 2e-3 of it.
+      EXPECT_NEAR(static_cast<double>(after.depth.data[i]), -place->center.z - place->radius, 0.1 * place->radius);
+    }
+  }
+  EXPECT_GE(placed, 2);
+}
+
+}  // namespace
+}  // namespace clerestory

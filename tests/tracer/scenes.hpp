@@ -1,0 +1,61 @@
+// Small scenes and helpers that several tests use.
+#pragma once
+#include <vector>
+
+#include "host/cl/device.hpp"
+#include "tracer/shapes.hpp"
+#include "tracer/trace_scene.hpp"
+
+namespace clerestory {
+
+inline Device& test_device() {
+  static Device device = Device::open();
+  return device;
+}
+
+inline Material plain(const glm::vec3& albedo, float roughness, float metallic = 0) {
+  Material m;
+  m.color_a = m.color_b = m.color_c = albedo;
+  m.roughness_a = m.roughness_b = m.roughness_c = roughness;
+  m.metallic_a = m.metallic_b = m.metallic_c = metallic;
+  m.uncapped = 1;
+  return m;
+}
+
+/// Turns every triangle over: what looked outwards looks inwards.
+inline void turn_inside_out(Scene& scene) {
+  for (Triangle& t : scene.triangles) {
+    std::swap(t.v[1], t.v[2]);
+    for (Vertex& v : t.v) v.normal = -v.normal;
+  }
+}
+
+/// count copies of one ray, planar.
+inline std::vector<float> repeated(const glm::vec3& v, int count) {
+  std::vector<float> planar(3 * static_cast<std::size_t>(count));
+  for (int c = 0; c < 3; ++c) std::fill_n(planar.begin() + static_cast<std::ptrdiff_t>(c) * count, count, v[c]);
+  return planar;
+}
+
+struct Estimate {
+  double mean[3] = {0, 0, 0}, error[3] = {0, 0, 0};  // standard error of the mean
+};
+
+/// Radiance along one ray from `rays` independent estimates.
+inline Estimate estimate(TraceScene& scene, const glm::vec3& point, const glm::vec3& direction, int rays,
+                         const RadianceQuery& query) {
+  const std::vector<float> l = scene.radiance(repeated(point, rays), repeated(direction, rays), query);
+  Estimate e;
+  for (int c = 0; c < 3; ++c) {
+    double sum = 0, squares = 0;
+    for (int i = 0; i < rays; ++i) {
+      const double v = static_cast<double>(l[static_cast<std::size_t>(c) * rays + i]);
+      sum += v, squares += v * v;
+    }
+    e.mean[c] = sum / rays;
+    e.error[c] = std::sqrt(std::max(0.0, squares / rays - e.mean[c] * e.mean[c]) / (rays - 1));
+  }
+  return e;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,110 @@
+// Solids: closed, turned outwards, with normals that follow their faces.
+#include "tracer/shapes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numbers>
+
+#include "tests/tracer/scenes.hpp"
+#include "tracer/room.hpp"
+
+namespace clerestory {
+namespace {
+
+glm::vec3 face_cross(const Triangle& t) {
+  return glm::cross(t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position);
+}
+
+/// Volume by the divergence theorem: that of the solid only if every face is there and looks outwards.
+double volume(const Scene& scene) {
+  double sum = 0;
+  for (const Triangle& t : scene.triangles) sum += static_cast<double>(glm::dot(t.v[0].position, face_cross(t))) / 6;
+  return sum;
+}
+
+struct Solid {
+  const char* name;
+  double volume, tolerance;
+  std::function<void(Shapes&)> build;
+};
+
+TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
+  constexpr double pi = std::numbers::pi;
+  const std::vector<Solid> solids = {
+      {"box", 0.5 * 2 * 3, 1e-5,
+       [](Shapes& s) {
+         s.box({1, 2, 3}, {1.5f, 4, 6}, 0);
+       }},
+      {"block", 0.06, 1e-6,
+       [](Shapes& s) {
+         s.block({1, 0, 0}, {0.2f, 0.3f, 1}, 0);
+       }},
+      {"rod", 0.02 * 0.02 * std::sqrt(3.0), 1e-6,
+       [](Shapes& s) {
+         s.rod({0, 0, 0}, {1, 1, 1}, 0.02f, 0);
+       }},
+      {"upright rod", 0.02 * 0.02, 1e-6,
+       [](Shapes& s) {
+         s.rod({0, 1, 0}, {0, 0, 0}, 0.02f, 0);
+       }},
+      // A prism of 64 sides holds sin(2 pi / 64) / (2 pi / 64) of its cylinder.
+      {"cylinder", 2 * 0.25 * 32 * std::sin(2 * pi / 64), 1e-4,
+       [](Shapes& s) {
+         s.cylinder({0, 1, 0}, 0.5f, 2, 0, 64);
+       }},
+      {"cone", 2 * 0.25 / 3 * 32 * std::sin(2 * pi / 64), 1e-4,
+       [](Shapes& s) {
+         s.lathe({0, 0, 0}, {{0.5f, 0}, {0, 2}}, 0, 64);
+       }},
+      {"sphere", 4.0 / 3 * pi * 0.125, 3e-3,
+       [](Shapes& s) {
+         s.sphere({1, 1, 1}, 0.5f, 0, 40);
+       }},
+      // A cushion: the box shrunk by the radius, plus slabs, quarter cylinders and an eighth sphere at each corner.
+      {"cushion",
+       0.8 * 0.4 * 0.2 + 2 * 0.1 * (0.8 * 0.4 + 0.4 * 0.2 + 0.8 * 0.2) + pi * 0.01 * (0.8 + 0.4 + 0.2) +
+           4.0 / 3 * pi * 1e-3,
+       2e-3,
+       [](Shapes& s) {
+         s.cushion({0, 0, 0}, {1, 0.6f, 0.4f}, 0.1f, 0, 6);
+       }},
+  };
+  for (const Solid& solid : solids) {
+    Scene scene;
+    Shapes shapes(scene, glm::mat4(1), Random(3));
+    solid.build(shapes);
+    EXPECT_NEAR(volume(scene), solid.volume, solid.tolerance) << solid.name;
+    glm::vec3 sum(0);
+    for (const Triangle& t : scene.triangles) {
+      sum += face_cross(t);
+      if (!t.smooth) continue;
+      for (const Vertex& v : t.v) {
+        EXPECT_NEAR(glm::length(v.normal), 1, 1e-5) << solid.name;
+        if (glm::length(face_cross(t)) < 1e-9f) continue;
+        EXPECT_GT(glm::dot(v.normal, glm::normalize(face_cross(t))), 0.5f) << solid.name;
+      }
+    }
+    EXPECT_LT(glm::length(sum), 1e-4f) << solid.name << ": faces of a closed solid sum to nothing";
+  }
+}
+
+TEST(Shapes, SpheresHaveTheNormalsOfSpheres) {
+  Scene scene;
+  Shapes(scene, glm::mat4(1), Random(3)).sphere({1, 2, 3}, 0.5f, 0, 24);
+  for (const Triangle& t : scene.triangles) {
+    for (const Vertex& v : t.v) EXPECT_LT(glm::length(v.normal - (v.position - glm::vec3(1, 2, 3)) / 0.5f), 1e-5f);
+  }
+}
+
+TEST(Shapes, TransformsMoveAndTurn) {
+  Scene scene;
+  Shapes s(scene, glm::mat4(1), Random(3));
+  s.at({1, 0, 0}, std::numbers::pi_v<float> / 2).block({0, 0, 1}, {0.1f, 0.1f, 0.1f}, 0);  // +z turns to +x
+  for (const Triangle& t : scene.triangles) {
+    for (const Vertex& v : t.v) EXPECT_LT(glm::length(v.position - glm::vec3(2, 0.05f, 0)), 0.1f);
+  }
+}
+
+}  // namespace
+}  // namespace clerestory
