@@ -14,8 +14,7 @@
 namespace clerestory {
 namespace {
 
-constexpr std::size_t kLong = 16;  // facts longer than this are set smaller
-constexpr int kSmall = 256;        // pictures narrower than this are enlarged without smoothing: one sees their pixels
+constexpr int kSmall = 256;  // pictures narrower than this are enlarged without smoothing: one sees their pixels
 
 std::string escaped(std::string_view text) {
   std::string out;
@@ -162,8 +161,7 @@ HtmlReport& HtmlReport::paragraph(const std::string& text) {
 HtmlReport& HtmlReport::facts(const std::vector<std::pair<std::string, std::string>>& facts) {
   body_ += "<dl class=\"facts\">";
   for (const auto& [name, value] : facts)
-    body_ += fmt::format("<div><dt>{}</dt><dd{}>{}</dd></div>", escaped(name),
-                         value.size() > kLong ? " class=\"long\"" : "", escaped(value));
+    body_ += "<div><dt>" + escaped(name) + "</dt><dd>" + escaped(value) + "</dd></div>";
   body_ += "</dl>\n";
   return *this;
 }

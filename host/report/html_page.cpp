@@ -29,8 +29,7 @@ figcaption b{color:var(--ink);font-weight:600}
 .facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(11rem,1fr));gap:1.1rem 2rem;margin:1.4rem 0 2rem}
 .facts div{border-top:1px solid var(--rule);padding-top:.5rem}
 .facts dt{font-size:.8rem;color:var(--soft)}
-.facts dd{margin:.1rem 0 0;font-size:1.12rem;font-variant-numeric:tabular-nums;overflow-wrap:anywhere}
-.facts dd.long{font-size:.95rem;line-height:1.4}
+.facts dd{margin:.15rem 0 0;font-size:1rem;line-height:1.4;font-variant-numeric:tabular-nums;overflow-wrap:anywhere}
 .facts dt::first-letter{text-transform:uppercase}
 .grid{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,19rem),1fr));gap:1.6rem 1.2rem;margin:1.2rem 0 .6rem}
 .grid figure{margin:0}

@@ -16,7 +16,7 @@ namespace {
 using Colour = std::array<float, 3>;
 
 // Display values from dark to bright in even steps of lightness, so that the scale also works in grey.
-constexpr std::array<Colour, 7> kScale{{{0.071f, 0.078f, 0.180f},
+constexpr std::array<Colour, 7> kScale{{{0.106f, 0.110f, 0.259f},
                                         {0.153f, 0.212f, 0.420f},
                                         {0.184f, 0.400f, 0.565f},
                                         {0.227f, 0.569f, 0.533f},

@@ -1,6 +1,7 @@
 #include "host/report/metrics.hpp"
 
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <cmath>
@@ -97,6 +98,28 @@ TEST_F(MetricsTest, ThinnedCurvesAreMeansOfRuns) {
   EXPECT_TRUE(std::isnan(thin.values[2]));
   EXPECT_EQ(thin.values[3], 9);
   EXPECT_EQ(thinned({{1, 2}, {3, 4}}, 2).values, (std::vector<double>{3, 4}));
+}
+
+TEST_F(MetricsTest, NoSpaceIsAnErrorAndTheFileStaysReadable) {
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    // A limit on file size stands in for a full disk: the write that crosses it is cut short, the next one fails.
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1000, 1000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    MetricsWriter writer(path());
+    try {
+      for (int step = 1; step < 1000; ++step) writer.write(step, {{"loss", 0.5}});
+    } catch (const Error& error) {
+      _exit(error.kind() == ErrorKind::Failed ? 7 : 8);
+    }
+    _exit(9);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(WEXITSTATUS(status), 7);
+  EXPECT_GT(read_metrics(path()).size(), 10u);
 }
 
 TEST_F(MetricsTest, BadPathsAreErrors) {
