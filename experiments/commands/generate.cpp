@@ -52,8 +52,8 @@ void run(Options& options, const CommonOptions& common) {
   o.interrupted = [] { return interrupted(); };
   std::unique_ptr<Progress> progress;
   o.progress = [&](int done, int total, bool made) {
-    if (!made) return;  // skipped views say nothing about speed
-    if (!progress) progress = std::make_unique<Progress>("generate", total, "views", done - 1);
+    if (!made) return;  // skipped views say nothing about speed, nor does the first, which builds kernels
+    if (!progress) progress = std::make_unique<Progress>("generate", total, "views", done);
     progress->update(done);
   };
   const GenerateSummary summary = generate(Device::open(common.device), o);
