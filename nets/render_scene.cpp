@@ -4,20 +4,30 @@
 
 #include "host/graph/plan.hpp"
 #include "host/math/statistics.hpp"
+#include "host/ops/light/image_light.hpp"
+#include "host/ops/light/mix_light.hpp"
 #include "host/ops/shade/render.hpp"
 #include "nets/scene_maps.hpp"
 
 namespace clerestory {
 namespace {
 
+Value photograph_light(Graph&, const RayBatch& rays, std::span<const Value> in) {
+  return photograph_radiance(in[0], in[1], rays.hits);
+}
+
 LightBuilder light_of(const std::string& name) {
-  if (name == "image") return image_light_builder();
+  if (name == "image") return photograph_light;
   if (name == "constant") return constant_light_builder();
   if (name == "panorama") return panorama_light_builder();
   throw usage_error("there is no such light", "--light", name, "image, constant or panorama");
 }
 
 }  // namespace
+
+Value photograph_radiance(Value photo, Value ambient, const SsrtHits& hits) {
+  return mix_light(image_light(photo, ambient, hits.pixel), constant_light(ambient, hits.u, photo), hits.u);
+}
 
 std::array<double, 3> ambient_of(const Scene& scene) {
   const std::size_t n = scene.photo.pixels();

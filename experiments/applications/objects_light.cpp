@@ -1,6 +1,5 @@
 #include "experiments/applications/objects_light.hpp"
 
-#include "host/ops/light/image_light.hpp"
 #include "host/ops/shade/bounce.hpp"
 #include "host/ops/shade/nearer.hpp"
 
@@ -49,14 +48,14 @@ struct Chunked {
   int bounces;
 
   /// Radiance along rays from `points` (per pixel or per ray) whose hits on the scene are known.
-  Value radiance(Value points, Value direction, Value hit_pixel, int number, Value shows) const {
-    const Value scene = image_light(in.photo, in.ambient, hit_pixel);
+  Value radiance(Value points, Value direction, const SsrtHits& seen, int number, Value shows) const {
+    const Value scene = photograph_radiance(in.photo, in.ambient, seen);
     if (number > bounces) return scene;
     const ObjectHits met = meet(objects, points, direction);
     const Bounce next = bounce(direction, met.normal, met.object, in.materials, number);
     const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal, {.points = met.point, .skip = nowhere}, options);
-    const Value beyond = radiance(met.point, next.direction, hits.pixel, number + 1, {});
-    return nearer({points, direction, hit_pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth, camera, shows);
+    const Value beyond = radiance(met.point, next.direction, hits, number + 1, {});
+    return nearer({points, direction, seen.pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth, camera, shows);
   }
 };
 
@@ -68,7 +67,7 @@ LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SsrtOpti
     const Shape one{1, 1, rays.direction.shape().h, rays.direction.shape().w};
     const Value nowhere = inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
     const Chunked chunk{objects, ssrt_options, in, rays.camera, nowhere, bounces};
-    return chunk.radiance(in.points, rays.direction, rays.hits.pixel, 1, in.shows);
+    return chunk.radiance(in.points, rays.direction, rays.hits, 1, in.shows);
   };
 }
 
