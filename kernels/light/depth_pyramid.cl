@@ -5,13 +5,13 @@
 // shift. The stride is odd in cache lines, so that a column does not fall into one set of the cache.
 #include "lib/real.clh"
 
-// depth: {n, 1, h, w}, axial, metres, 0 = none.
-kernel void pyramid_base(IN(depth), OUT(pyramid), const int w, const int h, const int stride) {
+// depth: {n, 1, h, w}, axial, metres, 0 = none. Writes level 0 and -1 everywhere else.
+kernel void pyramid_base(IN(depth), OUT(pyramid), const int w, const int h, const int stride, const int level_rows) {
   const int x = (int)get_global_id(0);
   const int y = (int)get_global_id(1);
-  if (x >= w || y >= h) return;
+  if (x >= stride || y >= level_rows) return;
   const int n = (int)get_global_id(2);
-  const real z = AT(depth, n)[y * w + x];
+  const real z = x < w && y < h ? AT(depth, n)[y * w + x] : R(0);
   AT(pyramid, n)[y * stride + x] = z > R(0) && z < R(INFINITY) ? R(1) / z : R(-1);
 }
 

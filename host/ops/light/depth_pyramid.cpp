@@ -25,7 +25,8 @@ struct DepthPyramidOp : Op {
     const auto range = [&](int w, int h) {
       return Range{{static_cast<std::size_t>(w), static_cast<std::size_t>(h), static_cast<std::size_t>(s.n)}, {16, 1, 1}};
     };
-    l.run("light/depth_pyramid.cl", "pyramid_base", range(s.w, s.h), l.in(0), l.out(), s.w, s.h, layout.stride);
+    l.run("light/depth_pyramid.cl", "pyramid_base", range(layout.stride, layout.level_rows), l.in(0), l.out(), s.w,
+          s.h, layout.stride, layout.level_rows);
     for (int level = 1; level < layout.levels; ++level) {
       const int w = halved(s.w, level), h = halved(s.h, level);
       l.run("light/depth_pyramid.cl", "pyramid_level", range(w, h), l.out(), layout.row(level - 1), halved(s.w, level - 1),

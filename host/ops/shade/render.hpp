@@ -12,8 +12,8 @@ namespace clerestory {
 
 struct RenderSpec {
   int spp = 64;  // at least 2; 128 for Sampler::Grid8x16
-  SamplingOptions sampling;
-  SsrtOptions ssrt;
+  SamplingOptions sampling{};
+  SsrtOptions ssrt{};
   bool facing = true;     // a cell that faces away from a ray is not hit by it
   bool trace = true;      // false: no ray is traced (a light that does not ask where rays end); u is 0
   int chunk_rays = 1 << 18;

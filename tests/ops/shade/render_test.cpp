@@ -1,0 +1,262 @@
+// The layer end to end: analytic means, standard errors, chunks, dropped samples, light from the host.
+#include "host/ops/shade/render.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/graph/plan.hpp"
+#include "host/math/frames.hpp"
+#include "host/math/statistics.hpp"
+#include "tests/ops/op_check.hpp"
+#include "tests/ops/shade/surface_probe.hpp"
+
+namespace clerestory {
+namespace {
+
+/// A wall 2 m before the camera whose right half stands forward; the left half is turned to the right, so that some of its
+/// rays end on the right half.
+Tensors wall(int w, int h, double roughness, double metallic, int n = 1) {
+  Tensors t{{"depth", Tensor(Shape{n, 1, h, w}, 2)}, {"normal", Tensor(Shape{n, 3, h, w})}, {"albedo", random_tensor({n, 3, h, w}, 1, 0.2, 0.9)},
+            {"material", Tensor(Shape{n, 2, h, w})}, {"ambient", random_tensor({n, 3, 1, 1}, 2, 0.5, 1)}, {"image", random_tensor({n, 3, h, w}, 3, 0, 2)}};
+  for (int k = 0; k < n; ++k)
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x) {
+        t["normal"].at(k, 0, y, x) = x > w / 2 ? 0 : 0.6;
+        t["normal"].at(k, 2, y, x) = x > w / 2 ? 1 : 0.8;
+        t["material"].at(k, 0, y, x) = roughness;
+        t["material"].at(k, 1, y, x) = metallic;
+        if (x > w / 2) t["depth"].at(k, 0, y, x) = 1.5;
+      }
+  t["camera"] = camera_tensor(std::vector<Camera>(static_cast<std::size_t>(n), Camera::from_fov(w, h, 70.0)));
+  t["range"] = depth_range(t["depth"]);
+  return t;
+}
+
+struct Picture {
+  Tensor radiance, standard_error, uncertainty, status, tally;
+};
+
+struct Layer {
+  Graph graph;
+  Rendered rendered;
+  std::unique_ptr<Executor> executor;
+
+  Layer(const Tensors& t, const RenderSpec& spec, const std::string& light, bool other_sampling = false) {
+    const auto in = [&](const std::string& name) { return graph.input(name, t.at(name).shape); };
+    const SurfaceMaps maps{in("depth"), {in("albedo"), in("normal"), in("material")}};
+    const Value camera = in("camera"), range = in("range"), ambient = in("ambient"), image = in("image");
+    const std::vector<Value> both{image, ambient}, one{ambient};
+    const Surfaces sampling = other_sampling ? Surfaces{maps.surfaces.albedo, maps.surfaces.normal, in("s_material")} : Surfaces{};
+    if (light == "constant") rendered = render(graph, spec, maps, camera, range, one, constant_light_builder(), {}, sampling);
+    if (light == "image") rendered = render(graph, spec, maps, camera, range, both, image_light_builder(), {}, sampling);
+    if (light == "panorama") rendered = render(graph, spec, maps, camera, range, both, panorama_light_builder(), {}, sampling);
+    executor = std::make_unique<Executor>(compile(graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally}, test_device()));
+    for (const auto& [name, tensor] : t)
+      if (other_sampling || name != "s_material") executor->feed(name, tensor);
+  }
+  Picture run(std::uint32_t seed) {
+    executor->run(seed);
+    return {executor->fetch(rendered.radiance), executor->fetch(rendered.standard_error), executor->fetch(rendered.uncertainty),
+            executor->fetch(rendered.status), executor->fetch(rendered.tally)};
+  }
+};
+
+// Under the same light from everywhere a pixel shows ambient times its directional albedo, whatever draws the samples.
+TEST(Render, ConstantLightGivesTheDirectionalAlbedo) {
+  const int w = 8, h = 6;
+  for (const double metallic : {0.0, 1.0}) {
+    Tensors t = wall(w, h, 0.5, metallic);
+    t["s_material"] = t["material"];
+    for (double& x : t["s_material"].real) x = 0.75 * x + 0.2;
+    std::vector<Vec3> truth;
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x) {
+        const SurfaceReference s{{t["albedo"].at(0, 0, y, x), t["albedo"].at(0, 1, y, x), t["albedo"].at(0, 2, y, x)}, 0.5, metallic};
+        const Vec3 view = -Camera::from_fov(w, h, 70.0).direction(x + 0.5, y + 0.5);
+        const Vec3 n{t["normal"].at(0, 0, y, x), t["normal"].at(0, 1, y, x), t["normal"].at(0, 2, y, x)};
+        truth.push_back(s.directional_albedo(frame_around(n).to_local(view), 400, 64));
+      }
+    for (const char* name : {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "detached"}) {
+      const bool detached = std::string(name) == "detached";
+      RenderSpec spec{.spp = 1024, .trace = false};
+      spec.sampling = {.sampler = detached ? Sampler::VndfCaps : sampler_of(name), .points = Points::Independent};
+      const Picture p = Layer(t, spec, "constant", detached).run(4);
+      // All pixels together: a pixel's own error is small by luck where none of its few directions below the surface fell.
+      double difference = 0, variance = 0;
+      for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x)
+          for (int c = 0; c < 3; ++c) {
+            difference += p.radiance.at(0, c, y, x) - truth[static_cast<std::size_t>(y * w + x)][c] * t["ambient"].at(0, c, 0, 0);
+            variance += 3 * std::pow(p.standard_error.at(0, c, y, x), 2);  // channels of a pixel move together
+          }
+      // 4 standard errors, and the quadrature's 1e-4 a value.
+      EXPECT_NEAR(difference, 0, 4 * std::sqrt(variance) + 1e-4 * 3 * w * h) << name << ", metallic " << metallic;
+      EXPECT_LT(std::sqrt(variance), 0.01 * 3 * w * h) << name << ": the test sees nothing";
+    }
+  }
+}
+
+// A Lambertian surface drawn by cosine has no spread but its specular part's; here the specular part is known to be the
+// only difference from albedo * ambient, and Sobol's points leave less of it than independent ones.
+TEST(Render, SobolPointsSpreadLess) {
+  const int w = 16, h = 12, seeds = 12;
+  const Tensors t = wall(w, h, 0.4, 0.0);
+  double spread[2];
+  for (const Points points : {Points::Independent, Points::Sobol}) {
+    RenderSpec spec{.spp = 64};
+    spec.sampling.points = points;
+    Layer layer(t, spec, "image");
+    Tensor sum(Shape{1, 3, h, w}), squares(Shape{1, 3, h, w});
+    for (int s = 0; s < seeds; ++s) {
+      const Picture p = layer.run(static_cast<std::uint32_t>(s));
+      for (std::size_t i = 0; i < sum.real.size(); ++i) sum.real[i] += p.radiance.real[i], squares.real[i] += std::pow(p.radiance.real[i], 2);
+    }
+    double total = 0;
+    for (std::size_t i = 0; i < sum.real.size(); ++i) total += (squares.real[i] - sum.real[i] * sum.real[i] / seeds) / (seeds - 1);
+    spread[points == Points::Sobol] = total;
+  }
+  EXPECT_LT(spread[1], 0.8 * spread[0]);
+}
+
+TEST(Render, StandardErrorIsTheSpreadOverSeeds) {
+  const int w = 12, h = 8, seeds = 48;
+  const Tensors t = wall(w, h, 0.6, 0.3);
+  for (const int chunk_rays : {1 << 18, 32}) {  // one chunk of samples, and two
+    RenderSpec spec{.spp = 64, .chunk_rays = chunk_rays};
+    spec.sampling.points = Points::Independent;
+    Layer layer(t, spec, "image");
+    std::vector<std::vector<double>> means(3 * w * h);
+    double stated = 0;
+    for (int s = 0; s < seeds; ++s) {
+      const Picture p = layer.run(static_cast<std::uint32_t>(100 + s));
+      for (std::size_t i = 0; i < means.size(); ++i) means[i].push_back(p.radiance.real[i]), stated += std::pow(p.standard_error.real[i], 2) / seeds;
+    }
+    double seen = 0;
+    for (const std::vector<double>& m : means) seen += std::pow(standard_deviation(m), 2);
+    // 288 variances of 48 values each, channels of a pixel in step: the ratio has a deviation of about 3 %.
+    EXPECT_NEAR(seen / stated, 1, 0.12) << chunk_rays;
+  }
+}
+
+TEST(Render, ChunksDoNotMatter) {
+  const Tensors t = wall(19, 11, 0.3, 0.2, 2);
+  RenderSpec spec{.spp = 40};
+  const Picture whole = Layer(t, spec, "image").run(7);
+  spec.chunk_rays = 48 * 17;  // 17 pixels a chunk, which no row or picture is a multiple of
+  const Picture tiles = Layer(t, spec, "image").run(7);
+  EXPECT_EQ(whole.radiance.real, tiles.radiance.real);
+  EXPECT_EQ(whole.standard_error.real, tiles.standard_error.real);
+  EXPECT_EQ(whole.uncertainty.real, tiles.uncertainty.real);
+  spec.chunk_rays = 16;  // a pixel's samples in three chunks: another order of sums
+  const Picture slices = Layer(t, spec, "image").run(7);
+  for (std::size_t i = 0; i < whole.radiance.real.size(); ++i)
+    ASSERT_NEAR(whole.radiance.real[i], slices.radiance.real[i], 8 * 1.2e-7 * std::max(1.0, whole.radiance.real[i]));
+  for (std::size_t i = 0; i < whole.uncertainty.real.size(); ++i) ASSERT_NEAR(whole.uncertainty.real[i], slices.uncertainty.real[i], 1e-6);
+}
+
+TEST(Render, CountsAndUncertainty) {
+  const int w = 20, h = 14;
+  Tensors t = wall(w, h, 0.5, 0);
+  t["depth"].at(0, 0, 3, 4) = 0;
+  t["normal"].at(0, 0, 5, 6) = 0, t["normal"].at(0, 2, 5, 6) = -1;
+  t["normal"].at(0, 0, 7, 8) = 0, t["normal"].at(0, 2, 7, 8) = 0;  // a zero normal faces nobody
+  const Picture p = Layer(t, {.spp = 32}, "image").run(1);
+  const RenderCounts counts = render_counts(p.status, p.tally);
+  EXPECT_EQ(counts.without_depth, 1);
+  EXPECT_EQ(counts.facing_away, 2);
+  EXPECT_EQ(counts.shaded, w * h - 3);
+  EXPECT_EQ(counts.dropped, 0);
+  EXPECT_FALSE(counts.first_dropped);
+  EXPECT_GT(counts.hits, 0);
+  EXPECT_LT(counts.hits, counts.directions);
+  EXPECT_LE(counts.directions, 32.0 * (w * h - 3));
+  EXPECT_EQ(p.status.at(0, 0, 3, 4), 1);
+  EXPECT_EQ(p.status.at(0, 0, 5, 6), 2);
+  for (const auto& [y, x] : {std::pair{3, 4}, {5, 6}, {7, 8}})
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(p.radiance.at(0, c, y, x), 0);
+  // Pixels far from the step see no surface: every ray leaves, and is wholly uncertain.
+  EXPECT_NEAR(p.uncertainty.at(0, 0, 2, w - 2), 1, 1e-6);
+  for (const double u : p.uncertainty.real) ASSERT_TRUE(u >= 0 && u <= 1 + 1e-6);
+}
+
+TEST(Render, DropsWhatIsNotFiniteAndNamesTheFirst) {
+  Tensors t = wall(10, 6, 0.5, 0);
+  t["albedo"].at(0, 1, 2, 3) = NAN;
+  t["ambient"].at(0, 2, 0, 0) = INFINITY;  // every ray of every pixel misses on some sample
+  const Picture p = Layer(t, {.spp = 16}, "image").run(1);
+  for (const double x : p.radiance.real) ASSERT_TRUE(std::isfinite(x));
+  for (const double x : p.standard_error.real) ASSERT_TRUE(std::isfinite(x));
+  const RenderCounts counts = render_counts(p.status, p.tally);
+  EXPECT_GT(counts.dropped, 0);
+  ASSERT_TRUE(counts.first_dropped);
+  EXPECT_EQ(counts.first_dropped->pixel, 0);
+
+  t["ambient"].at(0, 2, 0, 0) = 1;
+  const Picture q = Layer(t, {.spp = 16}, "image").run(1);
+  const RenderCounts one = render_counts(q.status, q.tally);
+  EXPECT_EQ(one.dropped, q.tally.at(0, 1, 2, 3));  // every direction of that pixel
+  EXPECT_GT(one.dropped, 0);
+  ASSERT_TRUE(one.first_dropped);
+  EXPECT_EQ(one.first_dropped->pixel, 2 * 10 + 3);
+  EXPECT_TRUE(one.first_dropped->sample >= 0 && one.first_dropped->sample < 16);
+}
+
+// A light on the host that does what image_light does gives the same bits.
+TEST(Render, LightFromTheHostIsTheSameLayer) {
+  const int w = 13, h = 9;
+  Tensors t = wall(w, h, 0.4, 0.5);
+  RenderSpec spec{.spp = 20, .chunk_rays = 32 * 50};
+  const Picture graph = Layer(t, spec, "image").run(3);
+  Device device = test_device();
+  const auto fill = [&](const HostRays& rays) {
+    const std::size_t plane = static_cast<std::size_t>(rays.pixel_capacity) * static_cast<std::size_t>(rays.sample_capacity);
+    std::vector<int> hit(plane);
+    device.read(rays.hit_pixel.buffer, hit.data(), plane * sizeof(int), rays.hit_pixel.offset * sizeof(int));
+    std::vector<float> radiance(3 * plane, NAN);  // beyond the chunk nothing may be read
+    for (int c = 0; c < 3; ++c)
+      for (int p = 0; p < rays.chunk.pixels; ++p)
+        for (int s = 0; s < rays.chunk.samples; ++s) {
+          const std::size_t at = static_cast<std::size_t>(p * rays.sample_capacity + s);
+          const double value = hit[at] < 0 ? t["ambient"].at(0, c, 0, 0) : t["image"].at(0, c, hit[at] / w, hit[at] % w);
+          radiance[static_cast<std::size_t>(c) * plane + at] = static_cast<float>(value);
+        }
+    device.write(rays.radiance.buffer, radiance.data(), radiance.size() * sizeof(float), rays.radiance.offset * sizeof(float));
+    device.finish();
+  };
+  const HostRendered host = render_with_host_light(device, spec, t, 3, fill);
+  EXPECT_EQ(host.radiance.real, graph.radiance.real);
+  EXPECT_EQ(host.standard_error.real, graph.standard_error.real);
+  EXPECT_EQ(host.uncertainty.real, graph.uncertainty.real);
+  EXPECT_EQ(host.tally.real, graph.tally.real);
+}
+
+TEST(Render, GridAndLimits) {
+  const Tensors t = wall(8, 6, 0.8, 0);
+  RenderSpec spec{.spp = 128};
+  spec.sampling.sampler = Sampler::Grid8x16;
+  const Picture grid = Layer(t, spec, "constant").run(1);
+  spec.sampling.sampler = Sampler::Cosine;
+  const Picture cosine = Layer(t, spec, "constant").run(1);
+  // A rough surface under constant light: the grid's quadrature is good to a few percent.
+  for (std::size_t i = 0; i < grid.radiance.real.size(); ++i)
+    ASSERT_NEAR(grid.radiance.real[i], cosine.radiance.real[i], 0.03 * cosine.radiance.real[i] + 6 * cosine.standard_error.real[i]);
+  spec.sampling.sampler = Sampler::Grid8x16, spec.spp = 64;
+  EXPECT_THROW(Layer(t, spec, "constant"), Error);
+  EXPECT_THROW(Layer(t, {.spp = 1}, "constant"), Error);
+}
+
+// What the layer is sized for: 640 x 480 pixels, 64 samples, 19.7 million rays, within 1 GiB.
+TEST(Render, AWholePictureFitsInAGibibyte) {
+  const Tensors t = wall(640, 480, 0.4, 0.1);
+  Layer layer(t, {.spp = 64}, "image");
+  Device device = layer.executor->plan().device;
+  device.finish();
+  device.reset_memory_peak();
+  const Picture p = layer.run(1);
+  EXPECT_LT(device.memory_peak(), std::size_t{1} << 30);
+  EXPECT_GT(render_counts(p.status, p.tally).directions, 18e6);
+}
+
+}  // namespace
+}  // namespace clerestory

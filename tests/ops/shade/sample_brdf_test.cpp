@@ -1,0 +1,231 @@
+// The op that draws directions, against the surface model and the hash written again; sums over samples.
+#include "host/ops/shade/sample_brdf.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "host/math/frames.hpp"
+#include "host/ops/light/ssrt.hpp"
+#include "host/ops/shade/accumulate_samples.hpp"
+#include "tests/ops/op_check.hpp"
+#include "tests/ops/shade/surface_probe.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kBatch = 2, kHeight = 3, kWidth = 4, kPlane = kHeight * kWidth, kRows = kBatch * kPlane;
+
+Camera camera() { return Camera::from_fov(kWidth, kHeight, 75.0); }
+
+/// Maps with a hole in the depth and a normal that faces away.
+Tensors maps(unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  Tensor n(Shape{kBatch, 3, kHeight, kWidth});
+  for (int b = 0; b < kBatch; ++b)
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const Vec3 v = glm::normalize(-camera().direction(x + 0.5, y + 0.5) + 0.6 * Vec3(normal(random), normal(random), normal(random)));
+        for (int c = 0; c < 3; ++c) n.at(b, c, y, x) = 1.3 * v[c];  // not unit: maps that were resized are not
+      }
+  for (int c = 0; c < 3; ++c) n.at(1, c, 2, 3) = -(c == 2);
+  Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, seed + 1, 1, 3);
+  depth.at(0, 0, 1, 1) = 0;
+  return {{"normal", n}, {"depth", depth}, {"albedo", random_tensor({kBatch, 3, kHeight, kWidth}, seed + 2, 0, 1)},
+          {"material", random_tensor({kBatch, 2, kHeight, kWidth}, seed + 3, 0.4, 1)},
+          {"camera", camera_tensor(std::vector<Camera>(kBatch, camera()))}};
+}
+
+/// The camera of the inputs, which are rounded to float.
+Camera camera_in(const Tensors& t) {
+  Camera c = camera();
+  const Tensor& v = t.at("camera");
+  c.fx = v.at(0, 0, 0, 0), c.fy = v.at(0, 1, 0, 0), c.cx = v.at(0, 2, 0, 0), c.cy = v.at(0, 3, 0, 0);
+  return c;
+}
+
+Vec3 pixel_of(const Tensor& map, int p) {
+  const int n = p / kPlane, y = p % kPlane / kWidth, x = p % kWidth;
+  return {map.at(n, 0, y, x), map.at(n, 1, y, x), map.at(n, 2, y, x)};
+}
+
+SurfaceReference surface_of(const Tensors& t, const std::string& prefix, int p) {
+  const int n = p / kPlane, y = p % kPlane / kWidth, x = p % kWidth;
+  const Tensor& material = t.at(prefix + "material");
+  return {pixel_of(t.at(prefix + "albedo"), p), material.at(n, 0, y, x), material.at(n, 1, y, x)};
+}
+
+/// Li et al.'s model, from the formulas of their program.
+Vec3 li2020_f_cos(const SurfaceReference& s, const Vec3& wo, const Vec3& wi) {
+  const Vec3 h = glm::normalize(wo + wi);
+  const double vh = glm::dot(wo, h), a2 = std::pow(s.roughness, 4), k = std::pow(s.roughness + 1, 2) / 8;
+  const double f = 0.05 + 0.95 * std::pow(2, (-5.55472 * vh - 6.98316) * vh);
+  const double below = 4 * M_PI * std::pow(h.z * h.z * (a2 - 1) + 1, 2) * (wo.z * (1 - k) + k) * (wi.z * (1 - k) + k);
+  return (s.albedo / M_PI + a2 * f / std::clamp(below, 1e-6, 4 * M_PI)) * wi.z;
+}
+
+/// The hash of kernels/lib/rng.clh: four words in, the first two as numbers.
+std::pair<double, double> hashed(std::uint32_t x, std::uint32_t y, std::uint32_t z, std::uint32_t w) {
+  std::uint32_t v[4] = {x, y, z, w};
+  for (std::uint32_t& k : v) k = k * 1664525u + 1013904223u;
+  const auto mix = [&] { v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2]; };
+  mix();
+  for (std::uint32_t& k : v) k ^= k >> 16;
+  mix();
+  return {(v[0] >> 8) * 0x1p-24, (v[1] >> 8) * 0x1p-24};
+}
+
+struct Drawn {
+  Vec3 local;
+  double pdf;
+};
+
+/// What sample_brdf gives, from a rule that draws (pixel, sample) -> local direction in a frame of the normal.
+template <class Draw, class Weigh>
+std::vector<Tensor> reference(const Tensors& t, bool li_frame, Draw draw, Weigh weigh) {
+  Tensor direction(Shape{1, 3, kRows, 16}), weight(Shape{1, 3, kRows, 16}), pdf(Shape{1, 1, kRows, 16}), status(Shape{1, 1, kRows, 1});
+  for (int p = 0; p < kRows; ++p) {
+    const Vec3 raw = pixel_of(t.at("normal"), p), view = -camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5);
+    const bool deep = t.at("depth").real[static_cast<std::size_t>(p)] > 0;
+    status.at(0, 0, p, 0) = !deep ? 1 : glm::dot(raw, view) > 0 ? 0 : 2;
+    if (status.at(0, 0, p, 0) != 0) continue;
+    const Frame frame = li_frame ? hemisphere_frame(glm::normalize(raw)) : frame_around(glm::normalize(raw));
+    for (int s = 0; s < 16; ++s) {
+      const Drawn d = draw(p, s);
+      const Vec3 wi = frame.from_local(d.local), worth = weigh(p, frame.to_local(view), d.local, view, wi) / d.pdf;
+      for (int c = 0; c < 3; ++c) direction.at(0, c, p, s) = wi[c], weight.at(0, c, p, s) = worth[c];
+      pdf.at(0, 0, p, s) = d.pdf;
+    }
+  }
+  return {direction, weight, pdf, status};
+}
+
+OpCase sample_case(const std::string& label, const SamplingOptions& options, bool detached) {
+  OpCase c{.stem = "sample_brdf", .label = label, .kernels = {"sample_brdf"}, .inputs = maps(20)};
+  if (detached)
+    for (const auto& [name, tensor] : maps(40))
+      if (name == "normal" || name == "albedo" || name == "material") c.inputs["e_" + name] = tensor;
+  c.build = [=](Graph&, const Values& v) {
+    const Surfaces sampling{v.at("albedo"), v.at("normal"), v.at("material")};
+    const Surfaces evaluation = detached ? Surfaces{v.at("e_albedo"), v.at("e_normal"), v.at("e_material")} : sampling;
+    const BrdfSamples s = sample_brdf(v.at("depth"), v.at("camera"), sampling, evaluation, kRows, 16, options);
+    return std::vector<Value>{s.direction, s.weight, s.pdf, s.status};
+  };
+  c.roundings = 100;  // directions through frames, a density, five factors of f and their squares
+  c.no_gradient = "the adjoint of weights comes with learned light";
+  return c;
+}
+
+Drawn grid(int, int s) { return {hemisphere_direction(s / 16, s % 16), 1 / (128 * hemisphere_weight(s / 16))}; }
+
+OP_CASES(sample_brdf) {
+  OpCase ours = sample_case("grid", {.sampler = Sampler::Grid8x16}, false);
+  ours.reference = [](const Tensors& t) {
+    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) { return surface_of(t, "", p).f_cos(wo, wi); });
+  };
+  OpCase theirs = sample_case("grid_li2020", {.sampler = Sampler::Grid8x16, .brdf = BrdfModel::Li2020}, false);
+  theirs.reference = [](const Tensors& t) {
+    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) { return li2020_f_cos(surface_of(t, "", p), wo, wi); });
+  };
+  OpCase detached = sample_case("uniform_detached", {.sampler = Sampler::Uniform, .points = Points::Independent}, true);
+  detached.reference = [seed = detached.seed](const Tensors& t) {
+    const auto draw = [&](int p, int s) {
+      const auto [u, v] = hashed(seed ^ 0x62726466u, static_cast<unsigned>(p), static_cast<unsigned>(s), 0);
+      const double r = std::sqrt(u * (2 - u));
+      return Drawn{{r * std::cos(2 * M_PI * v), r * std::sin(2 * M_PI * v), 1 - u}, 0.5 / M_PI};
+    };
+    return reference(t, false, draw, [&](int p, const Vec3&, const Vec3&, const Vec3& view, const Vec3& towards) {
+      const Frame e = frame_around(glm::normalize(pixel_of(t.at("e_normal"), p)));
+      return surface_of(t, "e_", p).f_cos(e.to_local(view), e.to_local(towards));
+    });
+  };
+  return {ours, theirs, detached};
+}
+
+TEST(SampleBrdf, NamesAndLimits) {
+  EXPECT_EQ(sampler_of("grid8x16"), Sampler::Grid8x16);
+  EXPECT_EQ(points_of("sobol"), Points::Sobol);
+  EXPECT_THROW(sampler_of("vndf"), Error);
+  EXPECT_THROW(points_of("halton"), Error);
+  EXPECT_THROW(brdf_model_of("phong"), Error);
+  Graph g;
+  const Value depth = g.input("depth", {1, 1, 4, 4}), camera = g.input("camera", {1, 4, 1, 1});
+  const Surfaces s{g.input("albedo", {1, 3, 4, 4}), g.input("normal", {1, 3, 4, 4}), g.input("material", {1, 2, 4, 4})};
+  EXPECT_THROW(sample_brdf(depth, camera, s, s, 16, 20), Error);
+  EXPECT_THROW(sample_brdf(depth, camera, {s.albedo, s.normal, depth}, s, 16, 16), Error);
+  EXPECT_THROW(sample_brdf(depth, camera, s, s, 16, 256, {.sampler = Sampler::Grid8x16}), Error);
+}
+
+constexpr int kPixels = 5, kSamples = 48, kCount = 60;
+
+Tensors sums_inputs() {
+  Tensors t{{"weight", random_tensor({1, 3, kPixels, kSamples}, 1, 0, 2)}, {"radiance", random_tensor({1, 3, kPixels, kSamples}, 2, 0, 5)},
+            {"pdf", random_tensor({1, 1, kPixels, kSamples}, 3, 0.1, 2)}, {"u", random_tensor({1, 1, kPixels, kSamples}, 4, 0, 1)},
+            {"hit", random_ints({1, 1, kPixels, kSamples}, 5, -1, 3)}};
+  for (int s = 0; s < kSamples; s += 7) t["pdf"].at(0, 0, 2, s) = 0;
+  return t;
+}
+
+std::vector<Tensor> sums_reference(const Tensors& t, bool traced) {
+  Tensor mean(Shape{1, 3, kPixels, 1}), squares = mean, tally(Shape{1, 5, kPixels, 1});
+  for (int p = 0; p < kPixels; ++p) {
+    for (int c = 0; c < 3; ++c) {
+      const auto x = [&](int s) { return t.at("pdf").at(0, 0, p, s) == 0 ? 0.0 : t.at("weight").at(0, c, p, s) * t.at("radiance").at(0, c, p, s); };
+      double sum = 0;
+      for (int s = 0; s < kSamples; ++s) sum += x(s);
+      for (int s = 0; s < kSamples; ++s) squares.at(0, c, p, 0) += std::pow(x(s) - sum / kSamples, 2);
+      mean.at(0, c, p, 0) = sum / kCount;
+    }
+    for (int s = 0; s < kSamples; ++s) {
+      if (t.at("pdf").at(0, 0, p, s) == 0) continue;
+      tally.at(0, 1, p, 0) += 1;
+      if (!traced) continue;
+      tally.at(0, 0, p, 0) += t.at("u").at(0, 0, p, s);
+      tally.at(0, 4, p, 0) += t.at("hit").integer[static_cast<std::size_t>(p * kSamples + s)] >= 0;
+    }
+  }
+  return {mean, squares, tally};
+}
+
+OP_CASES(accumulate_samples) {
+  std::vector<OpCase> cases;
+  for (const bool traced : {false, true}) {
+    OpCase c{.stem = "accumulate_samples", .label = traced ? "traced" : "untraced", .kernels = {"accumulate_samples"}, .inputs = sums_inputs()};
+    c.build = [traced](Graph&, const Values& v) {
+      const SampleSums s = accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"), traced ? v.at("u") : Value{}, traced ? v.at("hit") : Value{}, kCount);
+      return std::vector<Value>{s.mean, s.squares, s.tally};
+    };
+    c.reference = [traced](const Tensors& t) { return sums_reference(t, traced); };
+    c.roundings = 12;  // three terms a lane, compensated, and a tree of sixteen; squares double the error of x
+    c.no_gradient = "the adjoint of the mean comes with learned light";
+    cases.push_back(c);
+  }
+  OpCase finish{.stem = "accumulate_samples", .label = "finish", .kernels = {"finish_samples"}};
+  finish.inputs = {{"squares", random_tensor({2, 3, 4, 5}, 6, 0, 9)}, {"tally", random_tensor({2, 5, 4, 5}, 7, 5, 6)}};
+  for (int n = 0; n < 2; ++n) finish.inputs["tally"].at(n, 1, 0, 0) = finish.inputs["tally"].at(n, 2, 0, 0);  // nothing left
+  finish.build = [](Graph&, const Values& v) {
+    const SampleStatistics s = finish_samples(v.at("squares"), v.at("tally"), 64, 2);
+    return std::vector<Value>{s.standard_error, s.uncertainty};
+  };
+  finish.reference = [](const Tensors& t) {
+    Tensor error(Shape{2, 3, 4, 5}), u(Shape{2, 1, 4, 5});
+    for (int n = 0; n < 2; ++n)
+      for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 5; ++x) {
+          for (int c = 0; c < 3; ++c) error.at(n, c, y, x) = std::sqrt(t.at("squares").at(n, c, y, x) / 62 / 64);
+          const double used = t.at("tally").at(n, 1, y, x) - t.at("tally").at(n, 2, y, x);
+          u.at(n, 0, y, x) = used > 0 ? t.at("tally").at(n, 0, y, x) / used : 0;
+        }
+    return std::vector<Tensor>{error, u};
+  };
+  // used is a difference of near numbers; but it is the same in float, whose inputs are rounded before.
+  finish.roundings = 64;
+  finish.no_gradient = "a statistic";
+  cases.push_back(finish);
+  return cases;
+}
+
+}  // namespace
+}  // namespace clerestory
