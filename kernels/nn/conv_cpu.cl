@@ -13,27 +13,38 @@
 #define TILE_M 8   // outputs of the register tile; conv_pack.cl packs weights in panels of as many
 #define TILE_P 32  // positions of the register tile, two real16
 
-// n elements of a source row starting at pixel x0, zero outside of [0, width), to to[0, n).
-static void copy_padded(local real *to, global const real *row, int x0, int width, int n) {
-  const int begin = clamp(-x0, 0, n), end = clamp(width - x0, begin, n);
+static void fill_zeros(local real *to, int n) {
   int i = 0;
-  for (; i < begin; ++i) to[i] = R(0);
-  global const real *from = row + x0;
-  if (end - begin >= 16) {
-    for (; i + 16 <= end; i += 16) vstore16(vload16(0, from + i), 0, to + i);
-    if (i < end) vstore16(vload16(0, from + end - 16), 0, to + end - 16);
-    i = end;
-  } else {
-    for (; i < end; ++i) to[i] = from[i];
-  }
+  for (; i + 16 <= n; i += 16) vstore16((real16)(R(0)), 0, to + i);
   for (; i < n; ++i) to[i] = R(0);
 }
 
-// Every second element of a source row, from x0 on.
-static void copy_padded_steps(local real *to, global const real *row, int x0, int step, int width, int n) {
+// n elements of a row starting at pixel x0, zero outside of [0, width), to to[0, n). With `mapped` source elements go
+// through the map.
+static inline void copy_padded(local real *to, global const real *row, int x0, int width, int n, bool mapped,
+                               const SourceMap map) {
+  const int begin = clamp(-x0, 0, n), end = clamp(width - x0, begin, n);
+  fill_zeros(to, begin);
+  global const real *from = row + x0;
+  int i = begin;
+  if (end - begin >= 16) {
+    for (; i < end; i += 16) {
+      const int at = min(i, end - 16);
+      const real16 v = vload16(0, from + at);
+      vstore16(mapped ? map16(map, v) : v, 0, to + at);
+    }
+  } else {
+    for (; i < end; ++i) to[i] = mapped ? map1(map, from[i]) : from[i];
+  }
+  fill_zeros(to + end, n - end);
+}
+
+// The same of elements `step` apart, from x0 on.
+static void copy_padded_steps(local real *to, global const real *row, int x0, int step, int width, int n,
+                              const SourceMap map) {
   for (int i = 0; i < n; ++i) {
     const int x = x0 + i * step;
-    to[i] = x >= 0 && x < width ? row[x] : R(0);
+    to[i] = x >= 0 && x < width ? map1(map, row[x]) : R(0);
   }
 }
 
@@ -43,8 +54,8 @@ static int2 band_start(int band, const ConvBlocking b) {
 }
 
 // One source channel under the band that starts at grid position `start`, padded, as sub-planes.
-static void pack_plane(local real *panel, global const real *source, int source_h, int2 start, const ConvGeometry g,
-                       const ConvBlocking b) {
+static void pack_plane(local real *panel, global const real *source, int source_h, const SourceMap map, int2 start,
+                       const ConvGeometry g, const ConvBlocking b) {
   const int step = g.source_step;
   const int rows = b.band_rows - 1 + (g.taps_y + step - 1) / step;
   for (int py = 0; py < min(step, g.taps_y); ++py)
@@ -55,12 +66,11 @@ static void pack_plane(local real *panel, global const real *source, int source_
         const bool inside = y >= 0 && y < source_h;
         global const real *row = source + (inside ? y * g.source_w : 0);
         if (step == 1)
-          copy_padded(to, row, x, inside ? g.source_w : 0, b.pitch);
+          copy_padded(to, row, x, inside ? g.source_w : 0, b.pitch, true, map);
         else
-          copy_padded_steps(to, row, x, step, inside ? g.source_w : 0, b.pitch);
+          copy_padded_steps(to, row, x, step, inside ? g.source_w : 0, b.pitch, map);
       }
-      local real *end = panel + (py * step + px + 1) * b.subplane;
-      for (; to < end; ++to) *to = R(0);
+      fill_zeros(to, b.subplane - rows * b.pitch);
     }
 }
 
@@ -117,8 +127,8 @@ static void store_row(global real *to, local const real *from, int n, int step, 
 // Group (band, chunk of outputs, batch item). `weights` as conv_pack_weights leaves them; `bias` is read when has_bias.
 // Scratch: panel channel_block*plane, sums chunk*positions, offset channel_block*taps_y*taps_x.
 kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
-    IN(source), IN(weights), IN(bias), OUT(target), const ConvGeometry g, const int has_bias, const ConvBlocking b,
-    local real *panel, local real *sums, local int *offset) {
+    IN(source), SOURCE_MAP_PARAMS IN(weights), IN(bias), OUT(target), const ConvGeometry g, const int has_bias,
+    const ConvBlocking b, local real *panel, local real *sums, local int *offset) {
   const int n = get_group_id(2), m0 = (int)get_group_id(1) * b.chunk;
   const int2 start = band_start(get_group_id(0), b);
   const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
@@ -127,7 +137,8 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
   for (int c0 = 0; c0 < g.channels; c0 += b.channel_block) {
     const int channels = min(b.channel_block, g.channels - c0);
     for (int c = 0; c < channels; ++c)
-      pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h, start, g, b);
+      pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h,
+                 SOURCE_MAP(c0 + c), start, g, b);
     for (int m = 0; m < outputs; m += TILE_M) {
       global const real *tile = AT(weights, 0) + (ulong)(m0 + m) * depth + (ulong)c0 * taps * TILE_M;
       for (int f = 0; f < b.positions; f += TILE_P)
@@ -200,14 +211,16 @@ static void pack_target(local real *to, global const real *target, bool exists, 
   const int rows = exists ? min(b.band_rows, g.grid_h - start.y) : 0, columns = min(b.band_columns, g.grid_w - start.x);
   int f = 0;
   for (int r = 0; r < rows; ++r, f += b.pitch)
-    copy_padded(to + f, target + (start.y + r) * g.target_w + start.x, 0, columns, min(b.pitch, b.positions - f));
-  for (; f < b.positions; ++f) to[f] = R(0);
+    copy_padded(to + f, target + (start.y + r) * g.target_w + start.x, 0, columns, min(b.pitch, b.positions - f),
+                false, SOURCE_MAP_NONE);
+  fill_zeros(to + f, b.positions - f);
 }
 
 // Group (block of source channels, partial). Partial s sums the bands s, s + partials, ... of all batch items into
 // gradient[s][outputs][depth], `stack` of them at a time; conv_sum_partials adds the partials in order.
 // Scratch: panel stack*channel_block*plane, rows stack*chunk*positions, offset channel_block*taps_y*taps_x.
-kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(source), IN(target), OUT(gradient),
+kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(source), SOURCE_MAP_PARAMS
+                                                                            IN(target), OUT(gradient),
                                                                             const ConvGeometry g, const ConvBlocking b,
                                                                             local real *panel, local real *rows,
                                                                             local int *offset) {
@@ -223,7 +236,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(s
       const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
       for (int c = 0; c < channels; ++c)
         pack_plane(panel + i * panel_pitch + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h,
-                   band_start(band, b), g, b);
+                   SOURCE_MAP(c0 + c), band_start(band, b), g, b);
     }
     for (int m0 = 0; m0 < g.outputs; m0 += b.chunk) {
       const int outputs = min(b.chunk, g.outputs - m0);

@@ -10,15 +10,6 @@
 #define TILE 64
 #define DEPTH 16
 
-// The source element of inner index k under grid position p, zero outside.
-static real source_under_tap(global const real *source, const ConvGeometry g, int k, int p) {
-  const int taps = g.taps_y * g.taps_x;
-  const int c = k / taps, ty = k % taps / g.taps_x, tx = k % g.taps_x;
-  const int y = p / g.grid_w * g.source_step + g.source_y + ty, x = p % g.grid_w * g.source_step + g.source_x + tx;
-  const bool inside = y >= 0 && y < g.source_plane / g.source_w && x >= 0 && x < g.source_w;
-  return inside ? source[(ulong)c * g.source_plane + y * g.source_w + x] : R(0);
-}
-
 // sums[4][4] += left[DEPTH][TILE]^T * right[DEPTH][TILE]
 static void multiply_tiles(real *sums, local const real *left, local const real *right) {
   const int row = get_local_id(1), column = get_local_id(0);
@@ -30,12 +21,12 @@ static void multiply_tiles(real *sums, local const real *left, local const real 
 }
 
 // Group (64 positions, 64 outputs, batch item).
-kernel __attribute__((reqd_work_group_size(16, 16, 1))) void conv_gpu(IN(source), IN(weights), IN(bias), OUT(target),
+kernel __attribute__((reqd_work_group_size(16, 16, 1))) void conv_gpu(IN(source), SOURCE_MAP_PARAMS IN(weights), IN(bias), OUT(target),
                                                                       const ConvGeometry g, const int has_bias) {
   local real left[DEPTH * TILE], right[DEPTH * TILE];
   const int item = get_local_id(1) * 16 + get_local_id(0), n = get_group_id(2);
   const int p0 = get_group_id(0) * TILE, m0 = get_group_id(1) * TILE;
-  const int depth = g.channels * g.taps_y * g.taps_x, positions = g.grid_h * g.grid_w;
+  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, positions = g.grid_h * g.grid_w;
   const int panels = (g.outputs + 7) / 8;
   real sums[16];
   for (int i = 0; i < 16; ++i) sums[i] = R(0);
@@ -43,7 +34,8 @@ kernel __attribute__((reqd_work_group_size(16, 16, 1))) void conv_gpu(IN(source)
     for (int i = item; i < DEPTH * TILE; i += 256) {
       const int k = k0 + i / TILE, m = m0 + i % TILE, p = p0 + i % TILE;
       left[i] = k < depth && m / 8 < panels ? AT(weights, 0)[((ulong)(m / 8) * depth + k) * 8 + m % 8] : R(0);
-      right[i] = k < depth && p < positions ? source_under_tap(AT(source, n), g, k, p) : R(0);
+      const int at = k < depth && p < positions ? source_element(g, k, p) : -1;
+      right[i] = at >= 0 ? map1(SOURCE_MAP(k / taps), AT(source, n)[at]) : R(0);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     multiply_tiles(sums, left, right);
@@ -60,13 +52,13 @@ kernel __attribute__((reqd_work_group_size(16, 16, 1))) void conv_gpu(IN(source)
 
 // Group (64 of depth, 64 outputs, partial). Partial s sums stretches s, s + partials, ... of DEPTH positions over all batch
 // items into gradient[s][outputs][depth].
-kernel __attribute__((reqd_work_group_size(16, 16, 1))) void conv_weights_gpu(IN(source), IN(target), OUT(gradient),
+kernel __attribute__((reqd_work_group_size(16, 16, 1))) void conv_weights_gpu(IN(source), SOURCE_MAP_PARAMS IN(target), OUT(gradient),
                                                                               const ConvGeometry g, const int batch,
                                                                               const int partials) {
   local real left[DEPTH * TILE], right[DEPTH * TILE];
   const int item = get_local_id(1) * 16 + get_local_id(0), s = get_group_id(2);
   const int k0 = get_group_id(0) * TILE, m0 = get_group_id(1) * TILE;
-  const int depth = g.channels * g.taps_y * g.taps_x, positions = g.grid_h * g.grid_w;
+  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, positions = g.grid_h * g.grid_w;
   const int stretches = (positions + DEPTH - 1) / DEPTH;
   real sums[16];
   for (int i = 0; i < 16; ++i) sums[i] = R(0);
@@ -77,7 +69,8 @@ kernel __attribute__((reqd_work_group_size(16, 16, 1))) void conv_weights_gpu(IN
       const int y = p / g.grid_w, x = p % g.grid_w;
       const int to = i % DEPTH * TILE + i / DEPTH;
       left[to] = p < positions && m < g.outputs ? AT(target, n)[(ulong)m * g.target_plane + y * g.target_w + x] : R(0);
-      right[to] = p < positions && k < depth ? source_under_tap(AT(source, n), g, k, p) : R(0);
+      const int at = p < positions && k < depth ? source_element(g, k, p) : -1;
+      right[to] = at >= 0 ? map1(SOURCE_MAP(k / taps), AT(source, n)[at]) : R(0);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     multiply_tiles(sums, left, right);

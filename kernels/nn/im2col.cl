@@ -3,14 +3,13 @@
 
 // columns[k][p] = the source of one batch item under tap k at grid position p, zero outside, for the channels
 // [first_channel, first_channel + g.channels). Work-item (p, k).
-kernel void im2col(IN(source), OUT(columns), const ConvGeometry g, const int n, const int first_channel) {
+kernel void im2col(IN(source), SOURCE_MAP_PARAMS OUT(columns), const ConvGeometry g, const int n,
+                   const int first_channel) {
   const int p = get_global_id(0), k = get_global_id(1), taps = g.taps_y * g.taps_x, positions = g.grid_h * g.grid_w;
   if (p >= positions || k >= g.channels * taps) return;
-  const int c = first_channel + k / taps, ty = k % taps / g.taps_x, tx = k % g.taps_x;
-  const int y = p / g.grid_w * g.source_step + g.source_y + ty, x = p % g.grid_w * g.source_step + g.source_x + tx;
-  const bool inside = y >= 0 && y < g.source_plane / g.source_w && x >= 0 && x < g.source_w;
+  const int at = source_element(g, first_channel * taps + k, p);
   AT(columns, 0)[(ulong)k * positions + p] =
-      inside ? AT(source, n)[(ulong)c * g.source_plane + y * g.source_w + x] : R(0);
+      at >= 0 ? map1(SOURCE_MAP(first_channel + k / taps), AT(source, n)[at]) : R(0);
 }
 
 // The transpose, by gathering: source[n, first_channel + c, pixel] = sum over the taps (ascending) of the columns that

@@ -20,6 +20,17 @@ struct ConvSpec {
 /// a fixed order.
 Value conv(Value x, Value w, Value bias, const ConvSpec& spec = {});
 
+/// Channels of x normalised before the convolution, as normalise_channels(x, moments, gamma, beta, relu, epsilon) does
+/// it (host/ops/nn/batch_norm.hpp): DenseNet's order.
+struct ConvNorm {
+  Value moments, gamma, beta;
+  bool relu = true;
+  double epsilon = 1e-5;
+};
+/// conv(normalise_channels(x, ...), w, bias, spec), while the normalised tensor exists in no memory: it is computed
+/// where it is read, in this pass and in backward weights.
+Value conv(Value x, const ConvNorm& norm, Value w, Value bias, const ConvSpec& spec = {});
+
 /// db[c] = sum over n and pixels of dy[n,c]: {1,C,1,1}. The gradient of a bias per channel.
 Value conv_bias_gradient(Value dy);
 

@@ -13,21 +13,39 @@ bool use_clblast(const Launch& launch, ConvKernels kernels);
 /// Elements between the batch items of a tensor (rows of its matrix of weights).
 int item_pitch(const TensorView& tensor);
 
+/// Normalises the source while it is read: nn/conv_geometry.clh's SourceMap.
+struct SourceNorm {
+  TensorView moments, gamma, beta;
+  double epsilon = 0;
+  bool relu = false;
+};
+
+/// Runs a kernel whose source may be normalised: `run(defines, map arguments...)`.
+template <class Run>
+void with_source(const SourceNorm* norm, const Run& run) {
+  if (norm)
+    run(Defines{{"NORMALISE", "1"}}, norm->moments, norm->gamma, norm->beta, Launch::Real{norm->epsilon},
+        static_cast<int>(norm->relu));
+  else
+    run(Defines{});
+}
+
 // Packed: our own kernels.
 
 /// Elements of packed weights of a pass, in its workspace.
 std::size_t packed_elements(const ConvGeometry& geometry);
 /// target = weights * source (+ bias): packs the weights at element `at` of the workspace, then runs the pass.
 void run_packed(Launch& launch, const ConvPass& pass, int batch, ConvKernels kernels, const TensorView& source,
-                const TensorView& weights, const TensorView* bias, const TensorView& target, std::size_t at = 0);
+                const SourceNorm* norm, const TensorView& weights, const TensorView* bias, const TensorView& target,
+                std::size_t at = 0);
 
 /// Most elements of partial sums that run_packed_weights takes from the workspace.
 std::size_t partial_elements(const ConvGeometry& geometry);
 /// gradient[outputs][depth], rows `row_pitch` apart, = sum over positions of target * source under each tap (+ bias of
 /// each column).
 void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, ConvKernels kernels,
-                        const TensorView& source, const TensorView& target, const TensorView* bias,
-                        const TensorView& gradient, int row_pitch);
+                        const TensorView& source, const SourceNorm* norm, const TensorView& target,
+                        const TensorView* bias, const TensorView& gradient, int row_pitch);
 
 // CLBlast.
 
@@ -43,12 +61,12 @@ void clblast_gemm(Launch& launch, int rows, int columns, int depth, const Matrix
                   double beta, const MatrixView& c);
 
 /// Most elements of im2col matrix in the workspace.
-std::size_t columns_elements(const ConvGeometry& forward);
+std::size_t columns_elements(const ConvGeometry& forward, bool normalised);
 void run_clblast_forward(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x,
-                         const TensorView& w, const TensorView* bias, const TensorView& y);
+                         const SourceNorm* norm, const TensorView& w, const TensorView* bias, const TensorView& y);
 void run_clblast_data(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& dy, const TensorView& w,
                       const TensorView& dx);
 void run_clblast_weights(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x,
-                         const TensorView& dy, const TensorView& dw);
+                         const SourceNorm* norm, const TensorView& dy, const TensorView& dw);
 
 }  // namespace clerestory

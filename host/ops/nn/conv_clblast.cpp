@@ -13,12 +13,13 @@ constexpr std::size_t columns_budget = 4u
 
 std::size_t per_channel(const ConvGeometry& g) { return static_cast<std::size_t>(g.taps()) * g.positions(); }
 
-bool is_plain_product(const ConvGeometry& g) {
-  return g.taps() == 1 && g.source_step == 1 && g.positions() == g.source_plane;
+// The source is the im2col matrix already.
+bool is_plain_product(const ConvGeometry& g, bool normalised) {
+  return !normalised && g.taps() == 1 && g.source_step == 1 && g.positions() == g.source_plane;
 }
 
-int channels_at_once(const ConvGeometry& g) {
-  if (is_plain_product(g)) return g.channels;
+int channels_at_once(const ConvGeometry& g, bool normalised) {
+  if (is_plain_product(g, normalised)) return g.channels;
   return static_cast<int>(std::clamp<std::size_t>(columns_budget / per_channel(g), 1, g.channels));
 }
 
@@ -37,8 +38,8 @@ clblast::StatusCode gemm(Launch& l, int rows, int columns, int depth, const Matr
 
 // Calls body(part geometry, first channel) for each run of channels that is unrolled at once.
 template <class Body>
-void for_channels(const ConvGeometry& forward, const Body& body) {
-  const int step = channels_at_once(forward);
+void for_channels(const ConvGeometry& forward, bool normalised, const Body& body) {
+  const int step = channels_at_once(forward, normalised);
   for (int first = 0; first < forward.channels; first += step) {
     ConvGeometry g = forward;
     g.channels = std::min(step, forward.channels - first);
@@ -51,11 +52,13 @@ std::uint64_t item(const TensorView& t, int n) {
 }
 
 // The im2col matrix of some channels of item n: in the workspace, or the source itself where it is one already.
-MatrixView columns_of(Launch& l, const ConvGeometry& g, const TensorView& x, int n, int first) {
+MatrixView columns_of(Launch& l, const ConvGeometry& g, const TensorView& x, const SourceNorm* norm, int n, int first) {
   const int positions = static_cast<int>(g.positions());
-  if (is_plain_product(g)) return {x, item(x, n), positions};
-  l.run("nn/im2col.cl", "im2col", Range::of2(static_cast<std::size_t>(positions), static_cast<std::size_t>(g.depth())),
-        x, l.workspace, g, n, first);
+  if (is_plain_product(g, norm != nullptr)) return {x, item(x, n), positions};
+  const Range range = Range::of2(static_cast<std::size_t>(positions), static_cast<std::size_t>(g.depth()));
+  with_source(norm, [&](const Defines& defines, const auto&... map) {
+    l.run_with(defines, "nn/im2col.cl", "im2col", range, x, map..., l.workspace, g, n, first);
+  });
   return {l.workspace, 0, positions};
 }
 
@@ -72,12 +75,12 @@ void clblast_gemm(Launch& l, int rows, int columns, int depth, const MatrixView&
                 l.device.info().name, fmt::format("status {}", static_cast<int>(status)));
 }
 
-std::size_t columns_elements(const ConvGeometry& forward) {
-  return is_plain_product(forward) ? 0 : channels_at_once(forward) * per_channel(forward);
+std::size_t columns_elements(const ConvGeometry& forward, bool normalised) {
+  return is_plain_product(forward, normalised) ? 0 : channels_at_once(forward, normalised) * per_channel(forward);
 }
 
-void run_clblast_forward(Launch& l, const ConvGeometry& forward, int batch, const TensorView& x, const TensorView& w,
-                         const TensorView* bias, const TensorView& y) {
+void run_clblast_forward(Launch& l, const ConvGeometry& forward, int batch, const TensorView& x, const SourceNorm* norm,
+                         const TensorView& w, const TensorView* bias, const TensorView& y) {
   const int positions = static_cast<int>(forward.positions());
   if (bias) {
     const Range range{{static_cast<std::size_t>(positions), static_cast<std::size_t>(forward.outputs),
@@ -86,9 +89,9 @@ void run_clblast_forward(Launch& l, const ConvGeometry& forward, int batch, cons
     l.run("nn/conv_pack.cl", "conv_fill_bias", range, *bias, y, positions);
   }
   for (int n = 0; n < batch; ++n)
-    for_channels(forward, [&](const ConvGeometry& g, int first) {
+    for_channels(forward, norm != nullptr, [&](const ConvGeometry& g, int first) {
       clblast_gemm(l, g.outputs, positions, g.depth(), {w, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(w)},
-                   columns_of(l, g, x, n, first), bias || first > 0 ? 1 : 0, {y, item(y, n), positions});
+                   columns_of(l, g, x, norm, n, first), bias || first > 0 ? 1 : 0, {y, item(y, n), positions});
     });
 }
 
@@ -96,8 +99,8 @@ void run_clblast_data(Launch& l, const ConvGeometry& forward, int batch, const T
                       const TensorView& dx) {
   const int positions = static_cast<int>(forward.positions());
   for (int n = 0; n < batch; ++n)
-    for_channels(forward, [&](const ConvGeometry& g, int first) {
-      const bool plain = is_plain_product(g);
+    for_channels(forward, false, [&](const ConvGeometry& g, int first) {
+      const bool plain = is_plain_product(g, false);
       clblast_gemm(l, g.depth(), positions, g.outputs,
                    {w, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(w), true}, {dy, item(dy, n), positions},
                    0, {plain ? dx : l.workspace, plain ? item(dx, n) : 0, positions});
@@ -108,12 +111,12 @@ void run_clblast_data(Launch& l, const ConvGeometry& forward, int batch, const T
     });
 }
 
-void run_clblast_weights(Launch& l, const ConvGeometry& forward, int batch, const TensorView& x, const TensorView& dy,
-                         const TensorView& dw) {
+void run_clblast_weights(Launch& l, const ConvGeometry& forward, int batch, const TensorView& x, const SourceNorm* norm,
+                         const TensorView& dy, const TensorView& dw) {
   const int positions = static_cast<int>(forward.positions());
   for (int n = 0; n < batch; ++n)
-    for_channels(forward, [&](const ConvGeometry& g, int first) {
-      MatrixView columns = columns_of(l, g, x, n, first);
+    for_channels(forward, norm != nullptr, [&](const ConvGeometry& g, int first) {
+      MatrixView columns = columns_of(l, g, x, norm, n, first);
       columns.transposed = true;
       clblast_gemm(l, g.outputs, g.depth(), positions, {dy, item(dy, n), positions}, columns, n > 0 ? 1 : 0,
                    {dw, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(dw)});

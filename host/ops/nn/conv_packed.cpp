@@ -40,7 +40,8 @@ std::size_t packed_elements(const ConvGeometry& g) {
 }
 
 void run_packed(Launch& l, const ConvPass& pass, int batch, ConvKernels kernels, const TensorView& source,
-                const TensorView& weights, const TensorView* bias, const TensorView& target, std::size_t at) {
+                const SourceNorm* norm, const TensorView& weights, const TensorView* bias, const TensorView& target,
+                std::size_t at) {
   const ConvGeometry& g = pass.geometry;
   const ConvTaps& t = pass.taps;
   const TensorView packed = part(l.workspace, at);
@@ -55,17 +56,21 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, ConvKernels kernels,
     const Range range{{blocks(g.positions(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
                        static_cast<std::size_t>(batch)},
                       {gpu_group, gpu_group, 1}};
-    l.run("nn/conv_gpu.cl", "conv_gpu", range, source, packed, some_bias, target, g, has_bias);
+    with_source(norm, [&](const Defines& defines, const auto&... map) {
+      l.run_with(defines, "nn/conv_gpu.cl", "conv_gpu", range, source, map..., packed, some_bias, target, g, has_bias);
+    });
     return;
   }
   const ConvBlocking b = block_pass(g, batch, scratch(l));
   const std::size_t real = real_size(l.precision);
   const Range range{{static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)},
                     {1, 1, 1}};
-  l.run("nn/conv_cpu.cl", "conv_cpu", range, source, packed, some_bias, target, g, has_bias, b,
-        Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
-        Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
-        Arg::local(static_cast<std::size_t>(b.channel_block) * std::max(1, g.taps()) * sizeof(int)));
+  with_source(norm, [&](const Defines& defines, const auto&... map) {
+    l.run_with(defines, "nn/conv_cpu.cl", "conv_cpu", range, source, map..., packed, some_bias, target, g, has_bias, b,
+               Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
+               Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
+               Arg::local(static_cast<std::size_t>(b.channel_block) * std::max(1, g.taps()) * sizeof(int)));
+  });
 }
 
 std::size_t partial_elements(const ConvGeometry& g) {
@@ -73,7 +78,8 @@ std::size_t partial_elements(const ConvGeometry& g) {
 }
 
 void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvKernels kernels, const TensorView& source,
-                        const TensorView& target, const TensorView* bias, const TensorView& gradient, int row_pitch) {
+                        const SourceNorm* norm, const TensorView& target, const TensorView* bias,
+                        const TensorView& gradient, int row_pitch) {
   const bool gpu = on_gpu(l, kernels);
   ConvBlocking b;
   if (!gpu) b = block_weights(g, batch, scratch(l));
@@ -86,14 +92,19 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvKernels
     const Range range{{blocks(g.depth(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
                        static_cast<std::size_t>(partials)},
                       {gpu_group, gpu_group, 1}};
-    l.run("nn/conv_gpu.cl", "conv_weights_gpu", range, source, target, sums, g, batch, partials);
+    with_source(norm, [&](const Defines& defines, const auto&... map) {
+      l.run_with(defines, "nn/conv_gpu.cl", "conv_weights_gpu", range, source, map..., target, sums, g, batch,
+                 partials);
+    });
   } else {
     const std::size_t real = real_size(l.precision);
     const Range range{{blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), 1}, {1, 1, 1}};
-    l.run("nn/conv_cpu.cl", "conv_weights_cpu", range, source, target, sums, g, b,
-          Arg::local(static_cast<std::size_t>(b.stack) * b.channel_block * b.plane * real),
-          Arg::local(static_cast<std::size_t>(b.stack) * b.chunk * b.positions * real),
-          Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
+    with_source(norm, [&](const Defines& defines, const auto&... map) {
+      l.run_with(defines, "nn/conv_cpu.cl", "conv_weights_cpu", range, source, map..., target, sums, g, b,
+                 Arg::local(static_cast<std::size_t>(b.stack) * b.channel_block * b.plane * real),
+                 Arg::local(static_cast<std::size_t>(b.stack) * b.chunk * b.positions * real),
+                 Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
+    });
   }
   if (direct) return;
   const std::size_t count = static_cast<std::size_t>(g.outputs) * g.depth();

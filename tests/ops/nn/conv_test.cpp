@@ -8,6 +8,7 @@
 #include <cfloat>
 #include <cmath>
 
+#include "host/ops/nn/batch_norm.hpp"
 #include "host/ops/nn/conv_geometry.hpp"
 #include "tests/ops/op_check.hpp"
 
@@ -136,8 +137,58 @@ const std::vector<Sizes>& grid() {
   return all;
 }
 
+// The convolution of a normalised picture: z = max(0, gamma (x - mean) / sqrt(variance + epsilon) + beta) inside, zero
+// in the padding. Numbers that are no integers, so up to the rounding of a sum of `terms` products.
+OpCase normalised_case(const Sizes& s, const Named& k, bool relu, std::vector<std::string> launched) {
+  constexpr double epsilon = 1e-5;
+  OpCase c;
+  c.stem = "conv", c.label = s.label + "_normalised_" + k.name;
+  c.kernels = std::move(launched);
+  const Shape per_channel{1, s.x.c, 1, 1};
+  c.inputs = {{"x", random_tensor(s.x, 1)},
+              {"w", random_tensor(s.w, 2)},
+              {"bias", random_tensor({1, s.w.n, 1, 1}, 3)},
+              {"moments", random_tensor({1, s.x.c, 1, 2}, 4, 0.1, 0.6)},
+              {"gamma", random_tensor(per_channel, 5)},
+              {"beta", random_tensor(per_channel, 6)}};
+  c.build = [=](Graph&, const Values& v) -> std::vector<Value> {
+    return {conv(v.at("x"), {v.at("moments"), v.at("gamma"), v.at("beta"), relu, epsilon}, v.at("w"), v.at("bias"),
+                 s.spec(k.kernels))};
+  };
+  c.reference = [=](const Tensors& in) -> std::vector<Tensor> {
+    Tensors mapped = in;
+    Tensor& z = mapped["x"];
+    for (int n = 0; n < s.x.n; ++n)
+      for (int i = 0; i < s.x.c; ++i)
+        for (int p = 0; p < s.x.h; ++p)
+          for (int q = 0; q < s.x.w; ++q) {
+            const double mean = in.at("moments").real[2 * i], variance = in.at("moments").real[2 * i + 1];
+            const double v = in.at("gamma").real[i] * (z.at(n, i, p, q) - mean) / std::sqrt(variance + epsilon) +
+                             in.at("beta").real[i];
+            z.at(n, i, p, q) = relu ? std::max(v, 0.0) : v;
+          }
+    return {forward(s, mapped)};
+  };
+  // Terms of at most 6 (|x - mean| < 1.6, deviation > 0.3, beta < 1) with four roundings each; as many terms as the
+  // depth.
+  c.roundings = 4.0 * static_cast<double>(s.w.item()), c.magnitude = 6;
+  c.differentiate = {"x", "w", "bias", "moments", "gamma", "beta"};
+  c.differences = 25;
+  c.gradient_roundings = 4.0 * static_cast<double>(s.x.n * s.y().plane());
+  return c;
+}
+
 OP_CASES(conv) {
   std::vector<OpCase> cases;
+  const Sizes bottleneck{"bottleneck", {2, 9, 6, 7}, {10, 9, 1, 1}, 1, 0},
+      growth{"growth", {2, 10, 6, 7}, {5, 10, 3, 3}, 1, 1}, reduction{"reduction", {2, 5, 7, 9}, {9, 5, 3, 3}, 2, 1};
+  for (const Named& k : all_kernels()) {
+    const bool library = k.kernels == ConvKernels::Clblast;
+    std::vector<std::string> launched = library ? std::vector<std::string>{"im2col"} : k.forward;
+    launched.insert(launched.end(), k.backward.begin(), k.backward.end());
+    for (const Sizes& s : {bottleneck, growth, reduction})
+      if (!library || s.label != "reduction") cases.push_back(normalised_case(s, k, s.label != "growth", launched));
+  }
   for (const Named& k : all_kernels())
     for (const Sizes& s : grid()) {
       const bool library = k.kernels == ConvKernels::Clblast;
@@ -195,6 +246,21 @@ TEST(Conv, BackendsAgreeAndAreAdjoint) {
   for (const auto& [name, tensor] : packed)
     for (std::size_t i = 0; i < tensor.real.size(); ++i)
       ASSERT_NEAR(tensor.real[i], clblast.at(name).real[i], 64 * FLT_EPSILON * 24) << name << " element " << i;
+}
+
+// A normalised convolution is its two ops in one: the same sums of the same numbers. The map may be contracted to other
+// multiply-adds where it is compiled into another kernel: a few roundings of terms of size 6 each.
+TEST(Conv, NormalisedIsNormaliseThenConvolve) {
+  const Sizes s{"growth", {2, 32, 16, 20}, {16, 32, 3, 3}, 1, 1};
+  Graph g;
+  const Value x = g.constant(random_tensor(s.x, 1)), w = g.constant(random_tensor(s.w, 2));
+  const Value moments = channel_moments(x), gamma = g.constant(random_tensor({1, 32, 1, 1}, 3)),
+              beta = g.constant(random_tensor({1, 32, 1, 1}, 4));
+  const Value one = conv(x, {moments, gamma, beta}, w, {}, {1, 1});
+  const Value two = conv(normalise_channels(x, moments, gamma, beta, true), w, {}, {1, 1});
+  const std::vector<Tensor> t = evaluate(g, {one, two}, test_device(), {});
+  for (std::size_t i = 0; i < t[0].real.size(); ++i)
+    ASSERT_NEAR(t[0].real[i], t[1].real[i], 4 * FLT_EPSILON * 6 * std::sqrt(288.0)) << i;
 }
 
 TEST(Conv, RefusesWhatDoesNotFit) {
