@@ -26,10 +26,9 @@ std::vector<fs::path> artifacts(const fs::path& folder, const std::string& endin
   return found;
 }
 
-std::string words_of(const fs::path& path) {
-  std::string words = path.stem().string();
-  std::ranges::replace(words, '_', ' ');
-  return words;
+std::string words_of(std::string name) {
+  std::ranges::replace(name, '_', ' ');
+  return name;
 }
 
 std::string state_of(const fs::path& folder) {
@@ -54,7 +53,7 @@ std::vector<Plot> plots_of(const std::vector<MetricRecord>& records) {
     auto plot = std::ranges::find(plots, group, &Plot::title);
     if (plot == plots.end()) {
       plot = plots.insert(plots.end(), Plot{});
-      plot->title = plot->y_label = group;
+      plot->title = group;
       plot->x_label = "step";
     }
     const Curve curve = thinned(curve_of(records, name), kMostPoints);
@@ -72,9 +71,9 @@ void add_artifacts(HtmlReport& report, const fs::path& folder) {
   if (tables.empty() && drawings.empty() && pictures.empty()) return;
   report.section("Results");
   for (const fs::path& path : tables) report.table(table_from_json(read_file(path, kMostBytes), path.string()));
-  for (const fs::path& path : drawings) report.drawing(read_file(path, kMostBytes), words_of(path));
+  for (const fs::path& path : drawings) report.drawing(read_file(path, kMostBytes), words_of(path.stem().string()));
   std::vector<Picture> shown;
-  for (const fs::path& path : pictures) shown.push_back(picture_file(words_of(path), path));
+  for (const fs::path& path : pictures) shown.push_back(picture_file(words_of(path.stem().string()), path));
   if (!shown.empty()) report.pictures(shown);
 }
 
@@ -87,8 +86,8 @@ void write_run_directory_report(const fs::path& folder) {
   const fs::path whole = fs::weakly_canonical(folder);
   HtmlReport report(whole.parent_path().filename().string(), whole.filename().string());
   std::vector<std::pair<std::string, std::string>> facts{{"State", state_of(folder)}};
-  for (const auto& [name, value] : provenance.facts) facts.emplace_back(name, value);
-  for (const auto& [name, value] : provenance.figures) facts.emplace_back(name, fmt::format("{:.4g}", value));
+  for (const auto& [name, value] : provenance.facts) facts.emplace_back(words_of(name), value);
+  for (const auto& [name, value] : provenance.figures) facts.emplace_back(words_of(name), fmt::format("{:.4g}", value));
   report.facts(facts);
   add_artifacts(report, folder);
   if (const auto plots = plots_of(read_metrics(folder / "metrics.jsonl")); !plots.empty()) {
