@@ -4,6 +4,7 @@
 
 #include <cfloat>
 #include <cmath>
+#include <cstdlib>
 #include <random>
 #include <set>
 
@@ -228,14 +229,27 @@ std::vector<OpCase>& cases() {
   return all;
 }
 
+/// `group`: work-items that share a row (host/ops/tensor/rows.hpp), 0 for what suits the device.
 class OpTest : public testing::Test {
  public:
-  explicit OpTest(std::size_t index) : index_(index) {}
-  void TestBody() override { check_op(declared_cases()[index_]); }
+  OpTest(std::size_t index, int group) : index_(index), group_(group) {}
+  void TestBody() override {
+    if (group_) setenv("CLERESTORY_GROUP", std::to_string(group_).c_str(), 1);
+    check_op(declared_cases()[index_]);
+    if (group_) unsetenv("CLERESTORY_GROUP");
+  }
 
  private:
   std::size_t index_;
+  int group_;
 };
+
+/// True when the kernels of this stem have one body for CPUs and one for groups of work-items (kernels/lib/lanes.clh).
+bool walks_rows(const std::string& stem) {
+  for (const std::string& file : kernel_files())
+    if (file.ends_with("/" + stem + ".cl") && kernel_source(file).find("define GROUP_SCRATCH") != std::string::npos) return true;
+  return false;
+}
 
 }  // namespace
 
@@ -271,8 +285,11 @@ bool declare_cases(std::vector<OpCase> added) {
     const std::size_t index = cases().size();
     const std::string name = c.stem + "/" + c.label;
     cases().push_back(std::move(c));
-    testing::RegisterTest("Op", name.c_str(), nullptr, nullptr, __FILE__, __LINE__,
-                          [index]() -> testing::Test* { return new OpTest(index); });
+    // The bodies that GPUs run are tested on every device; cases have rows shorter and longer than this group.
+    for (const int group : {0, 16})
+      if (group == 0 || walks_rows(cases().back().stem))
+        testing::RegisterTest(group ? "OpInGroups" : "Op", name.c_str(), nullptr, nullptr, __FILE__, __LINE__,
+                              [index, group]() -> testing::Test* { return new OpTest(index, group); });
   }
   return true;
 }

@@ -1,13 +1,12 @@
-// concat, slice and reshape: copies of numbers, so equality is exact.
+// Concatenation, written in place and copied.
 #include "host/ops/tensor/concat.hpp"
-#include "host/ops/tensor/reshape.hpp"
-#include "host/ops/tensor/slice.hpp"
+
 #include "tests/ops/op_check.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr double kExact = 0;
+constexpr double kExact = 0;  // copies of numbers
 
 Tensor join(const std::vector<Tensor>& parts) {
   Shape s = parts[0].shape;
@@ -19,15 +18,6 @@ Tensor join(const std::vector<Tensor>& parts) {
       for (int k = 0; k < p.shape.c; ++k, ++c)
         for (int y = 0; y < s.h; ++y)
           for (int x = 0; x < s.w; ++x) out.at(n, c, y, x) = p.at(n, k, y, x);
-  return out;
-}
-
-Tensor part(const Tensor& t, int first, int count) {
-  Tensor out({t.shape.n, count, t.shape.h, t.shape.w});
-  for (int n = 0; n < t.shape.n; ++n)
-    for (int c = 0; c < count; ++c)
-      for (int y = 0; y < t.shape.h; ++y)
-        for (int x = 0; x < t.shape.w; ++x) out.at(n, c, y, x) = t.at(n, first + c, y, x);
   return out;
 }
 
@@ -66,44 +56,6 @@ OP_CASES(concat) {
                    .gradient_roundings = 1,
                    .differences = 20});
   return cases;
-}
-
-OP_CASES(slice) {
-  std::vector<OpCase> cases;
-  for (const int first : {0, 2, 4})
-    cases.push_back({.stem = "slice",
-                     .label = "from_" + std::to_string(first),
-                     .kernels = {"slice_take", "slice_adjoint"},
-                     .inputs = {{"x", random_tensor({2, 6, 3, 5}, 5)}},
-                     .build = [first](Graph&, const Values& v) {
-                       return std::vector<Value>{slice(v.at("x"), first, 2)};
-                     },
-                     .reference = [first](const Tensors& t) {
-                       return std::vector<Tensor>{part(t.at("x"), first, 2)};
-                     },
-                     .roundings = kExact,
-                     .differentiate = {"x"}});
-  return cases;
-}
-
-OP_CASES(reshape) {
-  OpCase c{.stem = "reshape",
-           .label = "regroups_the_batch",
-           .kernels = {"reshape_copy"},
-           .inputs = {{"x", random_tensor({2, 6, 3, 5}, 6)}},
-           .build = [](Graph&, const Values& v) {
-             return std::vector<Value>{reshape(v.at("x"), {3, 4, 5, 3}), detach(v.at("x"))};
-           },
-           .reference = [](const Tensors& t) {
-             return std::vector<Tensor>{Tensor({3, 4, 5, 3}, t.at("x").real), t.at("x")};
-           },
-           .roundings = kExact,
-           .no_gradient = "half of it is detached: see gradient_passes"};
-  OpCase passes = c;
-  passes.label = "gradient_passes", passes.no_gradient.clear(), passes.differentiate = {"x"};
-  passes.build = [](Graph&, const Values& v) { return std::vector<Value>{reshape(v.at("x"), {3, 4, 5, 3})}; };
-  passes.reference = [](const Tensors& t) { return std::vector<Tensor>{Tensor({3, 4, 5, 3}, t.at("x").real)}; };
-  return {c, passes};
 }
 
 }  // namespace clerestory

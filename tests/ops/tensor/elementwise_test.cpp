@@ -1,8 +1,6 @@
-// Elementwise sums and products with broadcasting, reductions, and the sum in which gradients meet.
-#include <cmath>
-
+// Sums and products with broadcasting.
 #include "host/ops/tensor/elementwise.hpp"
-#include "host/ops/tensor/reduce.hpp"
+
 #include "tests/ops/op_check.hpp"
 
 namespace clerestory {
@@ -19,16 +17,6 @@ Tensor each(const Tensor& a, const Tensor& b, F f) {
     for (int c = 0; c < a.shape.c; ++c)
       for (int y = 0; y < a.shape.h; ++y)
         for (int x = 0; x < a.shape.w; ++x) out.at(n, c, y, x) = f(a.at(n, c, y, x), broadcast(b, n, c, y, x));
-  return out;
-}
-
-Tensor summed(const Tensor& x, const Shape& to, double factor) {
-  Tensor out(to);
-  for (int n = 0; n < x.shape.n; ++n)
-    for (int c = 0; c < x.shape.c; ++c)
-      for (int y = 0; y < x.shape.h; ++y)
-        for (int i = 0; i < x.shape.w; ++i)
-          out.at(to.n > 1 ? n : 0, to.c > 1 ? c : 0, to.plane() > 1 ? y : 0, to.plane() > 1 ? i : 0) += factor * x.at(n, c, y, i);
   return out;
 }
 
@@ -91,58 +79,6 @@ OP_CASES(elementwise) {
                    .gradient_roundings = 2,
                    .differences = 10});
   return cases;
-}
-
-OP_CASES(reduce) {
-  std::vector<OpCase> cases;
-  for (const Shape& to : kBroadcasts) {
-    if (to == kFull) continue;
-    std::vector<std::string> kernels;
-    if (to.plane() == 1) kernels.push_back("sum_plane");
-    if (to.c == 1) kernels.push_back("sum_channels");
-    if (to.n == 1) kernels.push_back("sum_batch");
-    cases.push_back({.stem = "reduce",
-                     .label = "to_" + to.text(),
-                     .kernels = kernels,
-                     .inputs = {{"x", random_tensor(kFull, 4)}},
-                     .build = [to](Graph&, const Values& v) { return std::vector<Value>{sum_to(v.at("x"), to, 0.4)}; },
-                     .reference = [to](const Tensors& t) { return std::vector<Tensor>{summed(t.at("x"), to, 0.4)}; },
-                     .roundings = 12,
-                     .magnitude = 0.4 * std::sqrt(static_cast<double>(kFull.count())),
-                     .differentiate = {"x"}});
-  }
-  cases.push_back({.stem = "reduce",
-                   .label = "means",
-                   .kernels = {"sum_plane", "sum_channels", "sum_batch"},
-                   .inputs = {{"x", random_tensor({3, 2, 33, 41}, 5)}},
-                   .build = [](Graph&, const Values& v) {
-                     return std::vector<Value>{mean(v.at("x")), sum(v.at("x")), plane_mean(v.at("x"))};
-                   },
-                   .reference = [](const Tensors& t) {
-                     const Tensor& x = t.at("x");
-                     const double count = static_cast<double>(x.shape.count());
-                     return std::vector<Tensor>{summed(x, {}, 1 / count), summed(x, {}, 1),
-                                                summed(x, {3, 2, 1, 1}, 1.0 / static_cast<double>(x.shape.plane()))};
-                   },
-                   // 85 additions per lane of running sums no larger than 85; the sum is the largest of the outputs.
-                   .roundings = 12,
-                   .magnitude = 90,
-                   .differentiate = {"x"},
-                   .differences = 12});
-  return cases;
-}
-
-OP_CASES(accumulate) {
-  return {{.stem = "accumulate",
-           .label = "two",
-           .kernels = {"accumulate"},
-           .inputs = {{"a", random_tensor(kFull, 6)}, {"b", random_tensor(kFull, 7)}},
-           .build = [](Graph&, const Values& v) { return std::vector<Value>{accumulate(v.at("a"), v.at("b"))}; },
-           .reference = [](const Tensors& t) {
-             return std::vector<Tensor>{each(t.at("a"), t.at("b"), [](double x, double y) { return x + y; })};
-           },
-           .roundings = 1,
-           .differentiate = {"a", "b"}}};
 }
 
 }  // namespace clerestory
