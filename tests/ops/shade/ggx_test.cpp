@@ -118,9 +118,10 @@ TEST_P(SamplerTest, WeightAndDensityAreThoseOfTheTextbook) {
   const int sampler = GetParam();
   for (const Precision precision : {Precision::Single, Precision::Double}) {
     Probe probe(test_device(precision), precision);
-    // About 30 roundings between directions and weight. At alpha = 1e-4 float directions are 6e-8 / 1e-4 of a lobe
-    // apart, but D is made of the directions as they are, so that does not count.
-    const double tolerance = 60 * (precision == Precision::Single ? 1.2e-7 : 2.3e-16);
+    // About 60 roundings between directions and weight. At alpha = 1e-4 float directions are 6e-8 / 1e-4 of a lobe
+    // apart, but D is made of the directions as they are, so that does not count. That they are unit to rounding does:
+    // wo.h is |h| / 2 for unit directions, and moves by epsilon / (wo.h)^2 of itself.
+    const double epsilon = precision == Precision::Single ? 1.2e-7 : 2.3e-16;
     for (const double c : kViews)
       for (const double roughness : kRoughness)
         for (const double metallic : {0.0, 0.6, 1.0}) {
@@ -131,7 +132,7 @@ TEST_P(SamplerTest, WeightAndDensityAreThoseOfTheTextbook) {
           const Samples drawn = draw(probe, sampler, exact, wo, 2000, 5u, -1.0);
           double worst_weight = 0, worst_pdf = 0;
           if (sampler < kCosine) {
-            EXPECT_NEAR(drawn.lobe, exact.specular_probability(wo), tolerance);
+            EXPECT_NEAR(drawn.lobe, exact.specular_probability(wo), 16 * epsilon);
           }
           for (std::size_t i = 0; i < drawn.wi.size(); ++i) {
             const Vec3& wi = drawn.wi[i];
@@ -140,14 +141,14 @@ TEST_P(SamplerTest, WeightAndDensityAreThoseOfTheTextbook) {
               EXPECT_EQ(glm::length(drawn.weight[i]), 0);
               continue;
             }
-            // Directions of the lobe are unit to rounding only; the textbook takes them as they are.
+            const double across = glm::dot(wo, glm::normalize(wo + wi)), scale = 60 * epsilon + epsilon / (across * across);
             const double pdf = exact.pdf(sampler, wo, wi, drawn.lobe);
             const Vec3 weight = exact.f_cos(wo, wi) / pdf;
-            worst_pdf = std::max(worst_pdf, std::abs(drawn.pdf[i] / pdf - 1));
-            for (int k = 0; k < 3; ++k) worst_weight = std::max(worst_weight, std::abs(drawn.weight[i][k] / weight[k] - 1));
+            worst_pdf = std::max(worst_pdf, std::abs(drawn.pdf[i] / pdf - 1) / scale);
+            for (int k = 0; k < 3; ++k) worst_weight = std::max(worst_weight, std::abs(drawn.weight[i][k] / weight[k] - 1) / scale);
           }
-          EXPECT_LT(worst_weight, tolerance) << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
-          EXPECT_LT(worst_pdf, tolerance) << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
+          EXPECT_LT(worst_weight, 1) << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
+          EXPECT_LT(worst_pdf, 1) << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
         }
   }
 }
