@@ -207,7 +207,7 @@ void Trainer::loop() {
     if (interrupted()) {
       checkpoint();
       run_.log(fmt::format("interrupted after step {}; the same command goes on", progress_.step));
-      stop_if_interrupted(run_.path().string() + ": the same command goes on");
+      stop_if_interrupted(run_.path().string());
     }
   }
   if (leg().curve.empty() || leg().curve.back().step != progress_.step) validate();
