@@ -11,11 +11,28 @@ namespace {
 
 double fan_in(Value x, int kernel) { return static_cast<double>(x.shape().c) * kernel * kernel; }
 
+Value he_weight(const Scope& scope, Value x, int out, int kernel) {
+  return scope.state("weight", {out, x.shape().c, kernel, kernel}, Init::normal(std::sqrt(2 / fan_in(x, kernel))));
+}
+
+/// The states and moments that normalise x; in training their update is appended.
+ConvNorm batch_norm(const Scope& scope, const Feature& x) {
+  const Shape& s = x.value.shape();
+  const Shape per_channel{1, s.c, 1, 1};
+  ConvNorm norm;
+  norm.gamma = scope.state("weight", per_channel, Init::constant(1));
+  norm.beta = scope.state("bias", per_channel, Init::constant(0));
+  const Value mean = scope.state("running_mean", per_channel, Init::fixed(0));
+  const Value variance = scope.state("running_var", per_channel, Init::fixed(1));
+  if (scope.training) update_running(x.moments, mean, variance, s.n * s.plane());
+  norm.moments = scope.training ? x.moments : running_moments(mean, variance);
+  return norm;
+}
+
 }  // namespace
 
 Value conv_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad) {
-  const Value weight = scope.state("weight", {out, x.shape().c, kernel, kernel}, Init::normal(std::sqrt(2 / fan_in(x, kernel))));
-  return conv(x, weight, {}, {.stride = stride, .pad = pad});
+  return conv(x, he_weight(scope, x, out, kernel), {}, {.stride = stride, .pad = pad});
 }
 
 Value conv_bias_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad) {
@@ -30,15 +47,12 @@ Feature feature_of(const Scope& scope, Value value) {
 }
 
 Value batch_norm_layer(const Scope& scope, const Feature& x, bool relu) {
-  const Shape& s = x.value.shape();
-  const Shape per_channel{1, s.c, 1, 1};
-  const Value gamma = scope.state("weight", per_channel, Init::constant(1));
-  const Value beta = scope.state("bias", per_channel, Init::constant(0));
-  const Value running_mean = scope.state("running_mean", per_channel, Init::fixed(0));
-  const Value running_variance = scope.state("running_var", per_channel, Init::fixed(1));
-  if (scope.training) update_running(x.moments, running_mean, running_variance, s.n * s.plane());
-  const Value moments = scope.training ? x.moments : running_moments(running_mean, running_variance);
-  return normalise_channels(x.value, moments, gamma, beta, relu);
+  const ConvNorm norm = batch_norm(scope, x);
+  return normalise_channels(x.value, norm.moments, norm.gamma, norm.beta, relu, norm.epsilon);
+}
+
+Value norm_conv_layer(const Scope& norm, const Scope& scope, const Feature& x, int out, int kernel, int stride, int pad) {
+  return conv(x.value, batch_norm(norm, x), he_weight(scope, x.value, out, kernel), {}, {.stride = stride, .pad = pad});
 }
 
 Value group_norm_relu_layer(const Scope& scope, Value x, int groups) {

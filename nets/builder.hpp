@@ -31,6 +31,9 @@ struct Feature {
 Feature feature_of(const Scope& scope, Value value);
 /// Batch normalisation (states weight, bias, running_mean, running_var), then ReLU if `relu`.
 Value batch_norm_layer(const Scope& scope, const Feature& x, bool relu);
+/// Batch normalisation of x (states of `norm`), ReLU, convolution (state of `scope`) without bias: DenseNet's order. The
+/// convolution normalises what it reads, so that the normalised tensor exists in no memory.
+Value norm_conv_layer(const Scope& norm, const Scope& scope, const Feature& x, int out, int kernel, int stride, int pad);
 /// Group normalisation (states weight, bias), then ReLU.
 Value group_norm_relu_layer(const Scope& scope, Value x, int groups);
 

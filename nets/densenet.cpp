@@ -10,10 +10,8 @@ constexpr int kBottleneck = 4;  // times growth
 
 /// BN, ReLU, 1x1, BN, ReLU, 3x3.
 Value dense_layer(const Scope& scope, const Feature& x, int growth) {
-  const Value wide = batch_norm_layer(scope / "norm1", x, true);
-  const Value narrow = conv_layer(scope / "conv1", wide, kBottleneck * growth, 1, 1, 0);
-  const Value active = batch_norm_layer(scope / "norm2", feature_of(scope, narrow), true);
-  return conv_layer(scope / "conv2", active, growth, 3, 1, 1);
+  const Value narrow = norm_conv_layer(scope / "norm1", scope / "conv1", x, kBottleneck * growth, 1, 1, 0);
+  return norm_conv_layer(scope / "norm2", scope / "conv2", feature_of(scope, narrow), growth, 3, 1, 1);
 }
 
 Feature dense_block(const Scope& scope, Feature x, int layers, int growth) {
@@ -27,8 +25,7 @@ Feature dense_block(const Scope& scope, Feature x, int layers, int growth) {
 
 /// BN, ReLU, 1x1 to half the channels, 2x2 average.
 Value transition(const Scope& scope, const Feature& x) {
-  const Value active = batch_norm_layer(scope / "norm", x, true);
-  return average_pool(conv_layer(scope / "conv", active, x.value.shape().c / 2, 1, 1, 0));
+  return average_pool(norm_conv_layer(scope / "norm", scope / "conv", x, x.value.shape().c / 2, 1, 1, 0));
 }
 
 }  // namespace
