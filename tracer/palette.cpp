@@ -54,13 +54,17 @@ glm::vec3 Palette::paint_color() {
   // Most walls are light and hardly coloured; some are not.
   if (random_.chance(0.55f))
     return hsv(random_.between(0.05f, 0.18f), random_.between(0, 0.12f), random_.between(0.78f, 0.9f));
-  if (random_.chance(0.7f)) return hsv(random_.unit(), random_.between(0.08f, 0.3f), random_.between(0.6f, 0.88f));
-  return hsv(random_.unit(), random_.between(0.3f, 0.65f), random_.between(0.35f, 0.75f));
+  if (random_.chance(0.7f)) return hsv(random_.unit(), random_.between(0.05f, 0.2f), random_.between(0.6f, 0.88f));
+  const glm::vec3 strong = strong_color();
+  return strong * 0.7f + glm::vec3(0.1f);
 }
 
 glm::vec3 Palette::strong_color() {
-  if (random_.chance(0.25f)) return grey(random_.between(0.08f, 0.88f));
-  return hsv(random_.unit(), random_.between(0.35f, 0.9f), random_.between(0.3f, 0.88f));
+  if (random_.chance(0.3f)) return grey(random_.between(0.08f, 0.88f));
+  // Reds, ochres, greens and blues are common at home, magenta and cyan are not.
+  const float hue = random_.one_of({0.01f, 0.06f, 0.1f, 0.13f, 0.25f, 0.36f, 0.45f, 0.55f, 0.6f, 0.63f, 0.92f});
+  return hsv(std::fmod(hue + random_.between(-0.03f, 0.03f) + 1, 1.f), random_.between(0.3f, 0.8f),
+             random_.between(0.25f, 0.82f));
 }
 
 Material Palette::make(MaterialClass kind) {
@@ -80,7 +84,7 @@ Material Palette::make(MaterialClass kind) {
     case MaterialClass::GlossPaint: {
       Material m = base(Texture::Plain, r);
       const glm::vec3 c =
-          r.chance(0.6f) ? hsv(r.between(0, 0.2f), r.between(0, 0.1f), r.between(0.8f, 0.9f)) : strong_color();
+          r.chance(0.75f) ? hsv(r.between(0, 0.2f), r.between(0, 0.12f), r.between(0.74f, 0.9f)) : strong_color();
       colors(m, c, c * 0.98f, c * 0.9f);
       const float rough = r.between(0.12f, 0.4f);
       roughness(m, rough, rough + 0.04f, rough + 0.25f);
@@ -201,7 +205,8 @@ Material Palette::make(MaterialClass kind) {
     }
     case MaterialClass::Carpet: {
       Material m = base(Texture::Fabric, r);
-      const glm::vec3 c = hsv(r.unit(), r.between(0.02f, 0.4f), r.between(0.3f, 0.75f));
+      const glm::vec3 c = r.chance(0.6f) ? hsv(r.between(0.04f, 0.14f), r.between(0.03f, 0.3f), r.between(0.35f, 0.78f))
+                                        : strong_color();
       colors(m, c, c * r.between(0.75f, 0.95f), c);
       roughness(m, 0.96f, 1, 1);
       m.scale = glm::vec3(r.between(3.f, 12.f));

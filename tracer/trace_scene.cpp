@@ -187,6 +187,7 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
 
 void TraceScene::radiance(const Buffer& points, const Buffer& directions, const Buffer& out, int count, int stride,
                           const RadianceQuery& query, DroppedSamples* dropped) {
+  if (query.spp < 1) throw usage_error("at least one sample per ray", "spp", std::to_string(query.spp), "1 or more");
   const std::array<float, 12> pose = pose_rows(query.to_world);
   const Buffer pose_on_device = upload(pose.data(), sizeof(pose));
   const std::size_t bytes = static_cast<std::size_t>(std::min(count, kRays)) * kSampleSize * sizeof(float);
