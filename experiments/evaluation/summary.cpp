@@ -113,8 +113,8 @@ Table summary_table(const EvaluationSummary& summary, const std::string& title) 
                {"best constant", "", Best::None},
                {"training mean", "", Best::None},
                {"the picture", "", Best::None},
-               {"ratio", "to the best trivial", Best::None},
-               {"strict ratio", "best trivial of each view", Best::None},
+               {"ratio", "to best", Best::None},
+               {"strict ratio", "per view", Best::None},
                {"views", "", Best::None, 6}},
               {}};
   for (const MetricSummary& m : summary.metrics)

@@ -1,5 +1,7 @@
 #include "experiments/training/report.hpp"
 
+#include <algorithm>
+
 #include "host/io/files.hpp"
 #include "host/report/html.hpp"
 #include "host/report/metrics.hpp"
@@ -11,7 +13,7 @@ namespace {
 /// Curves whose names begin with `prefix`.
 Plot curves(const std::vector<MetricRecord>& records, const std::string& prefix, const std::string& title, const std::string& y) {
   Plot plot;
-  plot.title = title, plot.x_label = "step", plot.y_label = y;
+  plot.title = title, plot.x_label = "step", plot.y_label = y, plot.log_y = true;
   for (const std::string& name : metric_names(records)) {
     if (!name.starts_with(prefix) || name == "train/rate") continue;
     Curve curve = curve_of(records, name);
@@ -21,6 +23,25 @@ Plot curves(const std::vector<MetricRecord>& records, const std::string& prefix,
     plot.series.push_back(std::move(series));
   }
   return plot;
+}
+
+Image channel(const Image& image, int c) {
+  Image one(image.width, image.height, 1);
+  std::copy_n(image.plane(c), one.data.size(), one.data.begin());
+  return one;
+}
+
+/// Prediction and truth of each map in turn, masked pixels of the truth black.
+void add_sample(HtmlReport& report, const ReportSample& sample) {
+  const MapSet &p = sample.predicted, &t = sample.view.truth;
+  const std::pair<double, double> range{0.01, 1};
+  report.pictures({picture_of("picture", show_radiance(sample.view.image)),
+                   picture_of("albedo", show_radiance(p.albedo)), picture_of("true albedo", show_radiance(t.albedo)),
+                   picture_of("normals", show_normal(p.normal)), picture_of("true normals", show_normal(t.normal)),
+                   picture_of("depth", show_depth(p.depth, range)), picture_of("true depth", show_depth(t.depth, range)),
+                   picture_of("roughness", show_unit(channel(p.material, 0))), picture_of("true roughness", show_unit(channel(t.material, 0))),
+                   picture_of("metallic", show_unit(channel(p.material, 1))), picture_of("true metallic", show_unit(channel(t.material, 1)))},
+                  sample.name);
 }
 
 }  // namespace
@@ -42,7 +63,7 @@ void write_model_card(const std::filesystem::path& weights, const History& histo
 }
 
 void write_training_report(const RunDirectory& run, const Config& config, const History& history, const EvaluationSummary& last,
-                           const Provenance& provenance) {
+                           const std::vector<ReportSample>& samples, const Provenance& provenance) {
   write_model_card(run.artifact("weights.safetensors"), history, run / "artifacts");
   // With the table beside the plot, `clerestory report` can make a report again from the files alone.
   write_file(run.artifact("validation.table.json"), table_json(summary_table(last, "Validation views")));
@@ -57,8 +78,10 @@ void write_training_report(const RunDirectory& run, const Config& config, const 
                 {"score", fmt::format("{:.3f} (geometric mean of the ratios below)", last.score())}});
   report.section("Validation", "Errors at the end of the leg, beside predictors that know nothing of the picture's content.");
   report.table(summary_table(last, "Validation views"));
-  for (const std::string& line : evaluation_conventions(leg.width, leg.height)) report.paragraph(line);
-  report.plot(history_plot(history), "All legs; 1 is the best trivial predictor.");
+  report.details("Conventions", fmt::format("{}", fmt::join(evaluation_conventions(leg.width, leg.height), "\n")));
+  if (const Plot plot = history_plot(history); !plot.series.empty()) report.plot(plot, "All legs; 1 is the best trivial predictor.");
+  report.section("Validation views", "Each map beside the truth. Depth is relative to scene_scale.");
+  for (const ReportSample& sample : samples) add_sample(report, sample);
   report.section("Losses");
   if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty()) report.plot(losses);
   if (const Plot ratios = curves(records, "val/ratio/", "Validation error over the best trivial predictor", "ratio"); !ratios.series.empty())

@@ -5,9 +5,16 @@
 
 namespace clerestory {
 
+/// A validation view beside what the net says about it.
+struct ReportSample {
+  std::string name;
+  PreparedView view;
+  MapSet predicted;
+};
+
 /// Writes report.html into the run, card.md and validation.svg into its artifacts, from metrics.jsonl and the history.
 void write_training_report(const RunDirectory& run, const Config& config, const History& history, const EvaluationSummary& last,
-                           const Provenance& provenance);
+                           const std::vector<ReportSample>& samples, const Provenance& provenance);
 
 /// card.md and validation.svg for a weights file, into `folder`.
 void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder);

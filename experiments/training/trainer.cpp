@@ -55,6 +55,7 @@ class Trainer {
   const EvaluationSummary& judge_now();
   void checkpoint();
   void finish();
+  std::vector<ReportSample> samples();
   double seconds() const { return progress_.seconds + (clock_now() - started_); }
   bool due(std::int64_t every) const { return every > 0 && progress_.step % every == 0; }
   Leg& leg() { return progress_.history.legs.back(); }
@@ -280,6 +281,16 @@ void Trainer::checkpoint() {
   last_checkpoint_ = clock_now();
 }
 
+/// A few validation views with the maps that the net sees in them.
+std::vector<ReportSample> Trainer::samples() {
+  std::vector<ReportSample> samples;
+  for (const std::size_t i : spread(judged_.size(), std::min<std::size_t>(3, judged_.size()))) {
+    const MapPrediction prediction = predictor_->predict({&judged_[i].view.image}).front();
+    samples.push_back({judged_[i].result.view, judged_[i].view, prediction.maps});
+  }
+  return samples;
+}
+
 void Trainer::finish() {
   update_leg();
   if (!summary_) judge_now();  // killed between the last checkpoint and here
@@ -293,7 +304,7 @@ void Trainer::finish() {
   provenance_.outputs.push_back(record_file(run_.artifact("weights.safetensors")));
   if (options_.w_perceptual == 0) provenance_.left_out.push_back({"perceptual loss", "no ImageNet weights of VGG16 were given", ""});
   write_provenance(run_ / "provenance.json", provenance_);
-  write_training_report(run_, config_, progress_.history, *summary_, provenance_);
+  write_training_report(run_, config_, progress_.history, *summary_, samples(), provenance_);
   run_.finish();
   run_.log(fmt::format("{} steps in {}; weights of {} in {}", progress_.step, duration_text(seconds()),
                        best_is_last ? "the last step" : "the best validation", run_.artifact("weights.safetensors").string()));
