@@ -10,6 +10,7 @@
 #include "host/ops/light/ssrt.hpp"
 #include "host/ops/shade/accumulate_samples.hpp"
 #include "tests/ops/op_check.hpp"
+#include "tests/ops/shade/hash_reference.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
 
 namespace clerestory {
@@ -64,17 +65,6 @@ Vec3 li2020_f_cos(const SurfaceReference& s, const Vec3& wo, const Vec3& wi) {
   const double f = 0.05 + 0.95 * std::pow(2, (-5.55472 * vh - 6.98316) * vh);
   const double below = 4 * M_PI * std::pow(h.z * h.z * (a2 - 1) + 1, 2) * (wo.z * (1 - k) + k) * (wi.z * (1 - k) + k);
   return (s.albedo / M_PI + a2 * f / std::clamp(below, 1e-6, 4 * M_PI)) * wi.z;
-}
-
-/// The hash of kernels/lib/rng.clh: four words in, the first two as numbers.
-std::pair<double, double> hashed(std::uint32_t x, std::uint32_t y, std::uint32_t z, std::uint32_t w) {
-  std::uint32_t v[4] = {x, y, z, w};
-  for (std::uint32_t& k : v) k = k * 1664525u + 1013904223u;
-  const auto mix = [&] { v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2]; };
-  mix();
-  for (std::uint32_t& k : v) k ^= k >> 16;
-  mix();
-  return {(v[0] >> 8) * 0x1p-24, (v[1] >> 8) * 0x1p-24};
 }
 
 struct Drawn {
@@ -132,8 +122,8 @@ OP_CASES(sample_brdf) {
   OpCase detached = sample_case("uniform_detached", {.sampler = Sampler::Uniform, .points = Points::Independent}, true);
   detached.reference = [seed = detached.seed](const Tensors& t) {
     const auto draw = [&](int p, int s) {
-      const auto [u, v] = hashed(seed ^ 0x62726466u, static_cast<unsigned>(p), static_cast<unsigned>(s), 0);
-      const double r = std::sqrt(u * (2 - u));
+      const std::array<double, 4> random = hashed(seed ^ 0x62726466u, static_cast<unsigned>(p), static_cast<unsigned>(s), 0);
+      const double u = random[0], v = random[1], r = std::sqrt(u * (2 - u));
       return Drawn{{r * std::cos(2 * M_PI * v), r * std::sin(2 * M_PI * v), 1 - u}, 0.5 / M_PI};
     };
     return reference(t, false, draw, [&](int p, const Vec3&, const Vec3&, const Vec3& view, const Vec3& towards) {
