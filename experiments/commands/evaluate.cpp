@@ -29,7 +29,9 @@ void print(const EvaluateOutcome& outcome) {
 
 void add_evaluate_command(CommandLine& line) {
   auto options = std::make_shared<EvaluateOptions>();
+  auto run = std::make_shared<std::filesystem::path>();
   line.add("evaluate", "Judges weights on views with known maps and on photographs with measured depth")
+      .optional_argument("RUN", "A RUN folder of `invert` to judge in place of weights; --data is then the view ROOM/NNN that it took for a photograph", *run)
       .option("--data", "DIR", "Folder of rooms (InteriorVerse's layout)", options->data)
       .option("--split", "NAME", "Its list of rooms: test, val, train; default: test.txt, else val.txt, else every room", options->split)
       .option("--frames", "DIR", "Folder with a photograph and measured depth (repeat for several)",
@@ -37,11 +39,11 @@ void add_evaluate_command(CommandLine& line) {
       .option("--mean-data", "DIR", "Training rooms to take the mean maps from, in place of those stored in the weights", options->mean_data)
       .option("--batch", "N", "Views at once, 1 to 8", options->batch)
       .common({Common::Weights, Common::Device, Common::Gemm, Common::Json, Common::Quiet})
-      .run([options](const CommonOptions& common) {
+      .run([options, run](const CommonOptions& common) {
         if (options->batch < 1 || options->batch > 8) throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
-        options->weights = common.weights.empty() ? shipped_weights() : common.weights;
         options->device = common.device, options->gemm = common.gemm;
-        const EvaluateOutcome outcome = evaluate_weights(*options);
+        if (run->empty()) options->weights = common.weights.empty() ? shipped_weights() : common.weights;
+        const EvaluateOutcome outcome = run->empty() ? evaluate_weights(*options) : evaluate_run(*run, options->data);
         if (!common.json || !common.json->empty()) print(outcome);
         write_json_result(common, evaluation_json(outcome.summary, outcome.views, outcome.frames, outcome.conventions, outcome.facts));
       });

@@ -1,12 +1,14 @@
 #include "experiments/training/evaluate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/validation.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -103,6 +105,33 @@ EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
   out.conventions = evaluation_conventions(weights.size.width, weights.size.height);
   out.conventions.push_back(fmt::format("photographs: longer side {}; measured depth by nearest neighbour, every pixel with a measurement counts",
                                         std::max(weights.size.width, weights.size.height)));
+  return out;
+}
+
+EvaluateOutcome evaluate_run(const fs::path& run, const fs::path& view) {
+  const GBuffer maps = read_gbuffer(run);
+  if (!maps.albedo || !maps.normal || !maps.depth || !maps.material)
+    throw usage_error("a map is missing", run.string(), "", "albedo.exr, normal.exr, depth.exr and material.exr of `clerestory invert`");
+  if (!is_view(view)) throw usage_error("is no generated view", view.string(), "", "ROOM/NNN with ROOM/NNN_im.exr");
+  const int width = maps.depth->width, height = maps.depth->height;
+  const RoomView truth = read_view(view);
+  if (net_size(truth.depth.width, truth.depth.height, std::max(width, height)) != Size{width, height})
+    throw usage_error("the run and the view have other proportions", run.string(), fmt::format("{}x{}", width, height),
+                      fmt::format("those of {}x{}", truth.depth.width, truth.depth.height));
+
+  const PreparedView prepared = prepare_view(truth, width, height);
+  MapSet predicted{*maps.albedo, *maps.normal, *maps.depth, Image(width, height, 2)};
+  std::copy_n(maps.material->data.begin(), predicted.material.data.size(), predicted.material.data.begin());
+  const double scale = scene_scale(predicted.depth.data, run.string());
+  for (float& d : predicted.depth.data) d /= static_cast<float>(scale);
+  ViewResult result = trivial_errors(view.string(), prepared, nullptr);
+  judge(result, prepared, predicted, std::log(scale));
+
+  EvaluateOutcome out;
+  out.views = {std::move(result)};
+  out.summary = summarise(out.views);
+  out.conventions = evaluation_conventions(width, height);
+  out.facts = {{"run", run.string()}, {"view", view.string()}};
   return out;
 }
 

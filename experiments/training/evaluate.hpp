@@ -30,4 +30,8 @@ struct EvaluateOutcome {
 /// Throws usage_error when there is nothing to judge, or files do not fit.
 EvaluateOutcome evaluate_weights(const EvaluateOptions& options);
 
+/// A RUN folder of `invert` against the generated view ROOM/NNN that was its photograph, at the RUN's own size. The mean
+/// map is absent. Throws usage_error when a map is missing or the proportions differ.
+EvaluateOutcome evaluate_run(const std::filesystem::path& run, const std::filesystem::path& view);
+
 }  // namespace clerestory

@@ -271,6 +271,27 @@ TEST_F(TrainingRun, OtherViewsThanItBeganWithAreRefused) {
   EXPECT_THAT(message_of([&] { run("runs", settings); }, ErrorKind::Usage), HasSubstr("training views"));
 }
 
+TEST_F(TrainingRun, RunFolderOfItsOwnTruthHasNoError) {
+  const fs::path view = folder / "data/val_room_0/000", gbuffer = folder / "run";
+  const RoomView truth = read_view(view);
+  fs::create_directories(gbuffer);
+  write_exr(gbuffer / "albedo.exr", truth.albedo);
+  write_exr(gbuffer / "normal.exr", truth.normal);
+  Image twice = truth.depth;
+  for (float& d : twice.data) d *= 2;
+  write_exr(gbuffer / "depth.exr", twice, ExrType::Float);
+  EXPECT_THAT(message_of([&] { evaluate_run(gbuffer, view); }, ErrorKind::Usage), HasSubstr("a map is missing"));
+  write_exr(gbuffer / "material.exr", truth.material);
+  const EvaluateOutcome judged = evaluate_run(gbuffer, view);
+  // files in half: relative 2^-11 on albedo and material; depth in float against depth stored in millimetres
+  EXPECT_NEAR(judged.summary.find(MapError::Normal)->ours.mean, 0, 1e-3);
+  EXPECT_NEAR(judged.summary.find(MapError::Depth)->ours.mean, 0, 1e-6);
+  EXPECT_NEAR(judged.summary.find(MapError::Albedo)->ours.mean, 0, 0x1p-22);
+  EXPECT_NEAR(judged.summary.find(MapError::Roughness)->ours.mean, 0, 0x1p-22);
+  EXPECT_NEAR(judged.summary.median_log_scale_error, std::log(2.0), 1e-6);
+  EXPECT_THAT(message_of([&] { evaluate_run(gbuffer, folder / "data"); }, ErrorKind::Usage), HasSubstr("no generated view"));
+}
+
 TEST_F(TrainingRun, NothingToJudgeIsAnError) {
   EXPECT_THAT(message_of([] { evaluate_weights({}); }, ErrorKind::Usage), HasSubstr("--data"));
 }
