@@ -61,7 +61,7 @@ struct ConvDataOp : Op {
       return run_clblast_data(l, forward_pass(s).geometry, x.n, l.in(0), l.in(1), l.out());
     std::size_t at = 0;
     for (const ConvPass& pass : backward_data_passes(s)) {
-      run_packed(l, pass, x.n, spec.kernels, l.in(0), nullptr, l.in(1), nullptr, l.out(), at);
+      run_packed(l, pass, x.n, spec, l.in(0), nullptr, l.in(1), nullptr, l.out(), at);
       at += packed_elements(pass.geometry);
     }
   }
@@ -89,8 +89,7 @@ struct ConvWeightsOp : Op {
     const std::optional<SourceNorm> source = norm.views(l, 2);
     if (use_clblast(l, spec.kernels))
       return run_clblast_weights(l, g, batch, l.in(0), pointer(source), l.in(1), l.out());
-    run_packed_weights(l, g, batch, spec.kernels, l.in(0), pointer(source), l.in(1), nullptr, l.out(),
-                       item_pitch(l.out()));
+    run_packed_weights(l, g, batch, spec, l.in(0), pointer(source), l.in(1), nullptr, l.out(), item_pitch(l.out()));
   }
 };
 
@@ -172,7 +171,7 @@ struct ConvOp : Op {
     const int batch = l.in(0).shape.n;
     if (use_clblast(l, spec.kernels))
       return run_clblast_forward(l, pass.geometry, batch, l.in(0), pointer(source), l.in(1), bias, l.out());
-    run_packed(l, pass, batch, spec.kernels, l.in(0), pointer(source), l.in(1), bias, l.out());
+    run_packed(l, pass, batch, spec, l.in(0), pointer(source), l.in(1), bias, l.out());
   }
 
  private:

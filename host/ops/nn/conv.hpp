@@ -12,6 +12,8 @@ struct ConvSpec {
   int stride = 1;  // along both axes
   int pad = 0;     // zeros around the picture
   ConvKernels kernels = ConvKernels::ByPlan;
+  int scratch =
+      0;  // elements of local memory that nn/conv_cpu.cl may use; 0: half a usual L2 cache, if the device has it
 };
 
 /// y[n,o,y,x] = bias[o] + sum over i, ky, kx of w[o,i,ky,kx] * x[n,i, y*stride + ky - pad, x*stride + kx - pad].

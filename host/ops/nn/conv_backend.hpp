@@ -35,7 +35,7 @@ void with_source(const SourceNorm* norm, const Run& run) {
 /// Elements of packed weights of a pass, in its workspace.
 std::size_t packed_elements(const ConvGeometry& geometry);
 /// target = weights * source (+ bias): packs the weights at element `at` of the workspace, then runs the pass.
-void run_packed(Launch& launch, const ConvPass& pass, int batch, ConvKernels kernels, const TensorView& source,
+void run_packed(Launch& launch, const ConvPass& pass, int batch, const ConvSpec& spec, const TensorView& source,
                 const SourceNorm* norm, const TensorView& weights, const TensorView* bias, const TensorView& target,
                 std::size_t at = 0);
 
@@ -43,7 +43,7 @@ void run_packed(Launch& launch, const ConvPass& pass, int batch, ConvKernels ker
 std::size_t partial_elements(const ConvGeometry& geometry);
 /// gradient[outputs][depth], rows `row_pitch` apart, = sum over positions of target * source under each tap (+ bias of
 /// each column).
-void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, ConvKernels kernels,
+void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, const ConvSpec& spec,
                         const TensorView& source, const SourceNorm* norm, const TensorView& target,
                         const TensorView* bias, const TensorView& gradient, int row_pitch);
 

@@ -15,8 +15,9 @@ bool on_gpu(const Launch& l, ConvKernels kernels) {
 }
 
 // An eighth is left to the driver's own use of local memory.
-std::size_t scratch(const Launch& l) {
-  return std::min(scratch_elements, l.device.info().local_memory / 8 * 7 / real_size(l.precision));
+std::size_t scratch(const Launch& l, const ConvSpec& spec) {
+  const std::size_t wanted = spec.scratch > 0 ? static_cast<std::size_t>(spec.scratch) : scratch_elements;
+  return std::min(wanted, l.device.info().local_memory / 8 * 7 / real_size(l.precision));
 }
 
 std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }
@@ -39,7 +40,7 @@ std::size_t packed_elements(const ConvGeometry& g) {
   return blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
 }
 
-void run_packed(Launch& l, const ConvPass& pass, int batch, ConvKernels kernels, const TensorView& source,
+void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec, const TensorView& source,
                 const SourceNorm* norm, const TensorView& weights, const TensorView* bias, const TensorView& target,
                 std::size_t at) {
   const ConvGeometry& g = pass.geometry;
@@ -52,7 +53,7 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, ConvKernels kernels,
           std::array{t.step_x, t.step_y});
   const TensorView& some_bias = bias ? *bias : weights;
   const int has_bias = bias != nullptr;
-  if (on_gpu(l, kernels)) {
+  if (on_gpu(l, spec.kernels)) {
     const Range range{{blocks(g.positions(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
                        static_cast<std::size_t>(batch)},
                       {gpu_group, gpu_group, 1}};
@@ -61,7 +62,7 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, ConvKernels kernels,
     });
     return;
   }
-  const ConvBlocking b = block_pass(g, batch, scratch(l));
+  const ConvBlocking b = block_pass(g, batch, scratch(l, spec));
   const std::size_t real = real_size(l.precision);
   const Range range{{static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)},
                     {1, 1, 1}};
@@ -77,12 +78,12 @@ std::size_t partial_elements(const ConvGeometry& g) {
   return static_cast<std::size_t>(most_partials(g)) * g.outputs * g.depth();
 }
 
-void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, ConvKernels kernels, const TensorView& source,
+void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvSpec& spec, const TensorView& source,
                         const SourceNorm* norm, const TensorView& target, const TensorView* bias,
                         const TensorView& gradient, int row_pitch) {
-  const bool gpu = on_gpu(l, kernels);
+  const bool gpu = on_gpu(l, spec.kernels);
   ConvBlocking b;
-  if (!gpu) b = block_weights(g, batch, scratch(l));
+  if (!gpu) b = block_weights(g, batch, scratch(l, spec));
   const int partials =
       gpu ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
           : b.partials;

@@ -120,11 +120,11 @@ struct MatmulOp : Op {
       clblast_gemm(l, s.c.rows, s.c.columns, s.depth, {a, 0, a_pitch, spec.transpose_a},
                    {b, 0, b_pitch, spec.transpose_b}, bias ? 1 : 0, {c, 0, c_pitch});
     } else if (spec.transpose_b) {
-      run_packed_weights(l, inner_product_pass(s.c, s.depth, a_pitch, b_pitch), 1, spec.kernels, b, nullptr, a, bias, c,
-                         c_pitch);
+      run_packed_weights(l, inner_product_pass(s.c, s.depth, a_pitch, b_pitch), 1, {.kernels = spec.kernels}, b,
+                         nullptr, a, bias, c, c_pitch);
     } else {
-      run_packed(l, product_pass(s.c, s.depth, spec.transpose_a, a_pitch, b_pitch, c_pitch), 1, spec.kernels, b,
-                 nullptr, a, nullptr, c);
+      run_packed(l, product_pass(s.c, s.depth, spec.transpose_a, a_pitch, b_pitch, c_pitch), 1,
+                 {.kernels = spec.kernels}, b, nullptr, a, nullptr, c);
     }
   }
 

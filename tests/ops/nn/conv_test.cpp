@@ -19,7 +19,8 @@ struct Sizes {
   std::string label;
   Shape x, w;
   int stride = 1, pad = 0;
-  ConvSpec spec(ConvKernels kernels) const { return {stride, pad, kernels}; }
+  int scratch = 0;
+  ConvSpec spec(ConvKernels kernels) const { return {stride, pad, kernels, scratch}; }
   Shape y() const { return {x.n, w.n, (x.h + 2 * pad - w.h) / stride + 1, (x.w + 2 * pad - w.w) / stride + 1}; }
 };
 
@@ -200,6 +201,16 @@ OP_CASES(conv) {
       }
       if (s.label == "many_bands") cases.back().kernels.push_back("conv_sum_partials");
     }
+  // A device with little local memory: 16 KiB of floats cut channels, rows, columns and outputs into many pieces.
+  const std::vector<Sizes> tight{{"tight", {2, 30, 9, 11}, {40, 30, 3, 3}, 1, 1, 4096},
+                                 {"tight_wide", {1, 3, 5, 300}, {9, 3, 3, 3}, 1, 1, 4096},
+                                 {"tight_stride2", {2, 3, 9, 301}, {9, 3, 7, 7}, 2, 3, 4096},
+                                 {"tight_deep", {3, 60, 6, 5}, {17, 60, 3, 3}, 1, 1, 4096},
+                                 {"tight_pointwise", {1, 300, 20, 30}, {20, 300, 1, 1}, 1, 0, 4096}};
+  for (const Sizes& s : tight) {
+    cases.push_back(forward_case(s, all_kernels()[0]));
+    cases.push_back(backward_case(s, all_kernels()[0]));
+  }
   // More columns than are unrolled at once: two products per item, the second added to the first.
   cases.push_back(backward_case({"split", {1, 40, 128, 96}, {3, 40, 3, 3}, 1, 1}, all_kernels()[2]));
   return cases;
