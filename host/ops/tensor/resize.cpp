@@ -8,7 +8,8 @@ namespace clerestory {
 namespace {
 
 constexpr auto kFile = "tensor/resize.cl";
-constexpr int kGpuRows = 8;  // rows of one work-group; a CPU's takes the whole plane, so that tables are made once
+constexpr int kGpuRows = 8;    // rows of one work-group; a CPU's takes whole planes, so that tables are made once
+constexpr int kCpuPlanes = 4;  // planes of one work-group
 
 /// Outputs that read one input, at most: those within one input's distance on either side.
 int most_readers(int ins, int outs) {
@@ -16,7 +17,11 @@ int most_readers(int ins, int outs) {
   return std::min(outs, 2 * (outs - 1) / (ins - 1) + 1);
 }
 
+int planes_of(const Device& device) { return row_group(device) == 1 ? kCpuPlanes : 1; }
+
 int rows_of(const Device& device, int height) { return row_group(device) == 1 ? height : std::min(height, kGpuRows); }
+
+int whole_vectors(int n) { return (n + 15) / 16 * 16; }
 
 std::vector<Signature> resized(const Value& x, int h, int w, const char* op) {
   Shape s = x.shape();
@@ -33,11 +38,13 @@ struct BilinearAdjointOp : Op {  // dy -> dx
   void launch(Launch& l) const override {
     const Shape& out = l.in(0).shape;
     const int most_y = most_readers(input.h, out.h), most_x = most_readers(input.w, out.w), rows = rows_of(l.device, input.h);
+    const int planes = planes_of(l.device);
+    const int pitch = whole_vectors(input.w), line_pitch = whole_vectors(out.w + most_x + 32);
     const std::size_t real = real_size(l.precision);
     l.run_with(row_defines(l.device), kFile, "resize_bilinear_adjoint",
-               row_range(l.device, (input.h + rows - 1) / rows, input.c, input.n), l.in(0), l.out(), input.h, input.w, out.h,
-               out.w, most_y, most_x, rows, Arg::local(size(out.w) * real), Arg::local(size(most_x * input.w) * real),
-               Arg::local(size(input.w) * sizeof(int)));
+               row_range(l.device, (input.h + rows - 1) / rows, (input.c + planes - 1) / planes, input.n), l.in(0), l.out(),
+               input.c, input.h, input.w, out.h, out.w, most_y, most_x, rows, planes, line_pitch, pitch, Arg::local(size(line_pitch) * real),
+               Arg::local(size(most_x * pitch) * real), Arg::local(size(pitch) * sizeof(int)));
   }
 };
 
@@ -51,11 +58,12 @@ struct BilinearOp : Op {
   }
   void launch(Launch& l) const override {
     const Shape& s = l.in(0).shape;
-    const int rows = rows_of(l.device, h);
+    const int rows = rows_of(l.device, h), planes = planes_of(l.device), pitch = whole_vectors(w);
     const std::size_t real = real_size(l.precision);
-    l.run_with(row_defines(l.device), kFile, "resize_bilinear", row_range(l.device, (h + rows - 1) / rows, s.c, s.n), l.in(0),
-               l.out(), s.h, s.w, h, w, rows, Arg::local(size(s.w) * real), Arg::local(size(w) * real),
-               Arg::local(size(w) * sizeof(int)));
+    l.run_with(row_defines(l.device), kFile, "resize_bilinear",
+               row_range(l.device, (h + rows - 1) / rows, (s.c + planes - 1) / planes, s.n), l.in(0), l.out(), s.c, s.h, s.w, h,
+               w, rows, planes, pitch, Arg::local(size(2 * pitch) * real), Arg::local(size(pitch) * real),
+               Arg::local(size(pitch) * sizeof(int)));
   }
 };
 
