@@ -1,12 +1,12 @@
-// How fast screen-space rays are on a device, over a picture whose content does not change: a furnished box room.
+// How fast screen-space rays are on a device.
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <random>
 
 #include "host/graph/plan.hpp"
 #include "host/math/frames.hpp"
+#include "host/ops/light/bench_room.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/ssrt.hpp"
 
@@ -15,65 +15,10 @@ namespace {
 
 constexpr int kChunkPixels = 4096, kChunks = 8;
 
-struct Box {
-  Vec3 low, high;
-};
-struct Ball {
-  Vec3 centre;
-  double radius;
-};
-const Box kRoom{{-2.2, -1.3, -5.0}, {2.2, 1.4, 1.0}};
-const std::array kBoxes{Box{{-1.5, -1.3, -4.2}, {-0.3, -0.4, -3.1}}, Box{{0.4, -1.3, -3.0}, {1.1, -0.6, -2.2}},
-                        Box{{1.2, -1.3, -4.9}, {2.0, 0.6, -4.2}}, Box{{-2.2, -0.2, -2.6}, {-1.8, 0.9, -1.9}}};
-const std::array kBalls{Ball{{-0.9, -0.1, -3.6}, 0.3}, Ball{{0.75, -0.4, -2.6}, 0.2}, Ball{{0.3, -1.0, -4.0}, 0.3}};
-
-struct Seen {
-  double depth = INFINITY;
-  Vec3 normal{0, 0, 1};
-};
-
-/// The room along a ray from the origin with z = -1, so that the parameter is the depth.
-Seen look(const Vec3& d) {
-  Seen seen;
-  const auto face = [&](double t, int axis) {
-    if (t >= seen.depth) return;
-    seen.depth = t, seen.normal = Vec3(0);
-    seen.normal[axis] = d[axis] > 0 ? -1 : 1;
-  };
-  for (int a = 0; a < 3; ++a)
-    if (d[a] != 0) face((d[a] > 0 ? kRoom.high[a] : kRoom.low[a]) / d[a], a);
-  for (const Box& box : kBoxes) {
-    double enter = 0, leave = INFINITY;
-    int axis = -1;
-    for (int a = 0; a < 3; ++a) {
-      const double t0 = box.low[a] / d[a], t1 = box.high[a] / d[a];
-      if (std::min(t0, t1) > enter) enter = std::min(t0, t1), axis = a;
-      leave = std::min(leave, std::max(t0, t1));
-    }
-    if (axis >= 0 && enter < leave) face(enter, axis);
-  }
-  for (const Ball& ball : kBalls) {
-    const double a = glm::dot(d, d), b = glm::dot(d, ball.centre);
-    const double root = b * b - a * (glm::dot(ball.centre, ball.centre) - ball.radius * ball.radius);
-    if (root <= 0) continue;
-    const double t = (b - std::sqrt(root)) / a;
-    if (t > 0 && t < seen.depth) seen = {t, (t * d - ball.centre) / ball.radius};
-  }
-  return seen;
-}
-
 }  // namespace
 
 SsrtSpeed ssrt_speed(Device device, int width, int height, SsrtSolver solver, int samples, int repeats) {
-  const Camera camera = Camera::from_fov(width, height, 65.0);
-  Tensor depth(Shape{1, 1, height, width});
-  std::vector<Vec3> normals;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const Seen seen = look(camera.ray(x + 0.5, y + 0.5));
-      depth.at(0, 0, y, x) = seen.depth;
-      normals.push_back(seen.normal);
-    }
+  const auto [camera, depth, normal] = bench_room(width, height);
 
   // Eight runs of pixels, from the top of the picture to its bottom, each with cosine-distributed rays of its own.
   const int pixels = std::min(kChunkPixels, width * height), chunks = std::min(kChunks, width * height / pixels);
@@ -98,7 +43,8 @@ SsrtSpeed ssrt_speed(Device device, int width, int height, SsrtSolver solver, in
     const long first = chunks > 1 ? static_cast<long>(k) * (width * height - pixels) / (chunks - 1) : 0;
     Tensor d(rays);
     for (int p = 0; p < pixels; ++p) {
-      const Frame frame = frame_around(normals[static_cast<std::size_t>(first + p)]);
+      const int y = static_cast<int>((first + p) / width), x = static_cast<int>((first + p) % width);
+      const Frame frame = frame_around({normal.at(0, 0, y, x), normal.at(0, 1, y, x), normal.at(0, 2, y, x)});
       for (int s = 0; s < samples; ++s) {
         const double u = unit(random), turn = 2 * M_PI * unit(random);
         const Vec3 v = frame.from_local({std::sqrt(u) * std::cos(turn), std::sqrt(u) * std::sin(turn), std::sqrt(1 - u)});

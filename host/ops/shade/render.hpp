@@ -90,4 +90,12 @@ struct HostRendered {
 HostRendered render_with_host_light(Device device, const RenderSpec& spec, const std::map<std::string, Tensor>& feeds,
                                     std::uint32_t seed, const std::function<void(const HostRays&)>& fill);
 
+/// The whole layer under light = image on a furnished box room: best of `repeats`, kernels built before.
+struct LayerSpeed {
+  double seconds = 0, million_samples_per_second = 0;
+  std::size_t peak_bytes = 0;                 // of device memory
+  std::vector<KernelProfile> kernels;         // of one more run
+};
+LayerSpeed layer_speed(Device device, int width, int height, const RenderSpec& spec, int repeats = 3);
+
 }  // namespace clerestory
