@@ -7,7 +7,9 @@
 #include "experiments/commands/insert.hpp"
 #include "experiments/commands/invert.hpp"
 #include "experiments/commands/report.hpp"
+#include "experiments/commands/run.hpp"
 #include "experiments/commands/train.hpp"
+#include "experiments/commands/weights.hpp"
 
 int main(int argc, char** argv) {
   clerestory::CommandLine line;
@@ -16,8 +18,10 @@ int main(int argc, char** argv) {
   clerestory::add_generate_command(line);
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);
+  clerestory::add_weights_commands(line);
   clerestory::add_report_command(line);
   clerestory::add_bench_command(line);
+  clerestory::add_run_command(line);
   clerestory::add_devices_command(line);
   return line.run(argc, argv);
 }

@@ -16,7 +16,8 @@ void print(const EvaluateOutcome& outcome) {
     text += table_text(summary_table(outcome.summary, "Errors: mean ± standard deviation over views")) + "\n";
     text += fmt::format("geometric mean of the ratios: {:.3f}\n", outcome.summary.score());
     if (outcome.summary.scale_views > 0)
-      text += fmt::format("scene scale: median |delta ln| {:.3f} over {} views\n", outcome.summary.median_log_scale_error, outcome.summary.scale_views);
+      text += fmt::format("scene scale: median |delta ln| {:.3f} over {} views\n",
+                          outcome.summary.median_log_scale_error, outcome.summary.scale_views);
     text += "\n";
   }
   if (!outcome.frames.empty()) text += table_text(frames_table(outcome.frames)) + "\n";
@@ -31,21 +32,28 @@ void add_evaluate_command(CommandLine& line) {
   auto options = std::make_shared<EvaluateOptions>();
   auto run = std::make_shared<std::filesystem::path>();
   line.add("evaluate", "Judges weights on views with known maps and on photographs with measured depth")
-      .optional_argument("RUN", "A RUN folder of `invert` to judge in place of weights; --data is then the view ROOM/NNN that it took for a photograph", *run)
+      .optional_argument("RUN",
+                         "A RUN folder of `invert` to judge in place of weights; --data is then the view ROOM/NNN that "
+                         "it took for a photograph",
+                         *run)
       .option("--data", "DIR", "Folder of rooms (InteriorVerse's layout)", options->data)
-      .option("--split", "NAME", "Its list of rooms: test, val, train; default: test.txt, else val.txt, else every room", options->split)
+      .option("--split", "NAME",
+              "Its list of rooms: test, val, train; default: test.txt, else val.txt, else every room", options->split)
       .option("--frames", "DIR", "Folder with a photograph and measured depth (repeat for several)",
               [options](const std::string& text) { options->frames.emplace_back(text); })
-      .option("--mean-data", "DIR", "Training rooms to take the mean maps from, in place of those stored in the weights", options->mean_data)
+      .option("--mean-data", "DIR",
+              "Training rooms to take the mean maps from, in place of those stored in the weights", options->mean_data)
       .option("--batch", "N", "Views at once, 1 to 8", options->batch)
       .common({Common::Weights, Common::Device, Common::Gemm, Common::Json, Common::Quiet})
       .run([options, run](const CommonOptions& common) {
-        if (options->batch < 1 || options->batch > 8) throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
+        if (options->batch < 1 || options->batch > 8)
+          throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
         options->device = common.device, options->gemm = common.gemm;
         if (run->empty()) options->weights = common.weights.empty() ? shipped_weights() : common.weights;
         const EvaluateOutcome outcome = run->empty() ? evaluate_weights(*options) : evaluate_run(*run, options->data);
         if (!common.json || !common.json->empty()) print(outcome);
-        write_json_result(common, evaluation_json(outcome.summary, outcome.views, outcome.frames, outcome.conventions, outcome.facts));
+        write_json_result(common, evaluation_json(outcome.summary, outcome.views, outcome.frames, outcome.conventions,
+                                                  outcome.facts));
       });
 }
 

@@ -79,7 +79,8 @@ MeanMaps MeanMaps::restore(const TensorFile& file, const std::string& where) {
   const StoredTensor& mean = file.get("mean_maps.mean", where);
   const StoredTensor& known = file.get("mean_maps.known", where);
   if (mean.shape != shape || known.shape != shape)
-    throw usage_error("mean maps of another shape", where, fmt::format("{}", fmt::join(mean.shape, "x")), fmt::format("{}", fmt::join(shape, "x")));
+    throw usage_error("mean maps of another shape", where, fmt::format("{}", fmt::join(mean.shape, "x")),
+                      fmt::format("{}", fmt::join(shape, "x")));
   MeanMaps out;
   const auto views = file.metadata.find("mean_maps.views");
   out.views_ = views == file.metadata.end() ? 1 : std::max(1L, std::strtol(views->second.c_str(), nullptr, 10));

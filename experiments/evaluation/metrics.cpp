@@ -103,8 +103,10 @@ std::optional<double> rooted_si_log(const Image& predicted, const Image& truth, 
   std::vector<double> differences;
   differences.reserve(valid.size());
   for (const std::size_t i : valid) {
-    if (!(truth.data[i] > 0)) throw Error(ErrorKind::Failed, "a valid depth is not positive", "metrics", fmt::format("{}", truth.data[i]));
-    differences.push_back(std::log(std::max<double>(predicted.data[i], least_relative_depth)) - std::log(truth.data[i]));
+    if (!(truth.data[i] > 0))
+      throw Error(ErrorKind::Failed, "a valid depth is not positive", "metrics", fmt::format("{}", truth.data[i]));
+    differences.push_back(std::log(std::max<double>(predicted.data[i], least_relative_depth)) -
+                          std::log(truth.data[i]));
   }
   const double mean_difference = sum(differences) / n;
   CompensatedSum squares;  // second pass: no cancellation

@@ -51,8 +51,8 @@ struct MapMasks {
 enum class MapError { Normal, Depth, Albedo, Roughness, Metallic };
 constexpr int map_error_count = 5;
 struct MapErrorInfo {
-  const char* key;         // "normal_degrees": in metrics.jsonl and JSON
-  const char* name;        // "normals"
+  const char* key;   // "normal_degrees": in metrics.jsonl and JSON
+  const char* name;  // "normals"
   const char* unit;
   const char* convention;  // what exactly is computed, for the table's foot
 };

@@ -37,7 +37,8 @@ std::vector<Taps> taps_of(int from, int to) {
 }
 
 void check_size(int width, int height) {
-  if (width < 1 || height < 1) throw Error(ErrorKind::Failed, "a size must be positive", "resize", fmt::format("{}x{}", width, height));
+  if (width < 1 || height < 1)
+    throw Error(ErrorKind::Failed, "a size must be positive", "resize", fmt::format("{}x{}", width, height));
 }
 
 }  // namespace
@@ -123,7 +124,8 @@ Image cut(const Image& image, int width, int height) {
 
 Size net_size(int width, int height, int longer) {
   const double scale = static_cast<double>(longer) / std::max(width, height);
-  return {std::max(1, static_cast<int>(std::lround(width * scale))), std::max(1, static_cast<int>(std::lround(height * scale)))};
+  return {std::max(1, static_cast<int>(std::lround(width * scale))),
+          std::max(1, static_cast<int>(std::lround(height * scale)))};
 }
 
 PreparedView prepare_view(const RoomView& view, int width, int height) {
@@ -139,7 +141,8 @@ PreparedView prepare_view(const RoomView& view, int width, int height) {
   std::vector<float> depths;
   for (std::size_t i = 0; i < view.depth.pixels(); ++i)
     if (view.mask.data[i] > 0.5f && view.depth.data[i] > 0) depths.push_back(view.depth.data[i]);
-  const bool known = static_cast<double>(depths.size()) >= std::max(1.0, least_valid_share * static_cast<double>(view.depth.pixels()));
+  const bool known =
+      static_cast<double>(depths.size()) >= std::max(1.0, least_valid_share * static_cast<double>(view.depth.pixels()));
   if (known) out.scene_scale = scene_scale(depths);
 
   out.truth = {fit(view.albedo, true), fit(view.normal, false), fit(view.depth, false), Image(width, height, 2)};

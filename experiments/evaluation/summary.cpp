@@ -40,7 +40,8 @@ MetricSummary summarise_metric(const std::vector<ViewResult>& results, int metri
   for (const Trivial& t : trivials) {
     m.*(t.summary) = collect(results, t.errors, metric);
     // A predictor that answers only some views would be compared over others than ours.
-    if ((m.*(t.summary)).count == m.views && (m.*(t.summary)).mean < least) least = (m.*(t.summary)).mean, m.best = t.name;
+    if ((m.*(t.summary)).count == m.views && (m.*(t.summary)).mean < least)
+      least = (m.*(t.summary)).mean, m.best = t.name;
   }
   std::vector<double> strict;
   for (const ViewResult& r : results) {
@@ -68,7 +69,8 @@ ViewResult trivial_errors(const std::string& name, const PreparedView& view, con
   if (means) result.mean_map = map_errors(*means, view.truth, view.masks);
   Image clamped = view.image;  // as the net sees it
   for (float& v : clamped.data) v = std::clamp(v, 0.0f, 1.0f);
-  result.picture[at(static_cast<int>(MapError::Albedo))] = scale_invariant_mse(clamped, view.truth.albedo, view.masks.albedo);
+  result.picture[at(static_cast<int>(MapError::Albedo))] =
+      scale_invariant_mse(clamped, view.truth.albedo, view.masks.albedo);
   return result;
 }
 
@@ -118,29 +120,36 @@ Table summary_table(const EvaluationSummary& summary, const std::string& title) 
                {"views", "", Best::None, 6}},
               {}};
   for (const MetricSummary& m : summary.metrics)
-    table.add({std::string(info(m.error).name) + ", " + info(m.error).unit, cell(m.ours), cell(m.constant), cell(m.mean_map),
-               cell(m.picture), number(m.ratio), number(m.strict_ratio), number(m.views)});
+    table.add({std::string(info(m.error).name) + ", " + info(m.error).unit, cell(m.ours), cell(m.constant),
+               cell(m.mean_map), cell(m.picture), number(m.ratio), number(m.strict_ratio), number(m.views)});
   return table;
 }
 
 std::vector<std::string> evaluation_conventions(int width, int height) {
   std::vector<std::string> lines{
-      fmt::format("resolution {}x{}: picture and albedo averaged by area, all else nearest neighbour, nothing blurred", width, height),
-      "picture: linear Rec.709, scaled so that the 95th percentile of luminance is 0.9, clamped to [0, 1]; albedo linear, not sRGB",
+      fmt::format("resolution {}x{}: picture and albedo averaged by area, all else nearest neighbour, nothing blurred",
+                  width, height),
+      "picture: linear Rec.709, scaled so that the 95th percentile of luminance is 0.9, clamped to [0, 1]; albedo "
+      "linear, not sRGB",
       "masks: geometry = finite depth, normal and albedo; albedo = geometry that does not emit; material = geometry "
       "where roughness and metallic are not both 0",
-      fmt::format("a view with less than {:.0f} % valid geometry is left out; every view counts the same", 100 * least_valid_share)};
+      fmt::format("a view with less than {:.0f} % valid geometry is left out; every view counts the same",
+                  100 * least_valid_share)};
   for (int i = 0; i < map_error_count; ++i)
-    lines.push_back(fmt::format("{}: {}", info(static_cast<MapError>(i)).name, info(static_cast<MapError>(i)).convention));
-  lines.push_back("best constant: the constant that is best for each single view under that metric, found from its truth");
-  lines.push_back("training mean: per-pixel mean of the training set's maps (depth: of its logarithm), the same for every picture");
+    lines.push_back(
+        fmt::format("{}: {}", info(static_cast<MapError>(i)).name, info(static_cast<MapError>(i)).convention));
+  lines.push_back(
+      "best constant: the constant that is best for each single view under that metric, found from its truth");
+  lines.push_back(
+      "training mean: per-pixel mean of the training set's maps (depth: of its logarithm), the same for every picture");
   lines.push_back("the picture: the linear clamped picture taken for the albedo, one scale per image");
   lines.push_back("ratio: mean of ours over views / mean of that trivial predictor over views whose mean is least");
   lines.push_back("strict ratio: the least trivial error is picked anew for every view");
   return lines;
 }
 
-FrameResult judge_frame(const std::string& name, const Image& predicted_depth, const Image& measured, const MapSet* means) {
+FrameResult judge_frame(const std::string& name, const Image& predicted_depth, const Image& measured,
+                        const MapSet* means) {
   const Image truth = resize_nearest(measured, predicted_depth.width, predicted_depth.height);
   Image mask(truth.width, truth.height, 1);
   double valid = 0;
@@ -157,14 +166,21 @@ FrameResult judge_frame(const std::string& name, const Image& predicted_depth, c
 
 Table frames_table(const std::vector<FrameResult>& frames) {
   Table table{"Depth on photographs with measured depth, rooted si-log",
-              {{"frame", ""}, {"measured", "% of pixels"}, {"ours", ""}, {"best constant", ""}, {"training mean", ""}, {"ours / constant", ""}, {"ours / mean", ""}},
+              {{"frame", ""},
+               {"measured", "% of pixels"},
+               {"ours", ""},
+               {"best constant", ""},
+               {"training mean", ""},
+               {"ours / constant", ""},
+               {"ours / mean", ""}},
               {}};
   std::vector<double> to_constant, to_mean;
   for (const FrameResult& f : frames) {
     to_constant.push_back(f.ours / f.constant);
     if (f.mean_map) to_mean.push_back(f.ours / *f.mean_map);
-    table.add({f.frame, number(100 * f.valid_share), number(f.ours), number(f.constant), f.mean_map ? number(*f.mean_map) : Cell(),
-               number(to_constant.back()), f.mean_map ? number(to_mean.back()) : Cell()});
+    table.add({f.frame, number(100 * f.valid_share), number(f.ours), number(f.constant),
+               f.mean_map ? number(*f.mean_map) : Cell(), number(to_constant.back()),
+               f.mean_map ? number(to_mean.back()) : Cell()});
   }
   if (frames.size() > 1) {
     const auto all = [&](auto member) {
@@ -172,9 +188,10 @@ Table frames_table(const std::vector<FrameResult>& frames) {
       for (const FrameResult& f : frames) values.push_back(f.*member);
       return measure_of(values);
     };
-    table.add({"mean and spread", Cell(), all(&FrameResult::ours), all(&FrameResult::constant), Cell(), measure_of(to_constant),
-               to_mean.empty() ? Cell() : Cell(measure_of(to_mean))});
-    table.add({"median", Cell(), Cell(), Cell(), Cell(), number(median(to_constant)), to_mean.empty() ? Cell() : number(median(to_mean))});
+    table.add({"mean and spread", Cell(), all(&FrameResult::ours), all(&FrameResult::constant), Cell(),
+               measure_of(to_constant), to_mean.empty() ? Cell() : Cell(measure_of(to_mean))});
+    table.add({"median", Cell(), Cell(), Cell(), Cell(), number(median(to_constant)),
+               to_mean.empty() ? Cell() : number(median(to_mean))});
   }
   return table;
 }
@@ -204,20 +221,31 @@ std::string evaluation_json(const EvaluationSummary& summary, const std::vector<
   for (const auto& [key, value] : facts) out["facts"][key] = value;
   out["conventions"] = conventions;
   for (const MetricSummary& m : summary.metrics)
-    out["metrics"][info(m.error).key] = {{"ours", of(m.ours)},          {"best_constant", of(m.constant)},
-                                         {"training_mean", of(m.mean_map)}, {"picture", of(m.picture)},
-                                         {"best_trivial", m.best},      {"ratio", m.ratio},
-                                         {"strict_ratio", m.strict_ratio}, {"views", m.views}};
+    out["metrics"][info(m.error).key] = {{"ours", of(m.ours)},
+                                         {"best_constant", of(m.constant)},
+                                         {"training_mean", of(m.mean_map)},
+                                         {"picture", of(m.picture)},
+                                         {"best_trivial", m.best},
+                                         {"ratio", m.ratio},
+                                         {"strict_ratio", m.strict_ratio},
+                                         {"views", m.views}};
   if (!summary.metrics.empty()) out["score"] = summary.score();
   if (summary.scale_views > 0)
     out["scene_scale"] = {{"median_abs_log_error", summary.median_log_scale_error}, {"views", summary.scale_views}};
   out["views"] = json::array();
   for (const ViewResult& v : views)
-    out["views"].push_back({{"view", v.view}, {"ours", of(v.ours)}, {"best_constant", of(v.constant)}, {"training_mean", of(v.mean_map)}, {"picture", of(v.picture)}});
+    out["views"].push_back({{"view", v.view},
+                            {"ours", of(v.ours)},
+                            {"best_constant", of(v.constant)},
+                            {"training_mean", of(v.mean_map)},
+                            {"picture", of(v.picture)}});
   out["frames"] = json::array();
   for (const FrameResult& f : frames)
-    out["frames"].push_back({{"frame", f.frame}, {"ours", f.ours}, {"best_constant", f.constant},
-                             {"training_mean", f.mean_map ? json(*f.mean_map) : json(nullptr)}, {"valid_share", f.valid_share}});
+    out["frames"].push_back({{"frame", f.frame},
+                             {"ours", f.ours},
+                             {"best_constant", f.constant},
+                             {"training_mean", f.mean_map ? json(*f.mean_map) : json(nullptr)},
+                             {"valid_share", f.valid_share}});
   return out.dump(1) + "\n";
 }
 

@@ -36,7 +36,7 @@ struct MetricSummary {
 struct EvaluationSummary {
   std::vector<MetricSummary> metrics;  // those that at least one view has
   int views = 0;
-  double median_log_scale_error = 0;   // of views whose scale was predicted
+  double median_log_scale_error = 0;  // of views whose scale was predicted
   int scale_views = 0;
 
   /// Geometric mean of the ratios: one figure to choose a checkpoint by. A ratio of 0 counts as 1e-6; one to a
@@ -59,7 +59,8 @@ struct FrameResult {
   std::optional<double> mean_map;
 };
 /// `measured`: metres, 0 none, any size; it is taken to the prediction's size by nearest neighbour.
-FrameResult judge_frame(const std::string& name, const Image& predicted_depth, const Image& measured, const MapSet* means);
+FrameResult judge_frame(const std::string& name, const Image& predicted_depth, const Image& measured,
+                        const MapSet* means);
 Table frames_table(const std::vector<FrameResult>& frames);
 
 /// All of it as JSON: summary, views, frames, conventions.

@@ -55,7 +55,8 @@ std::size_t ViewOrder::at(std::uint64_t position) {
   return order_[position % count_];
 }
 
-TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip, const std::vector<double>& gain) {
+TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip,
+                             const std::vector<double>& gain) {
   TrainingBatch batch;
   batch.n = static_cast<int>(views.size());
   batch.w = padded_size(views.at(0).image.width), batch.h = padded_size(views[0].image.height);
@@ -87,7 +88,8 @@ TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentat
   std::vector<double> gain;
   std::vector<std::string> names;
   for (int k = 0; k < batch; ++k) {
-    const std::uint64_t position = static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(batch) + static_cast<std::uint64_t>(k);
+    const std::uint64_t position =
+        static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(batch) + static_cast<std::uint64_t>(k);
     const std::size_t view = order.at(position);
     views.push_back(store.get(view));
     names.push_back(store.name(view).text());

@@ -19,19 +19,19 @@ namespace clerestory {
 /// What is fed to the training graph, NCHW, padded to net_multiple: the image by repetition, maps and masks with zeros.
 struct TrainingBatch {
   std::int64_t step = 0;
-  int n = 0, h = 0, w = 0;           // padded
-  std::vector<float> image;          // n x 3: clamped to [0, 1]
-  std::vector<float> albedo, normal; // n x 3
-  std::vector<float> material;       // n x 2
-  std::vector<float> depth;          // n x 1, clamped to [0, 1]
+  int n = 0, h = 0, w = 0;                                       // padded
+  std::vector<float> image;                                      // n x 3: clamped to [0, 1]
+  std::vector<float> albedo, normal;                             // n x 3
+  std::vector<float> material;                                   // n x 2
+  std::vector<float> depth;                                      // n x 1, clamped to [0, 1]
   std::vector<float> geometry_mask, albedo_mask, material_mask;  // n x 1
-  std::vector<float> log_scale;      // n: ln scene_scale in metres, 0 where unknown
-  std::vector<float> scale_mask;     // n: 1 where scene_scale is known
-  std::vector<std::string> views;    // for messages
+  std::vector<float> log_scale;                                  // n: ln scene_scale in metres, 0 where unknown
+  std::vector<float> scale_mask;                                 // n: 1 where scene_scale is known
+  std::vector<std::string> views;                                // for messages
 };
 
 struct Augmentation {
-  bool flip = true;                            // half of the views mirrored, n_x negated
+  bool flip = true;                                  // half of the views mirrored, n_x negated
   double exposure_low = 0.85, exposure_high = 0.95;  // 95th percentile of luminance, uniform; both 0.9: none
 };
 

@@ -20,20 +20,24 @@ std::string shape_text(const std::vector<long>& shape) { return fmt::format("{}"
 StoredTensor stored_state(const States& states, const std::string& name) {
   const Tensor tensor = states.get(name);
   for (const double v : tensor.real)
-    if (!std::isfinite(v)) throw Error(ErrorKind::Failed, "a state of the network is not finite; the checkpoint before stays", name, fmt::format("{}", v));
+    if (!std::isfinite(v))
+      throw Error(ErrorKind::Failed, "a state of the network is not finite; the checkpoint before stays", name,
+                  fmt::format("{}", v));
   return StoredTensor(stored_shape(tensor.shape), tensor.floats());
 }
 
 void set_state(States& states, const std::string& name, const StoredTensor& stored, const std::string& where) {
   const Shape shape = states.view(name).shape;
   if (stored.shape != stored_shape(shape))
-    throw usage_error("a tensor has another shape than the network", where + ": " + name, shape_text(stored.shape), shape_text(stored_shape(shape)));
+    throw usage_error("a tensor has another shape than the network", where + ": " + name, shape_text(stored.shape),
+                      shape_text(stored_shape(shape)));
   states.set(name, Tensor(shape, stored.floats(where + ": " + name)));
 }
 
 const std::string& fact(const TensorFile& file, const std::string& key, const std::string& where) {
   const auto found = file.metadata.find(key);
-  if (found == file.metadata.end()) throw usage_error("the metadata lack a key", where, "no " + key, "a file written by `clerestory train`");
+  if (found == file.metadata.end())
+    throw usage_error("the metadata lack a key", where, "no " + key, "a file written by `clerestory train`");
   return found->second;
 }
 
@@ -42,7 +46,8 @@ int whole_fact(const TensorFile& file, const std::string& key, const std::string
   char* end = nullptr;
   const long value = std::strtol(text.c_str(), &end, 10);
   if (text.empty() || *end != 0 || value < least || value > most)
-    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text, fmt::format("{} to {}", least, most));
+    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
+                      fmt::format("{} to {}", least, most));
   return static_cast<int>(value);
 }
 
@@ -70,7 +75,8 @@ History stored_history(const TensorFile& file, const std::string& where) {
 
 }  // namespace
 
-void write_checkpoint(const std::filesystem::path& path, const States& states, const TrainingProgress& p, const RunIdentity& identity) {
+void write_checkpoint(const std::filesystem::path& path, const States& states, const TrainingProgress& p,
+                      const RunIdentity& identity) {
   TensorFile file;
   for (const std::string& name : states.names())
     if (!is_frozen_feature(name)) file.tensors[name] = stored_state(states, name);
@@ -82,7 +88,8 @@ void write_checkpoint(const std::filesystem::path& path, const States& states, c
   if (p.means) p.means->store(file);
   file.metadata["kind"] = "checkpoint";
   file.metadata["preset"] = identity.preset;
-  file.metadata["width"] = std::to_string(identity.size.width), file.metadata["height"] = std::to_string(identity.size.height);
+  file.metadata["width"] = std::to_string(identity.size.width),
+  file.metadata["height"] = std::to_string(identity.size.height);
   file.metadata["net"] = net_text(identity.net);
   file.metadata["seed"] = std::to_string(identity.seed);
   file.metadata["config_hash"] = identity.config_hash;
@@ -102,8 +109,9 @@ TrainingProgress read_checkpoint(const std::filesystem::path& path, States& stat
   must_agree(file, "seed", std::to_string(identity.seed), where);
   must_agree(file, "config_hash", identity.config_hash, where);
   if (fact(file, "views_hash", where) != fmt::format("{:016x}", identity.views_hash))
-    throw usage_error("the training views are not those that the run began with", where, fact(file, "views_hash", where),
-                      fmt::format("{:016x}; put the data set back, or begin anew with another run.variant", identity.views_hash));
+    throw usage_error(
+        "the training views are not those that the run began with", where, fact(file, "views_hash", where),
+        fmt::format("{:016x}; put the data set back, or begin anew with another run.variant", identity.views_hash));
   for (const std::string& name : states.names())
     if (!is_frozen_feature(name)) set_state(states, name, file.get(name, where), where);
 
@@ -119,8 +127,8 @@ TrainingProgress read_checkpoint(const std::filesystem::path& path, States& stat
   return p;
 }
 
-void write_weights(const std::filesystem::path& path, const States& states, const History& history, const std::optional<MeanMaps>& means,
-                   const WeightsFacts& facts) {
+void write_weights(const std::filesystem::path& path, const States& states, const History& history,
+                   const std::optional<MeanMaps>& means, const WeightsFacts& facts) {
   TensorFile file;
   std::uint64_t numbers = 0;
   for (const auto& [name, shape] : inference_states(facts.net)) {
@@ -133,7 +141,8 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
   file.metadata["kind"] = "weights";
   file.metadata["net"] = net_text(facts.net);
   file.metadata["preset"] = facts.preset;
-  file.metadata["width"] = std::to_string(facts.size.width), file.metadata["height"] = std::to_string(facts.size.height);
+  file.metadata["width"] = std::to_string(facts.size.width),
+  file.metadata["height"] = std::to_string(facts.size.height);
   file.metadata["longer_side"] = std::to_string(std::max(facts.size.width, facts.size.height));
   file.metadata["numbers"] = std::to_string(numbers);
   file.metadata["hours"] = facts_text(history.hours());
@@ -168,7 +177,8 @@ LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   for (const auto& [name, shape] : inference_states(out.net)) {
     const StoredTensor& stored = file.get(name, where);
     if (stored.shape != stored_shape(shape))
-      throw usage_error("a tensor has another shape than the network", where + ": " + name, shape_text(stored.shape), shape_text(stored_shape(shape)));
+      throw usage_error("a tensor has another shape than the network", where + ": " + name, shape_text(stored.shape),
+                        shape_text(stored_shape(shape)));
     out.states->set(name, Tensor(shape, stored.floats(where + ": " + name)));
   }
   return out;

@@ -16,12 +16,12 @@ namespace clerestory {
 
 /// Where a run stands, beside its states.
 struct TrainingProgress {
-  std::int64_t step = 0;           // steps done
-  double seconds = 0;              // of this leg, breaks not counted
-  double best_score = 1e30;        // of a validation so far
-  std::vector<double> loss_sums;   // since the last line of metrics
-  std::int64_t summed = 0;         // steps in loss_sums
-  History history;                 // of earlier legs, and this one so far
+  std::int64_t step = 0;          // steps done
+  double seconds = 0;             // of this leg, breaks not counted
+  double best_score = 1e30;       // of a validation so far
+  std::vector<double> loss_sums;  // since the last line of metrics
+  std::int64_t summed = 0;        // steps in loss_sums
+  History history;                // of earlier legs, and this one so far
   std::optional<MeanMaps> means;
 };
 
@@ -38,8 +38,8 @@ struct RunIdentity {
 /// Throws Error (Failed) naming the first state that holds a NaN or Inf: such a checkpoint is not written.
 void write_checkpoint(const std::filesystem::path& path, const States& states, const TrainingProgress& progress,
                       const RunIdentity& identity);
-/// Sets every state, bit for bit, and returns the progress. Throws usage_error naming file and tensor when the file is no
-/// checkpoint, belongs to another run or data set, lacks a state, or has one of another shape.
+/// Sets every state, bit for bit, and returns the progress. Throws usage_error naming file and tensor when the file is
+/// no checkpoint, belongs to another run or data set, lacks a state, or has one of another shape.
 TrainingProgress read_checkpoint(const std::filesystem::path& path, States& states, const RunIdentity& identity);
 
 /// Facts that travel with weights, beside the history: see write_weights for the keys.
@@ -50,8 +50,9 @@ struct WeightsFacts {
   std::string commit;
   std::uint64_t seed = 0;
 };
-/// Inference tensors in half precision with metadata (kind, preset, net, width, height, longer_side, parameters, scale_error, hours,
-/// views_seen, seeds, commit, score, errors by key, history as JSON) and the training set's mean maps.
+/// Inference tensors in half precision with metadata (kind, preset, net, width, height, longer_side, parameters,
+/// scale_error, hours, views_seen, seeds, commit, score, errors by key, history as JSON) and the training set's mean
+/// maps.
 void write_weights(const std::filesystem::path& path, const States& states, const History& history,
                    const std::optional<MeanMaps>& means, const WeightsFacts& facts);
 

@@ -29,7 +29,9 @@ std::vector<ViewName> views_to_judge(const fs::path& data, std::string& split) {
     if (entry.is_directory()) rooms.insert(entry.path());
   for (const fs::path& room : rooms)
     for (const std::string& id : list_views(room)) views.push_back({room, id});
-  if (views.empty()) throw usage_error("there is no view", data.string(), "no NNN_im.exr in its folders", "rooms written by `clerestory generate`");
+  if (views.empty())
+    throw usage_error("there is no view", data.string(), "no NNN_im.exr in its folders",
+                      "rooms written by `clerestory generate`");
   split = "every folder";
   return views;
 }
@@ -47,14 +49,16 @@ std::optional<MeanMaps> mean_maps(const EvaluateOptions& options, const LoadedWe
   return means.as_stored();
 }
 
-void judge_data(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means, MapPredictor& predictor,
-                EvaluateOutcome& out) {
+void judge_data(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means,
+                MapPredictor& predictor, EvaluateOutcome& out) {
   std::string split = options.split;
   ViewStore store(views_to_judge(options.data, split), weights.size.width, weights.size.height, 0);
   std::set<std::string> rooms;
   for (const ViewName& name : store.names()) rooms.insert(name.room.string());
-  out.facts.emplace_back("data", fmt::format("{} ({}): {} views of {} rooms", options.data.string(), split, store.size(), rooms.size()));
-  const std::optional<MapSet> mean = means ? std::optional(means->maps(weights.size.width, weights.size.height)) : std::nullopt;
+  out.facts.emplace_back(
+      "data", fmt::format("{} ({}): {} views of {} rooms", options.data.string(), split, store.size(), rooms.size()));
+  const std::optional<MapSet> mean =
+      means ? std::optional(means->maps(weights.size.width, weights.size.height)) : std::nullopt;
   Progress bar("evaluate", static_cast<std::int64_t>(store.size()), "views");
   const std::size_t batch = static_cast<std::size_t>(options.batch);
   for (std::size_t first = 0; first < store.size(); first += batch) {
@@ -69,8 +73,8 @@ void judge_data(const EvaluateOptions& options, const LoadedWeights& weights, co
   out.summary = summarise(out.views);
 }
 
-void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means, MapPredictor& predictor,
-                  EvaluateOutcome& out) {
+void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means,
+                  MapPredictor& predictor, EvaluateOutcome& out) {
   for (const fs::path& folder : options.frames) {
     const RgbdFrame frame = read_rgbd(folder);
     const Image picture = prepare_photo(frame.photo.image, std::max(weights.size.width, weights.size.height));
@@ -98,20 +102,23 @@ EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
                {"net", weights.preset + ": " + net_text(weights.net)},
                {"hours of training", fmt::format("{:.2f}", weights.history.hours())},
                {"device", device.info().name},
-               {"training mean", means ? fmt::format("of {} views, {}x{}", means->views(), MeanMaps::grid_width, MeanMaps::grid_height)
-                                       : "none: these weights hold no mean maps and --mean-data was not given"}};
+               {"training mean",
+                means ? fmt::format("of {} views, {}x{}", means->views(), MeanMaps::grid_width, MeanMaps::grid_height)
+                      : "none: these weights hold no mean maps and --mean-data was not given"}};
   if (!options.data.empty()) judge_data(options, weights, means, predictor, out);
   if (!options.frames.empty()) judge_frames(options, weights, means, predictor, out);
   out.conventions = evaluation_conventions(weights.size.width, weights.size.height);
-  out.conventions.push_back(fmt::format("photographs: longer side {}; measured depth by nearest neighbour, every pixel with a measurement counts",
-                                        std::max(weights.size.width, weights.size.height)));
+  out.conventions.push_back(fmt::format(
+      "photographs: longer side {}; measured depth by nearest neighbour, every pixel with a measurement counts",
+      std::max(weights.size.width, weights.size.height)));
   return out;
 }
 
 EvaluateOutcome evaluate_run(const fs::path& run, const fs::path& view) {
   const GBuffer maps = read_gbuffer(run);
   if (!maps.albedo || !maps.normal || !maps.depth || !maps.material)
-    throw usage_error("a map is missing", run.string(), "", "albedo.exr, normal.exr, depth.exr and material.exr of `clerestory invert`");
+    throw usage_error("a map is missing", run.string(), "",
+                      "albedo.exr, normal.exr, depth.exr and material.exr of `clerestory invert`");
   if (!is_view(view)) throw usage_error("is no generated view", view.string(), "", "ROOM/NNN with ROOM/NNN_im.exr");
   const int width = maps.depth->width, height = maps.depth->height;
   const RoomView truth = read_view(view);

@@ -11,10 +11,10 @@ namespace clerestory {
 
 struct EvaluateOptions {
   std::filesystem::path weights;
-  std::filesystem::path data;                  // folder of rooms; empty: none
-  std::string split;                           // list in it; empty: test.txt, else val.txt, else every folder with views
-  std::vector<std::filesystem::path> frames;   // folders with rgb and measured depth
-  std::filesystem::path mean_data;             // rooms to take the training mean from, in place of the weights' own
+  std::filesystem::path data;                 // folder of rooms; empty: none
+  std::string split;                          // list in it; empty: test.txt, else val.txt, else every folder with views
+  std::vector<std::filesystem::path> frames;  // folders with rgb and measured depth
+  std::filesystem::path mean_data;            // rooms to take the training mean from, in place of the weights' own
   int batch = 4;
   std::string device, gemm = "auto";
 };
@@ -30,8 +30,8 @@ struct EvaluateOutcome {
 /// Throws usage_error when there is nothing to judge, or files do not fit.
 EvaluateOutcome evaluate_weights(const EvaluateOptions& options);
 
-/// A RUN folder of `invert` against the generated view ROOM/NNN that was its photograph, at the RUN's own size. The mean
-/// map is absent. Throws usage_error when a map is missing or the proportions differ.
+/// A RUN folder of `invert` against the generated view ROOM/NNN that was its photograph, at the RUN's own size. The
+/// mean map is absent. Throws usage_error when a map is missing or the proportions differ.
 EvaluateOutcome evaluate_run(const std::filesystem::path& run, const std::filesystem::path& view);
 
 }  // namespace clerestory

@@ -21,7 +21,8 @@ json numbers(const std::vector<double>& values) {
 std::vector<double> numbers(const json& values) {
   std::vector<double> out;
   for (const json& v : values) out.push_back(v.is_null() ? nan : v.get<double>());
-  if (out.size() != map_error_count) throw json::other_error::create(501, "a point of the curve has another number of errors", &values);
+  if (out.size() != map_error_count)
+    throw json::other_error::create(501, "a point of the curve has another number of errors", &values);
   return out;
 }
 
@@ -32,11 +33,11 @@ std::string result_table(const HistoryPoint& last) {
   std::string out = "| map | error on validation | ratio to the best trivial predictor |\n|---|---|---|\n";
   for (int i = 0; i < map_error_count; ++i) {
     const auto& metric = info(static_cast<MapError>(i));
-    out += fmt::format("| {} | {} {} | {} |\n", metric.name, cell_of(last.errors[static_cast<std::size_t>(i)]), metric.unit,
-                       cell_of(last.ratios[static_cast<std::size_t>(i)]));
+    out += fmt::format("| {} | {} {} | {} |\n", metric.name, cell_of(last.errors[static_cast<std::size_t>(i)]),
+                       metric.unit, cell_of(last.ratios[static_cast<std::size_t>(i)]));
   }
-  return out + fmt::format("\nGeometric mean of the ratios {}; scene scale: median |Δ ln| {}, a factor of {:.2f}.\n", cell_of(last.score),
-                           cell_of(last.scale_error), std::exp(last.scale_error));
+  return out + fmt::format("\nGeometric mean of the ratios {}; scene scale: median |Δ ln| {}, a factor of {:.2f}.\n",
+                           cell_of(last.score), cell_of(last.scale_error), std::exp(last.scale_error));
 }
 
 }  // namespace
@@ -68,11 +69,30 @@ std::string history_json(const History& history) {
   for (const Leg& l : history.legs) {
     json curve = json::array();
     for (const HistoryPoint& p : l.curve)
-      curve.push_back({{"step", p.step}, {"hours", p.hours}, {"score", p.score}, {"errors", numbers(p.errors)}, {"ratios", numbers(p.ratios)}, {"scale_error", p.scale_error}});
-    legs.push_back({{"experiment", l.experiment}, {"variant", l.variant}, {"config_hash", l.config_hash}, {"commit", l.commit},
-                    {"started", l.started}, {"preset", l.preset}, {"width", l.width}, {"height", l.height}, {"batch", l.batch},
-                    {"seed", l.seed}, {"rooms", l.rooms}, {"views", l.views}, {"steps", l.steps}, {"views_seen", l.views_seen},
-                    {"hours", l.hours}, {"init", l.init}, {"overrides", l.overrides}, {"curve", curve}});
+      curve.push_back({{"step", p.step},
+                       {"hours", p.hours},
+                       {"score", p.score},
+                       {"errors", numbers(p.errors)},
+                       {"ratios", numbers(p.ratios)},
+                       {"scale_error", p.scale_error}});
+    legs.push_back({{"experiment", l.experiment},
+                    {"variant", l.variant},
+                    {"config_hash", l.config_hash},
+                    {"commit", l.commit},
+                    {"started", l.started},
+                    {"preset", l.preset},
+                    {"width", l.width},
+                    {"height", l.height},
+                    {"batch", l.batch},
+                    {"seed", l.seed},
+                    {"rooms", l.rooms},
+                    {"views", l.views},
+                    {"steps", l.steps},
+                    {"views_seen", l.views_seen},
+                    {"hours", l.hours},
+                    {"init", l.init},
+                    {"overrides", l.overrides},
+                    {"curve", curve}});
   }
   return legs.dump();
 }
@@ -88,7 +108,8 @@ History history_from_json(const std::string& text, const std::string& where) {
       l.rooms = j.at("rooms"), l.views = j.at("views"), l.steps = j.at("steps"), l.views_seen = j.at("views_seen");
       l.hours = j.at("hours"), l.init = j.at("init"), l.overrides = j.at("overrides").get<std::vector<std::string>>();
       for (const json& p : j.at("curve"))
-        l.curve.push_back({p.at("step"), p.at("hours"), p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")), p.at("scale_error")});
+        l.curve.push_back({p.at("step"), p.at("hours"), p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")),
+                           p.at("scale_error")});
       history.legs.push_back(std::move(l));
     }
     return history;
@@ -121,25 +142,33 @@ Plot history_plot(const History& history) {
   return plot;
 }
 
-std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts, const std::string& plot) {
-  std::string card = "# Weights of MGNet\n\nMaps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained from random "
-                     "weights on generated rooms alone, by the commands below.\n\n| | |\n|---|---|\n";
+std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts,
+                       const std::string& plot) {
+  std::string card =
+      "# Weights of MGNet\n\nMaps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained "
+      "from random "
+      "weights on generated rooms alone, by the commands below.\n\n| | |\n|---|---|\n";
   for (const auto& [name, value] : facts) card += fmt::format("| {} | {} |\n", name, value);
-  card += fmt::format("| training | {:.2f} hours, {} views seen, {} leg{} |\n", history.hours(), history.views_seen(), history.legs.size(),
-                      history.legs.size() == 1 ? "" : "s");
+  card += fmt::format("| training | {:.2f} hours, {} views seen, {} leg{} |\n", history.hours(), history.views_seen(),
+                      history.legs.size(), history.legs.size() == 1 ? "" : "s");
   if (!history.legs.empty() && !history.legs.back().curve.empty())
     card += "\n## Validation\n" + result_table(history.legs.back().curve.back()) +
             fmt::format("\n![validation error against hours]({})\n", plot) +
             "\nConventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.\n";
-  card += "\n## Legs\n| leg | started (UTC) | size | batch | rooms | views | steps | views seen | hours | seed | from | commit | settings |\n"
-          "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  card +=
+      "\n## Legs\n| leg | started (UTC) | size | batch | rooms | views | steps | views seen | hours | seed | from | "
+      "commit | settings |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   int number = 0;
   for (const Leg& l : history.legs)
-    card += fmt::format("| {} | {} | {}x{} | {} | {} | {} | {} | {} | {:.2f} | {} | {} | {} | `{}` |\n", ++number, l.started, l.width, l.height,
-                        l.batch, l.rooms, l.views, l.steps, l.views_seen, l.hours, l.seed, l.init.empty() ? "random" : l.init, l.commit,
-                        fmt::join(l.overrides, " "));
-  return card + "\n## Limits\nTrained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its scale in "
-                "metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are read as surfaces.\n";
+    card += fmt::format("| {} | {} | {}x{} | {} | {} | {} | {} | {} | {:.2f} | {} | {} | {} | `{}` |\n", ++number,
+                        l.started, l.width, l.height, l.batch, l.rooms, l.views, l.steps, l.views_seen, l.hours, l.seed,
+                        l.init.empty() ? "random" : l.init, l.commit, fmt::join(l.overrides, " "));
+  return card +
+         "\n## Limits\nTrained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is "
+         "relative; its scale in "
+         "metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are read as "
+         "surfaces.\n";
 }
 
 }  // namespace clerestory

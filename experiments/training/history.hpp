@@ -11,9 +11,9 @@ namespace clerestory {
 
 /// One validation.
 struct HistoryPoint {
-  std::int64_t step = 0;  // of its leg
-  double hours = 0;       // of training, all legs together
-  double score = 0;       // geometric mean of the ratios to the best trivial predictor
+  std::int64_t step = 0;       // of its leg
+  double hours = 0;            // of training, all legs together
+  double score = 0;            // geometric mean of the ratios to the best trivial predictor
   std::vector<double> errors;  // map_error_count values, NaN where a metric has no view
   std::vector<double> ratios;
   double scale_error = 0;  // median |delta ln scene_scale|
@@ -29,8 +29,8 @@ struct Leg {
   std::int64_t rooms = 0, views = 0;  // of the training set
   std::int64_t steps = 0, views_seen = 0;
   double hours = 0;
-  std::string init;                   // file name of the weights it started from; empty: random
-  std::vector<std::string> overrides; // keys that differ from the defaults, as "a.b=c"
+  std::string init;                    // file name of the weights it started from; empty: random
+  std::vector<std::string> overrides;  // keys that differ from the defaults, as "a.b=c"
   std::vector<HistoryPoint> curve;
 };
 

@@ -19,7 +19,8 @@ void set_frozen_features(const std::string& path, States& states) {
     const StoredTensor& stored = file.get(stored_name, path);
     const Shape shape = states.view(name).shape;
     if (static_cast<long>(stored.count()) != shape.count())
-      throw usage_error("a tensor has another size than VGG16's", path + ": " + stored_name, fmt::format("{} numbers", stored.count()), shape.text());
+      throw usage_error("a tensor has another size than VGG16's", path + ": " + stored_name,
+                        fmt::format("{} numbers", stored.count()), shape.text());
     states.set(name, Tensor(shape, stored.floats(path)));
   }
 }
@@ -34,7 +35,8 @@ struct TrainingNetwork::State {
   std::size_t parameters = 0;
 };
 
-TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states) : state_(std::make_unique<State>()) {
+TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states)
+    : state_(std::make_unique<State>()) {
   MgnetTrainingOptions options;
   options.batch = o.batch, options.height = padded_size(o.size.height), options.width = padded_size(o.size.width);
   options.weights = {o.w_albedo, o.w_normal, o.w_material, o.w_depth, o.w_scale, o.w_perceptual};
@@ -45,7 +47,8 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   std::vector<Value> outputs;
   for (const auto& [name, value] : state_->training.losses) state_->names.push_back(name), outputs.push_back(value);
   for (const Value& p : state_->graph.parameters()) state_->parameters += static_cast<std::size_t>(p.shape().count());
-  state_->run = std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
+  state_->run =
+      std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
 }
 
 TrainingNetwork::~TrainingNetwork() = default;
@@ -101,7 +104,8 @@ struct MapPredictor::State {
   }
 };
 
-MapPredictor::MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch, std::string gemm)
+MapPredictor::MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch,
+                           std::string gemm)
     : state_(new State{std::move(device), net, std::move(states), batch, std::move(gemm), {}}) {}
 
 MapPredictor::~MapPredictor() = default;
@@ -124,7 +128,8 @@ std::vector<MapPrediction> MapPredictor::predict(const std::vector<const Image*>
   const int width = pictures[0]->width, height = pictures[0]->height;
   for (const Image* p : pictures)
     if (p->width != width || p->height != height || p->channels != 3)
-      throw Error(ErrorKind::Failed, "pictures of unlike sizes in one prediction", "predict", fmt::format("{}x{}", p->width, p->height), fmt::format("{}x{}", width, height));
+      throw Error(ErrorKind::Failed, "pictures of unlike sizes in one prediction", "predict",
+                  fmt::format("{}x{}", p->width, p->height), fmt::format("{}x{}", width, height));
   State::Net& net = state_->net(padded_size(height), padded_size(width));
   const std::size_t batch = static_cast<std::size_t>(state_->batch);
   for (std::size_t first = 0; first < pictures.size(); first += batch) {
@@ -140,8 +145,10 @@ std::vector<MapPrediction> MapPredictor::predict(const std::vector<const Image*>
                              depth = net.run->fetch_floats(m.depth), material = net.run->fetch_floats(m.material),
                              log_scale = net.run->fetch_floats(m.log_scale);
     for (std::size_t k = 0; k < batch && first + k < pictures.size(); ++k)
-      out.push_back({{picture_of(albedo, m.albedo.shape(), k, width, height), picture_of(normal, m.normal.shape(), k, width, height),
-                      picture_of(depth, m.depth.shape(), k, width, height), picture_of(material, m.material.shape(), k, width, height)},
+      out.push_back({{picture_of(albedo, m.albedo.shape(), k, width, height),
+                      picture_of(normal, m.normal.shape(), k, width, height),
+                      picture_of(depth, m.depth.shape(), k, width, height),
+                      picture_of(material, m.material.shape(), k, width, height)},
                      log_scale[k]});
   }
   return out;
@@ -164,13 +171,16 @@ MgnetSize net_from_text(const std::string& text, const std::string& where) {
   MgnetSize net;
   auto& l = net.encoder.layers;
   auto& d = net.decoder;
-  const int read = std::sscanf(text.c_str(), "growth %d, %d first channels, layers %d-%d-%d-%d, decoder %d-%d-%d-%d-%d", &net.encoder.growth,
-                               &net.encoder.first, &l[0], &l[1], &l[2], &l[3], &d[0], &d[1], &d[2], &d[3], &d[4]);
-  bool sane = read == 11 && net.encoder.growth > 0 && net.encoder.growth <= 256 && net.encoder.first > 0 && net.encoder.first <= 1024;
+  const int read = std::sscanf(text.c_str(), "growth %d, %d first channels, layers %d-%d-%d-%d, decoder %d-%d-%d-%d-%d",
+                               &net.encoder.growth, &net.encoder.first, &l[0], &l[1], &l[2], &l[3], &d[0], &d[1], &d[2],
+                               &d[3], &d[4]);
+  bool sane = read == 11 && net.encoder.growth > 0 && net.encoder.growth <= 256 && net.encoder.first > 0 &&
+              net.encoder.first <= 1024;
   for (const int n : l) sane = sane && n > 0 && n <= 256;
   constexpr std::array<int, 5> groups{32, 16, 16, 8, 4};
   for (std::size_t i = 0; i < groups.size(); ++i) sane = sane && d[i] > 0 && d[i] <= 4096 && d[i] % groups[i] == 0;
-  if (!sane) throw usage_error("the shape of the net makes no sense", where + ": net", text, net_text(mgnet_size("compact")));
+  if (!sane)
+    throw usage_error("the shape of the net makes no sense", where + ": net", text, net_text(mgnet_size("compact")));
   return net;
 }
 

@@ -11,7 +11,8 @@ namespace clerestory {
 namespace {
 
 /// Curves whose names begin with `prefix`.
-Plot curves(const std::vector<MetricRecord>& records, const std::string& prefix, const std::string& title, const std::string& y) {
+Plot curves(const std::vector<MetricRecord>& records, const std::string& prefix, const std::string& title,
+            const std::string& y) {
   Plot plot;
   plot.title = title, plot.x_label = "step", plot.y_label = y, plot.log_y = true;
   for (const std::string& name : metric_names(records)) {
@@ -35,35 +36,40 @@ Image channel(const Image& image, int c) {
 void add_sample(HtmlReport& report, const ReportSample& sample) {
   const MapSet &p = sample.predicted, &t = sample.view.truth;
   const std::pair<double, double> range{0.01, 1};
-  report.pictures({picture_of("picture", show_radiance(sample.view.image)),
-                   picture_of("albedo", show_radiance(p.albedo)), picture_of("true albedo", show_radiance(t.albedo)),
-                   picture_of("normals", show_normal(p.normal)), picture_of("true normals", show_normal(t.normal)),
-                   picture_of("depth", show_depth(p.depth, range)), picture_of("true depth", show_depth(t.depth, range)),
-                   picture_of("roughness", show_unit(channel(p.material, 0))), picture_of("true roughness", show_unit(channel(t.material, 0))),
-                   picture_of("metallic", show_unit(channel(p.material, 1))), picture_of("true metallic", show_unit(channel(t.material, 1)))},
-                  sample.name);
+  report.pictures(
+      {picture_of("picture", show_radiance(sample.view.image)), picture_of("albedo", show_radiance(p.albedo)),
+       picture_of("true albedo", show_radiance(t.albedo)), picture_of("normals", show_normal(p.normal)),
+       picture_of("true normals", show_normal(t.normal)), picture_of("depth", show_depth(p.depth, range)),
+       picture_of("true depth", show_depth(t.depth, range)), picture_of("roughness", show_unit(channel(p.material, 0))),
+       picture_of("true roughness", show_unit(channel(t.material, 0))),
+       picture_of("metallic", show_unit(channel(p.material, 1))),
+       picture_of("true metallic", show_unit(channel(t.material, 1)))},
+      sample.name);
 }
 
 }  // namespace
 
-void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder) {
+void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder,
+                      const std::string& card) {
   const Plot plot = history_plot(history);
   if (!plot.series.empty()) write_plot((folder / "validation.svg").string(), plot);
   const FileRecord file = record_file(weights);
   const Leg& last = history.legs.back();
-  write_file(folder / "card.md",
+  write_file(folder / card,
              model_card(history,
                         {{"file", weights.filename().string()},
                          {"size", fmt::format("{:.2f} MB, half precision", static_cast<double>(file.bytes) * 1e-6)},
                          {"hash (FNV-1a, 64 bit)", file.hash},
                          {"preset", last.preset},
-                         {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9, clamped to [0, 1]", last.width, last.height)},
+                         {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9, clamped to [0, 1]",
+                                               last.width, last.height)},
                          {"commit", last.commit}},
                         "validation.svg"));
 }
 
-void write_training_report(const RunDirectory& run, const Config& config, const History& history, const EvaluationSummary& last,
-                           const std::vector<ReportSample>& samples, const Provenance& provenance) {
+void write_training_report(const RunDirectory& run, const Config& config, const History& history,
+                           const EvaluationSummary& last, const std::vector<ReportSample>& samples,
+                           const Provenance& provenance) {
   write_model_card(run.artifact("weights.safetensors"), history, run / "artifacts");
   // With the table beside the plot, `clerestory report` can make a report again from the files alone.
   write_file(run.artifact("validation.table.json"), table_json(summary_table(last, "Validation views")));
@@ -76,15 +82,19 @@ void write_training_report(const RunDirectory& run, const Config& config, const 
                 {"time", duration_text(leg.hours * 3600)},
                 {"speed", fmt::format("{:.0f} views an hour", static_cast<double>(leg.views_seen) / leg.hours)},
                 {"score", fmt::format("{:.3f} (geometric mean of the ratios below)", last.score())}});
-  report.section("Validation", "Errors at the end of the leg, beside predictors that know nothing of the picture's content.");
+  report.section("Validation",
+                 "Errors at the end of the leg, beside predictors that know nothing of the picture's content.");
   report.table(summary_table(last, "Validation views"));
   report.details("Conventions", fmt::format("{}", fmt::join(evaluation_conventions(leg.width, leg.height), "\n")));
-  if (const Plot plot = history_plot(history); !plot.series.empty()) report.plot(plot, "All legs; 1 is the best trivial predictor.");
+  if (const Plot plot = history_plot(history); !plot.series.empty())
+    report.plot(plot, "All legs; 1 is the best trivial predictor.");
   report.section("Validation views", "Each map beside the truth. Depth is relative to scene_scale.");
   for (const ReportSample& sample : samples) add_sample(report, sample);
   report.section("Losses");
-  if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty()) report.plot(losses);
-  if (const Plot ratios = curves(records, "val/ratio/", "Validation error over the best trivial predictor", "ratio"); !ratios.series.empty())
+  if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty())
+    report.plot(losses);
+  if (const Plot ratios = curves(records, "val/ratio/", "Validation error over the best trivial predictor", "ratio");
+      !ratios.series.empty())
     report.plot(ratios);
   report.left_out(provenance.left_out);
   report.details("Configuration", config_toml(config));

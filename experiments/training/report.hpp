@@ -13,10 +13,12 @@ struct ReportSample {
 };
 
 /// Writes report.html into the run, card.md and validation.svg into its artifacts, from metrics.jsonl and the history.
-void write_training_report(const RunDirectory& run, const Config& config, const History& history, const EvaluationSummary& last,
-                           const std::vector<ReportSample>& samples, const Provenance& provenance);
+void write_training_report(const RunDirectory& run, const Config& config, const History& history,
+                           const EvaluationSummary& last, const std::vector<ReportSample>& samples,
+                           const Provenance& provenance);
 
-/// card.md and validation.svg for a weights file, into `folder`.
-void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder);
+/// The card (under the name `card`) and validation.svg for a weights file, into `folder`.
+void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder,
+                      const std::string& card = "card.md");
 
 }  // namespace clerestory

@@ -22,7 +22,8 @@ Schema make_schema() {
   s.integer("model.growth", 0, "channels that each dense layer adds; 0: the preset's", {0, 256});
   s.integer("model.first", 0, "channels of the first convolution; 0: the preset's", {0, 1024});
   s.integers("model.layers", {}, "layers of the four dense blocks; empty: the preset's", {1, 256});
-  s.integers("model.decoder", {}, "channels of the five decoder steps, multiples of 32, 16, 16, 8, 4; empty: the preset's", {1, 4096});
+  s.integers("model.decoder", {},
+             "channels of the five decoder steps, multiples of 32, 16, 16, 8, 4; empty: the preset's", {1, 4096});
   s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
   s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
   s.text("model.init", "", "weights or checkpoint to start from; empty: random weights");
@@ -33,19 +34,24 @@ Schema make_schema() {
   s.text("data.train_split", "train", "list of rooms in those folders");
   s.texts("data.validation", {}, "folders with validation rooms; empty: the training folders");
   s.text("data.validation_split", "val", "list of rooms in those folders");
-  s.integer("data.validation_views", 64, "views judged at each validation, spread over the list; 0: all", {0, 1e9}).aside();
-  s.integer("data.mean_views", 1024, "training views behind the mean maps, spread over the list; 0: all", {0, 1e9}).aside();
-  s.integer("data.cache_mib", 8192, "memory for decoded views; views beyond are decoded again every epoch", {0, 1e7}).aside();
+  s.integer("data.validation_views", 64, "views judged at each validation, spread over the list; 0: all", {0, 1e9})
+      .aside();
+  s.integer("data.mean_views", 1024, "training views behind the mean maps, spread over the list; 0: all", {0, 1e9})
+      .aside();
+  s.integer("data.cache_mib", 8192, "memory for decoded views; views beyond are decoded again every epoch", {0, 1e7})
+      .aside();
   s.flag("data.flip", true, "mirror half of the views (the normal's x changes sign)");
-  s.reals("data.exposure", {0.85, 0.95}, "range of the 95th percentile of luminance, drawn anew each time; 0.9 is what inference uses",
-          {0.01, 10});
+  s.reals("data.exposure", {0.85, 0.95},
+          "range of the 95th percentile of luminance, drawn anew each time; 0.9 is what inference uses", {0.01, 10});
 
   s.section("train", "Optimisation. A leg ends at the first of its limits; at least one must be set.");
   s.integer("train.batch", 8, "views per step", {1, 1024});
   s.integer("train.steps", 0, "end after so many steps; 0: no such limit", {0, 1e12});
   s.real("train.epochs", 0, "end after so many passes over the views; 0: no such limit", {0, 1e9});
-  s.real("train.minutes", 0, "end after so many minutes of training (breaks not counted); 0: no such limit. The rate then "
-         "follows the clock, so two such runs do not agree bit for bit", {0, 1e6});
+  s.real("train.minutes", 0,
+         "end after so many minutes of training (breaks not counted); 0: no such limit. The rate then "
+         "follows the clock, so two such runs do not agree bit for bit",
+         {0, 1e6});
   s.real("train.rate", 5e-4, "learning rate at the start", {0, 10});
   s.text("train.schedule", "cosine", "how the rate falls over the leg", {"cosine", "step", "constant"});
   s.real("train.rate_factor", 0.5, "step: what the rate is multiplied by", {0, 1});
@@ -68,11 +74,13 @@ Schema make_schema() {
   s.integer("log.every", 20, "training losses into metrics.jsonl", {0, 1e9}).aside();
   s.integer("log.validate_every", 500, "validation; also at the end", {0, 1e9}).aside();
   s.integer("log.checkpoint_every", 500, "checkpoint; also at the end and when interrupted", {0, 1e9}).aside();
-  s.real("log.checkpoint_minutes", 5, "also a checkpoint when so many minutes passed since the last; 0: not", {0, 1e6}).aside();
+  s.real("log.checkpoint_minutes", 5, "also a checkpoint when so many minutes passed since the last; 0: not", {0, 1e6})
+      .aside();
   return s;
 }
 
-void forbid(bool bad, const Config& config, const std::string& key, const std::string& what, const std::string& expected) {
+void forbid(bool bad, const Config& config, const std::string& key, const std::string& what,
+            const std::string& expected) {
   if (bad) throw usage_error(what, key + " (" + config.origin(key) + ")", "", expected);
 }
 
@@ -81,7 +89,8 @@ MgnetSize net_of(const Config& c) {
   MgnetSize net = mgnet_size(c.text("model.preset"));
   const auto replace = [&](const std::string& key, auto& list) {
     const auto& given = c.integers(key);
-    forbid(!given.empty() && given.size() != list.size(), c, key, "another number of values", fmt::format("{}", list.size()));
+    forbid(!given.empty() && given.size() != list.size(), c, key, "another number of values",
+           fmt::format("{}", list.size()));
     for (std::size_t i = 0; i < given.size(); ++i) list[i] = static_cast<int>(given[i]);
   };
   if (c.integer("model.growth") > 0) net.encoder.growth = static_cast<int>(c.integer("model.growth"));
@@ -90,7 +99,8 @@ MgnetSize net_of(const Config& c) {
   replace("model.decoder", net.decoder);
   constexpr std::array<int, 5> groups{32, 16, 16, 8, 4};  // the paper's group counts, in every preset
   for (std::size_t i = 0; i < groups.size(); ++i)
-    forbid(net.decoder[i] % groups[i] != 0, c, "model.decoder", "channels do not divide into groups", "multiples of 32, 16, 16, 8, 4");
+    forbid(net.decoder[i] % groups[i] != 0, c, "model.decoder", "channels do not divide into groups",
+           "multiples of 32, 16, 16, 8, 4");
   return net;
 }
 
@@ -131,15 +141,19 @@ TrainingOptions training_options(const Config& c) {
   o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
   o.net = net_of(c);
   const auto& exposure = c.reals("data.exposure");
-  forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range", "two numbers, the lower first");
+  forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range",
+         "two numbers, the lower first");
   o.augmentation = {c.flag("data.flip"), exposure[0], exposure[1]};
   o.batch = static_cast<int>(c.integer("train.batch"));
   o.steps = c.integer("train.steps"), o.epochs = c.real("train.epochs"), o.minutes = c.real("train.minutes");
   forbid(o.steps == 0 && o.epochs == 0 && o.minutes == 0, c, "train.steps", "the run has no end",
          "train.steps, train.epochs or train.minutes above 0");
   const std::string& schedule = c.text("train.schedule");
-  o.rate.kind = schedule == "step" ? LearningRate::Kind::Step : schedule == "cosine" ? LearningRate::Kind::Cosine : LearningRate::Kind::Constant;
-  o.rate.initial = c.real("train.rate"), o.rate.factor = c.real("train.rate_factor"), o.rate.every = c.real("train.rate_every");
+  o.rate.kind = schedule == "step"     ? LearningRate::Kind::Step
+                : schedule == "cosine" ? LearningRate::Kind::Cosine
+                                       : LearningRate::Kind::Constant;
+  o.rate.initial = c.real("train.rate"), o.rate.factor = c.real("train.rate_factor"),
+  o.rate.every = c.real("train.rate_every");
   o.rate.least = c.real("train.rate_least"), o.rate.warmup = c.integer("train.warmup");
   o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2");
   o.w_albedo = c.real("loss.albedo"), o.w_normal = c.real("loss.normal"), o.w_material = c.real("loss.material");

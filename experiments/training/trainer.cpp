@@ -17,7 +17,9 @@
 namespace clerestory {
 namespace {
 
-double clock_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// Keys of a config that are not at their default, for the model card.
 std::vector<std::string> settings_of(const Config& config) {
@@ -27,7 +29,8 @@ std::vector<std::string> settings_of(const Config& config) {
     if (key.starts_with("run.") || key.starts_with("log.") || config.schema().find(key) == nullptr) continue;
     const auto found = defaults.entries().find(key);
     if (found != defaults.entries().end() && found->second.value == entry.value) continue;
-    if (key.starts_with("data.train") || key.starts_with("data.validation") || key == "model.init") continue;  // paths of one machine
+    if (key.starts_with("data.train") || key.starts_with("data.validation") || key == "model.init")
+      continue;  // paths of one machine
     settings.push_back(key + "=" + toml_value(entry.value));
   }
   return settings;
@@ -60,8 +63,12 @@ class Trainer {
   bool due(std::int64_t every) const { return every > 0 && progress_.step % every == 0; }
   Leg& leg() { return progress_.history.legs.back(); }
   void update_leg();
-  RunIdentity identity() const { return {options_.preset, options_.net, options_.size, options_.seed, config_hash(config_), views_hash_}; }
-  WeightsFacts facts() const { return {options_.preset, options_.net, options_.size, this_build().commit, options_.seed}; }
+  RunIdentity identity() const {
+    return {options_.preset, options_.net, options_.size, options_.seed, config_hash(config_), views_hash_};
+  }
+  WeightsFacts facts() const {
+    return {options_.preset, options_.net, options_.size, this_build().commit, options_.seed};
+  }
 
   TrainingOptions options_;
   const Config& config_;
@@ -112,26 +119,31 @@ void Trainer::prepare() {
   auto names = name_views(options_.train_roots, options_.train_split);
   views_hash_ = views_hash(names);
   if (options_.epochs > 0) {
-    const auto steps = static_cast<std::int64_t>(std::ceil(options_.epochs * static_cast<double>(names.size()) / options_.batch));
+    const auto steps =
+        static_cast<std::int64_t>(std::ceil(options_.epochs * static_cast<double>(names.size()) / options_.batch));
     limits_.steps = options_.steps > 0 ? std::min(options_.steps, steps) : steps;
   } else {
     limits_.steps = options_.steps;
   }
   limits_.minutes = options_.minutes;
-  store_ = std::make_unique<ViewStore>(std::move(names), options_.size.width, options_.size.height, options_.cache_bytes);
-  validation_store_ = std::make_unique<ViewStore>(name_views(options_.validation_roots, options_.validation_split), options_.size.width,
-                                                  options_.size.height, 0);
+  store_ =
+      std::make_unique<ViewStore>(std::move(names), options_.size.width, options_.size.height, options_.cache_bytes);
+  validation_store_ = std::make_unique<ViewStore>(name_views(options_.validation_roots, options_.validation_split),
+                                                  options_.size.width, options_.size.height, 0);
 
   Device device = Device::open(options_.device);
   provenance_ = begin_provenance(command_, device.fingerprint());
   provenance_.seeds["run.seed"] = options_.seed;
   states_ = std::make_shared<States>(device);
   network_ = std::make_unique<TrainingNetwork>(device, options_, states_);
-  predictor_ = std::make_unique<MapPredictor>(device, options_.net, states_, std::min(8, options_.batch), options_.gemm);
-  run_.log(fmt::format("MGNet {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch {}", options_.preset,
-                       static_cast<double>(network_->parameters()) * 1e-6, network_->bytes() >> 20, device.info().name, store_->size(),
-                       validation_store_->size(), options_.size.width, options_.size.height, options_.batch));
-  if (options_.w_perceptual == 0) run_.log("the perceptual term is off: no ImageNet weights of VGG16 were given (loss.perceptual_weights)");
+  predictor_ =
+      std::make_unique<MapPredictor>(device, options_.net, states_, std::min(8, options_.batch), options_.gemm);
+  run_.log(fmt::format(
+      "MGNet {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch {}",
+      options_.preset, static_cast<double>(network_->parameters()) * 1e-6, network_->bytes() >> 20, device.info().name,
+      store_->size(), validation_store_->size(), options_.size.width, options_.size.height, options_.batch));
+  if (options_.w_perceptual == 0)
+    run_.log("the perceptual term is off: no ImageNet weights of VGG16 were given (loss.perceptual_weights)");
 }
 
 void Trainer::resume_or_begin() {
@@ -144,7 +156,8 @@ void Trainer::resume_or_begin() {
     if (!options_.init.empty()) {
       earlier = read_initial_weights(options_.init, *states_, options_.net);
       provenance_.inputs.push_back(record_file(options_.init));
-      run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen)", options_.init, earlier.hours(), earlier.views_seen()));
+      run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen)", options_.init, earlier.hours(),
+                           earlier.views_seen()));
     }
     begin_leg(earlier);
   }
@@ -164,7 +177,9 @@ void Trainer::resume_or_begin() {
     progress_.means = means.as_stored();
   }
   const MapSet means = progress_.means->maps(options_.size.width, options_.size.height);
-  judged_ = read_for_judgement(*validation_store_, spread(validation_store_->size(), static_cast<std::size_t>(options_.validation_views)), &means);
+  judged_ = read_for_judgement(*validation_store_,
+                               spread(validation_store_->size(), static_cast<std::size_t>(options_.validation_views)),
+                               &means);
   metrics_ = std::make_unique<MetricsWriter>(run_.metrics_path());
 }
 
@@ -173,7 +188,8 @@ void Trainer::begin_leg(const History& earlier) {
   Leg leg;
   leg.experiment = options_.experiment, leg.variant = options_.variant, leg.config_hash = config_hash(config_);
   leg.commit = this_build().commit + (this_build().dirty ? " (changed)" : ""), leg.started = provenance_.started;
-  leg.preset = options_.preset, leg.width = options_.size.width, leg.height = options_.size.height, leg.batch = options_.batch;
+  leg.preset = options_.preset, leg.width = options_.size.width, leg.height = options_.size.height,
+  leg.batch = options_.batch;
   leg.seed = options_.seed, leg.views = static_cast<std::int64_t>(store_->size());
   std::set<std::string> rooms;
   for (const ViewName& name : store_->names()) rooms.insert(name.room.string());
@@ -197,12 +213,14 @@ void Trainer::loop() {
   if (progress_.step == 0) validate();
   const bool by_steps = limits_.steps > 0;
   const std::int64_t total = by_steps ? limits_.steps : static_cast<std::int64_t>(std::ceil(limits_.minutes));
-  Progress bar("train", total, by_steps ? "steps" : "minutes", by_steps ? progress_.step : static_cast<std::int64_t>(progress_.seconds / 60));
+  Progress bar("train", total, by_steps ? "steps" : "minutes",
+               by_steps ? progress_.step : static_cast<std::int64_t>(progress_.seconds / 60));
   while (limits_.fraction(progress_.step, seconds() / 60) < 1) {
     take_step(stream);
     if (due(options_.log_every)) log_losses();
     if (due(options_.validate_every)) validate();
-    const bool long_ago = options_.checkpoint_minutes > 0 && clock_now() - last_checkpoint_ > 60 * options_.checkpoint_minutes;
+    const bool long_ago =
+        options_.checkpoint_minutes > 0 && clock_now() - last_checkpoint_ > 60 * options_.checkpoint_minutes;
     if (due(options_.checkpoint_every) || long_ago) checkpoint();
     bar.update(by_steps ? progress_.step : std::min(total, static_cast<std::int64_t>(seconds() / 60)), score_note_);
     if (interrupted()) {
@@ -221,10 +239,11 @@ void Trainer::take_step(BatchStream& stream) {
   const Losses losses = network_->step(batch, rate_);
   for (const auto& [name, value] : losses)
     if (!std::isfinite(value))
-      throw Error(ErrorKind::Failed,
-                  fmt::format("the loss \"{}\" is {} at step {}; the last checkpoint stays", name, value, progress_.step + 1),
-                  run_.path().string(), fmt::format("in a batch of {}", fmt::join(batch.views, ", ")),
-                  "a finite number: look at these views, or lower train.rate");
+      throw Error(
+          ErrorKind::Failed,
+          fmt::format("the loss \"{}\" is {} at step {}; the last checkpoint stays", name, value, progress_.step + 1),
+          run_.path().string(), fmt::format("in a batch of {}", fmt::join(batch.views, ", ")),
+          "a finite number: look at these views, or lower train.rate");
   progress_.loss_sums.resize(losses.size(), 0.0);
   for (std::size_t i = 0; i < losses.size(); ++i) progress_.loss_sums[i] += losses[i].second;
   ++progress_.summed, ++progress_.step;
@@ -302,16 +321,20 @@ void Trainer::finish() {
   provenance_.figures["seconds"] = seconds();
   provenance_.figures["views_per_second"] = static_cast<double>(progress_.step * options_.batch) / seconds();
   provenance_.outputs.push_back(record_file(run_.artifact("weights.safetensors")));
-  if (options_.w_perceptual == 0) provenance_.left_out.push_back({"perceptual loss", "no ImageNet weights of VGG16 were given", ""});
+  if (options_.w_perceptual == 0)
+    provenance_.left_out.push_back({"perceptual loss", "no ImageNet weights of VGG16 were given", ""});
   write_provenance(run_ / "provenance.json", provenance_);
   write_training_report(run_, config_, progress_.history, *summary_, samples(), provenance_);
   run_.finish();
   run_.log(fmt::format("{} steps in {}; weights of {} in {}", progress_.step, duration_text(seconds()),
-                       best_is_last ? "the last step" : "the best validation", run_.artifact("weights.safetensors").string()));
+                       best_is_last ? "the last step" : "the best validation",
+                       run_.artifact("weights.safetensors").string()));
 }
 
 }  // namespace
 
-TrainingOutcome train(const Config& config, const std::vector<std::string>& command) { return Trainer(config, command).run(); }
+TrainingOutcome train(const Config& config, const std::vector<std::string>& command) {
+  return Trainer(config, command).run();
+}
 
 }  // namespace clerestory

@@ -9,7 +9,8 @@ std::vector<std::size_t> spread(std::size_t total, std::size_t count) {
   return which;
 }
 
-std::vector<JudgedView> read_for_judgement(ViewStore& store, const std::vector<std::size_t>& which, const MapSet* means) {
+std::vector<JudgedView> read_for_judgement(ViewStore& store, const std::vector<std::size_t>& which,
+                                           const MapSet* means) {
   std::vector<JudgedView> views;
   for (const std::size_t i : which) {
     PreparedView view = store.get(i);
@@ -23,7 +24,8 @@ void judge_all(std::vector<JudgedView>& views, MapPredictor& predictor) {
   std::vector<const Image*> pictures;
   for (const JudgedView& v : views) pictures.push_back(&v.view.image);
   const std::vector<MapPrediction> predictions = predictor.predict(pictures);
-  for (std::size_t i = 0; i < views.size(); ++i) judge(views[i].result, views[i].view, predictions[i].maps, predictions[i].log_scale);
+  for (std::size_t i = 0; i < views.size(); ++i)
+    judge(views[i].result, views[i].view, predictions[i].maps, predictions[i].log_scale);
 }
 
 std::vector<ViewResult> results_of(const std::vector<JudgedView>& views) {

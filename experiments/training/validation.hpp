@@ -15,7 +15,8 @@ struct JudgedView {
 std::vector<std::size_t> spread(std::size_t total, std::size_t count);
 
 /// Reads views and finds the trivial errors; `means` may be null.
-std::vector<JudgedView> read_for_judgement(ViewStore& store, const std::vector<std::size_t>& which, const MapSet* means);
+std::vector<JudgedView> read_for_judgement(ViewStore& store, const std::vector<std::size_t>& which,
+                                           const MapSet* means);
 
 /// Predicts every view and fills in its errors.
 void judge_all(std::vector<JudgedView>& views, MapPredictor& predictor);

@@ -16,8 +16,8 @@ std::vector<ViewName> name_views(const std::vector<std::string>& roots, const st
       for (const std::string& id : list_views(std::filesystem::path(root) / room))
         views.push_back({std::filesystem::path(root) / room, id});
   if (views.empty())
-    throw usage_error("there is no view", roots.empty() ? "data" : fmt::format("{}", fmt::join(roots, ", ")), "no room of " + split + ".txt holds one",
-                      "rooms written by `clerestory generate`");
+    throw usage_error("there is no view", roots.empty() ? "data" : fmt::format("{}", fmt::join(roots, ", ")),
+                      "no room of " + split + ".txt holds one", "rooms written by `clerestory generate`");
   return views;
 }
 
@@ -54,11 +54,12 @@ std::uint64_t ViewStore::cached_bytes() const {
 ViewStore::Packed ViewStore::pack(const PreparedView& view) {
   Packed packed;
   packed.scene_scale = view.scene_scale;
-  for (const Image* map : {&view.image, &view.truth.albedo, &view.truth.normal, &view.truth.depth, &view.truth.material})
-    for (const float value : map->data)
-      packed.values.push_back(half(std::clamp(value, -65504.0f, 65504.0f)).bits());
+  for (const Image* map :
+       {&view.image, &view.truth.albedo, &view.truth.normal, &view.truth.depth, &view.truth.material})
+    for (const float value : map->data) packed.values.push_back(half(std::clamp(value, -65504.0f, 65504.0f)).bits());
   for (std::size_t i = 0; i < view.masks.geometry.data.size(); ++i)
-    packed.masks.push_back(static_cast<std::uint8_t>((view.masks.geometry.data[i] > 0.5f ? 1 : 0) | (view.masks.albedo.data[i] > 0.5f ? 2 : 0) |
+    packed.masks.push_back(static_cast<std::uint8_t>((view.masks.geometry.data[i] > 0.5f ? 1 : 0) |
+                                                     (view.masks.albedo.data[i] > 0.5f ? 2 : 0) |
                                                      (view.masks.material.data[i] > 0.5f ? 4 : 0)));
   return packed;
 }
@@ -67,7 +68,8 @@ PreparedView ViewStore::unpack(const Packed& packed) const {
   PreparedView view;
   view.scene_scale = packed.scene_scale;
   view.image = Image(width_, height_, 3);
-  view.truth = {Image(width_, height_, 3), Image(width_, height_, 3), Image(width_, height_, 1), Image(width_, height_, 2)};
+  view.truth = {Image(width_, height_, 3), Image(width_, height_, 3), Image(width_, height_, 1),
+                Image(width_, height_, 2)};
   view.masks = {Image(width_, height_, 1), Image(width_, height_, 1), Image(width_, height_, 1)};
   auto from = packed.values.begin();
   for (Image* map : {&view.image, &view.truth.albedo, &view.truth.normal, &view.truth.depth, &view.truth.material})

@@ -30,7 +30,8 @@ TEST(EvaluationMetrics, MeanAngleOfKnownVectors) {
   EXPECT_NEAR(*mean_angle(predicted, truth, image_of(3, 1, 1, {1, 1, 0})), 45, 180 * float_tolerance);
   // 0.001 radians: an arc cosine in float would see nothing
   const Image near = image_of(1, 1, 3, {0.001f, 0, 1});
-  EXPECT_NEAR(*mean_angle(near, image_of(1, 1, 3, {0, 0, 1}), ones(1, 1)), std::atan(0.001) * 180 / M_PI, 0.06 * float_tolerance);
+  EXPECT_NEAR(*mean_angle(near, image_of(1, 1, 3, {0, 0, 1}), ones(1, 1)), std::atan(0.001) * 180 / M_PI,
+              0.06 * float_tolerance);
 }
 
 TEST(EvaluationMetrics, VectorWithoutLengthCountsAsRightAngle) {
@@ -51,7 +52,8 @@ TEST(EvaluationMetrics, SiLogIsTheDeviationOfLogRatios) {
 
 TEST(EvaluationMetrics, SiLogFloorsPredictionsAndRefusesImpossibleTruth) {
   const Image truth = image_of(2, 1, 1, {1, 1});
-  EXPECT_NEAR(*rooted_si_log(image_of(2, 1, 1, {0, 1}), truth, ones(2, 1)), -std::log(least_relative_depth) / 2, float_tolerance);
+  EXPECT_NEAR(*rooted_si_log(image_of(2, 1, 1, {0, 1}), truth, ones(2, 1)), -std::log(least_relative_depth) / 2,
+              float_tolerance);
   EXPECT_THROW(rooted_si_log(truth, image_of(2, 1, 1, {0, 1}), ones(2, 1)), Error);
 }
 
@@ -87,7 +89,10 @@ TEST(EvaluationMetrics, BestNormalBeatsEveryDirectionOfAFineGrid) {
   Image truth(n, 1, 3);
   std::vector<Vec3> normals;
   for (int i = 0; i < n; ++i) {
-    const Vec3 v = glm::normalize(walls[i % 5 == 0 ? 0 : i % 3 == 0 ? 1 : 2] + 0.1 * Vec3(gauss(random), gauss(random), gauss(random)));
+    const Vec3 v = glm::normalize(walls[i % 5 == 0   ? 0
+                                        : i % 3 == 0 ? 1
+                                                     : 2] +
+                                  0.1 * Vec3(gauss(random), gauss(random), gauss(random)));
     normals.push_back(v);
     for (int c = 0; c < 3; ++c) truth.plane(c)[i] = static_cast<float>(v[c]);
   }
@@ -102,7 +107,8 @@ TEST(EvaluationMetrics, BestNormalBeatsEveryDirectionOfAFineGrid) {
   for (int t = 0; t <= 180; ++t)
     for (int p = 0; p < 360; ++p) {
       const double theta = t * M_PI / 180, phi = p * M_PI / 180;
-      least = std::min(least, cost({std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)}));
+      least =
+          std::min(least, cost({std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)}));
     }
   EXPECT_LE(cost(best), least + 1e-6);  // the descent stops when it gains less than 1e-7
 }
@@ -120,7 +126,8 @@ TEST(EvaluationMetrics, BestConstantsAreBest) {
     for (Image* map : {&constant.albedo, &constant.normal, &constant.depth, &constant.material})
       for (int c = 0; c < map->channels; ++c) std::fill_n(map->plane(c), map->pixels(), uniform(random));
     const MapErrors errors = map_errors(constant, truth, masks);
-    for (int m = 0; m < map_error_count; ++m) EXPECT_GE(*errors[m], *best[m] * (1 - 1e-6)) << info(static_cast<MapError>(m)).key;
+    for (int m = 0; m < map_error_count; ++m)
+      EXPECT_GE(*errors[m], *best[m] * (1 - 1e-6)) << info(static_cast<MapError>(m)).key;
   }
   // one value of the five by hand: the variance of roughness
   double mean = 0, variance = 0;

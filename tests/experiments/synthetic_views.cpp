@@ -30,11 +30,13 @@ void write_synthetic_rooms(const std::filesystem::path& root, const std::string&
     std::filesystem::create_directories(root / name);
     for (int v = 0; v < views; ++v) {
       RoomView view;
-      view.image = Image(width, height, 3), view.albedo = Image(width, height, 3), view.normal = Image(width, height, 3);
+      view.image = Image(width, height, 3), view.albedo = Image(width, height, 3),
+      view.normal = Image(width, height, 3);
       view.mask = Image(width, height, 1, 1.0f), view.depth = Image(width, height, 1);
       view.material = Image(width, height, 3), view.emission = Image(width, height, 3);
       const float far = 2 + 3 * uniform(random), horizon = 0.3f + 0.4f * uniform(random);
-      const float wall[3] = {0.2f + 0.6f * uniform(random), 0.2f + 0.6f * uniform(random), 0.2f + 0.6f * uniform(random)};
+      const float wall[3] = {0.2f + 0.6f * uniform(random), 0.2f + 0.6f * uniform(random),
+                             0.2f + 0.6f * uniform(random)};
       const float roughness = 0.2f + 0.7f * uniform(random);
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {

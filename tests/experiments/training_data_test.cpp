@@ -22,7 +22,8 @@ Image ramp(int width, int height, int channels) {
 
 TEST(Resize, AreaKeepsTheMeanAndWholeFactorsAverageBlocks) {
   const Image image = ramp(6, 4, 2), half = resize_area(image, 3, 2);
-  EXPECT_FLOAT_EQ(half.at(1, 1, 2), (image.at(1, 2, 4) + image.at(1, 2, 5) + image.at(1, 3, 4) + image.at(1, 3, 5)) / 4);
+  EXPECT_FLOAT_EQ(half.at(1, 1, 2),
+                  (image.at(1, 2, 4) + image.at(1, 2, 5) + image.at(1, 3, 4) + image.at(1, 3, 5)) / 4);
   const Image odd = resize_area(ramp(7, 5, 1), 3, 2);  // boxes that share pixels
   EXPECT_NEAR(mean(odd.data), mean(ramp(7, 5, 1).data), 97 * 16 * 6e-8);
 }

@@ -73,9 +73,11 @@ History history() {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Leg leg;
   leg.experiment = "e", leg.variant = "v", leg.commit = "abc", leg.preset = "compact", leg.init = "old.safetensors";
-  leg.width = 160, leg.height = 120, leg.batch = 8, leg.seed = 7, leg.rooms = 3, leg.views = 30, leg.steps = 100, leg.views_seen = 800;
+  leg.width = 160, leg.height = 120, leg.batch = 8, leg.seed = 7, leg.rooms = 3, leg.views = 30, leg.steps = 100,
+  leg.views_seen = 800;
   leg.hours = 1.5, leg.overrides = {"train.rate=0.001"};
-  leg.curve = {{0, 0.1, 1.5, {30, 0.4, 0.02, 0.04, nan}, {1.5, 1.2, 1, 1, nan}, 0.7}, {100, 1.5, 0.8, {20, 0.3, 0.01, 0.03, nan}, {0.7, 0.8, 0.9, 1, nan}, 0.25}};
+  leg.curve = {{0, 0.1, 1.5, {30, 0.4, 0.02, 0.04, nan}, {1.5, 1.2, 1, 1, nan}, 0.7},
+               {100, 1.5, 0.8, {20, 0.3, 0.01, 0.03, nan}, {0.7, 0.8, 0.9, 1, nan}, 0.25}};
   History h;
   h.legs = {leg, leg};
   return h;
@@ -95,8 +97,9 @@ TEST(HistoryTest, SurvivesItsText) {
 
 TEST(HistoryTest, CardStatesTheFigures) {
   const std::string card = model_card(history(), {{"file", "weights.safetensors"}}, "validation.svg");
-  for (const char* expected : {"| normals | 20 degrees | 0.7 |", "| metallic | - MSE | - |", "3.00 hours, 1600 views seen, 2 legs", "validation.svg",
-                               "old.safetensors", "a factor of 1.28", "`train.rate=0.001`"})
+  for (const char* expected :
+       {"| normals | 20 degrees | 0.7 |", "| metallic | - MSE | - |", "3.00 hours, 1600 views seen, 2 legs",
+        "validation.svg", "old.safetensors", "a factor of 1.28", "`train.rate=0.001`"})
     EXPECT_NE(card.find(expected), std::string::npos) << expected << "\n" << card;
   const Plot plot = history_plot(history());
   EXPECT_EQ(plot.series.size(), 5u);  // the mean and four maps; no view has metallic

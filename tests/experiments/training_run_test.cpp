@@ -29,9 +29,10 @@ namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> tiny_net{"model.growth=4",   "model.first=16",        "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]",
-                                        "model.width=32",   "model.height=32",       "train.batch=2",          "log.every=3",
-                                        "log.checkpoint_minutes=0", "data.validation_views=2"};
+const std::vector<std::string> tiny_net{
+    "model.growth=4",           "model.first=16",         "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]",
+    "model.width=32",           "model.height=32",        "train.batch=2",          "log.every=3",
+    "log.checkpoint_minutes=0", "data.validation_views=2"};
 
 std::string text_of(const fs::path& path) {
   std::ifstream file(path);
@@ -89,7 +90,9 @@ struct TrainingRun : testing::Test {
   Config config(const std::string& root, const std::vector<std::string>& more) const {
     return load_config(folder / "tiny.toml", training_schema(), overrides(root, more));
   }
-  TrainingOutcome run(const std::string& root, const std::vector<std::string>& more) const { return train(config(root, more), {"clerestory", "train"}); }
+  TrainingOutcome run(const std::string& root, const std::vector<std::string>& more) const {
+    return train(config(root, more), {"clerestory", "train"});
+  }
   Program start(const std::string& root, const std::vector<std::string>& more) const {
     std::vector<std::string> arguments{"train", (folder / "tiny.toml").string()};
     for (const std::string& o : overrides(root, more)) arguments.push_back(o);
@@ -107,7 +110,8 @@ long newest_checkpoint(const fs::path& root) {
   std::error_code error;
   for (const auto& entry : fs::recursive_directory_iterator(root, error)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with("step-") && name.ends_with(".safetensors")) newest = std::max(newest, std::stol(name.substr(5)));
+    if (name.starts_with("step-") && name.ends_with(".safetensors"))
+      newest = std::max(newest, std::stol(name.substr(5)));
   }
   return newest;
 }
@@ -174,12 +178,15 @@ TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
 }
 
 TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
-  const TrainingOutcome outcome = run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"});
+  const TrainingOutcome outcome =
+      run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"});
   EXPECT_FALSE(outcome.skipped);
-  for (const char* file : {"DONE", "report.html", "provenance.json", "config.resolved.toml", "log.txt", "artifacts/card.md", "artifacts/validation.svg"})
+  for (const char* file : {"DONE", "report.html", "provenance.json", "config.resolved.toml", "log.txt",
+                           "artifacts/card.md", "artifacts/validation.svg"})
     EXPECT_TRUE(fs::exists(outcome.folder / file)) << file;
   int checkpoints = 0;
-  for (const auto& entry : fs::directory_iterator(outcome.folder / "checkpoints")) checkpoints += entry.is_regular_file();
+  for (const auto& entry : fs::directory_iterator(outcome.folder / "checkpoints"))
+    checkpoints += entry.is_regular_file();
   EXPECT_EQ(checkpoints, 2);
 
   EvaluateOptions options;
@@ -192,10 +199,24 @@ TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
   EXPECT_NEAR(judged.summary.find(MapError::Normal)->ours.mean, std::stod(metadata.at("error.normal_degrees")), 1);
   EXPECT_EQ(metadata.at("views_seen"), "40");
   EXPECT_EQ(judged.summary.find(MapError::Albedo)->mean_map.count, 3);  // mean maps travelled with the weights
-  options.batch = 2;  // a last group that is not full
-  EXPECT_EQ(evaluate_weights(options).summary.find(MapError::Depth)->ours.mean, judged.summary.find(MapError::Depth)->ours.mean);
+  options.batch = 2;                                                    // a last group that is not full
+  EXPECT_EQ(evaluate_weights(options).summary.find(MapError::Depth)->ours.mean,
+            judged.summary.find(MapError::Depth)->ours.mean);
 
-  EXPECT_TRUE(run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"}).skipped);
+  EXPECT_TRUE(
+      run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"})
+          .skipped);
+
+  // exported again from the checkpoint: the same numbers, with a card
+  Program exporting({"weights", "export", (outcome.folder / "checkpoints/step-00000020.safetensors").string(),
+                     (folder / "out/maps.safetensors").string()},
+                    folder / "export.txt");
+  ASSERT_EQ(exporting.wait(), 0) << text_of(folder / "export.txt");
+  const TensorFile exported = read_safetensors(folder / "out/maps.safetensors"),
+                   written = read_safetensors(outcome.folder / "artifacts/last.safetensors");
+  ASSERT_EQ(exported.tensors.size(), written.tensors.size());
+  for (const auto& [name, tensor] : written.tensors) EXPECT_EQ(exported.tensors.at(name).values, tensor.values) << name;
+  EXPECT_THAT(text_of(folder / "out/CARD.md"), HasSubstr("maps.safetensors"));
 
   // the next leg carries the history on
   const TrainingOutcome next = run("next", {"train.steps=4", "run.seed=2", "model.init=" + outcome.weights.string()});
@@ -207,7 +228,8 @@ TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
 }
 
 TEST_F(TrainingRun, LearnsItsOwnViews) {
-  const TrainingOutcome outcome = run("runs", {"train.steps=150", "train.rate=3e-3", "log.validate_every=0", "log.checkpoint_every=0", "data.flip=false"});
+  const TrainingOutcome outcome = run("runs", {"train.steps=150", "train.rate=3e-3", "log.validate_every=0",
+                                               "log.checkpoint_every=0", "data.flip=false"});
   const Curve loss = curve_of(read_metrics(outcome.folder / "metrics.jsonl"), "train/loss");
   ASSERT_EQ(loss.values.size(), 50u);
   double first = 0, last = 0;
@@ -216,8 +238,8 @@ TEST_F(TrainingRun, LearnsItsOwnViews) {
 }
 
 TEST_F(TrainingRun, LossThatIsNotFiniteNamesStepAndViews) {
-  Program program = start("runs", {"train.steps=20", "train.rate=10", "train.schedule=constant", "train.beta1=0", "log.validate_every=0",
-                                   "log.checkpoint_every=0", "loss.scale=1e38"});
+  Program program = start("runs", {"train.steps=20", "train.rate=10", "train.schedule=constant", "train.beta1=0",
+                                   "log.validate_every=0", "log.checkpoint_every=0", "loss.scale=1e38"});
   EXPECT_EQ(program.wait(), 1);
   const std::string said = text_of(folder / "runs.txt");
   EXPECT_THAT(said, HasSubstr("at step"));
@@ -240,7 +262,12 @@ std::string message_of(const std::function<void()>& action, ErrorKind kind) {
 TEST_F(TrainingRun, WeightsOfAnotherShapeAreRefusedByName) {
   const TrainingOutcome outcome = run("runs", {"train.steps=1"});
   const std::string init = "model.init=" + outcome.weights.string();
-  EXPECT_THAT(message_of([&] { run("other", {"train.steps=1", "model.growth=8", init}); }, ErrorKind::Usage), HasSubstr("weights of another net"));
+  EXPECT_THAT(message_of(
+                  [&] {
+                    run("other", {"train.steps=1", "model.growth=8", init});
+                  },
+                  ErrorKind::Usage),
+              HasSubstr("weights of another net"));
 
   TensorFile file = read_safetensors(outcome.weights);
   const std::string victim = "encoder.features.conv0.weight";
@@ -248,19 +275,34 @@ TEST_F(TrainingRun, WeightsOfAnotherShapeAreRefusedByName) {
   tensor.shape = {16, 3, 49};
   const fs::path reshaped = folder / "reshaped.safetensors";
   write_safetensors(reshaped, file);
-  const std::string said = message_of([&] { run("reshaped", {"train.steps=1", "model.init=" + reshaped.string()}); }, ErrorKind::Usage);
+  const std::string said = message_of(
+      [&] {
+        run("reshaped", {"train.steps=1", "model.init=" + reshaped.string()});
+      },
+      ErrorKind::Usage);
   EXPECT_THAT(said, HasSubstr(victim));
   EXPECT_THAT(said, HasSubstr("16x3x49"));
   EXPECT_THAT(said, HasSubstr("16x3x7x7"));
 
   file.tensors.erase(victim);
   write_safetensors(reshaped, file);
-  EXPECT_THAT(message_of([&] { run("missing", {"train.steps=1", "model.init=" + reshaped.string()}); }, ErrorKind::Usage), HasSubstr(victim));
+  EXPECT_THAT(message_of(
+                  [&] {
+                    run("missing", {"train.steps=1", "model.init=" + reshaped.string()});
+                  },
+                  ErrorKind::Usage),
+              HasSubstr(victim));
   EvaluateOptions options;
   options.weights = reshaped, options.data = folder / "data";
   EXPECT_THAT(message_of([&] { evaluate_weights(options); }, ErrorKind::Usage), HasSubstr(victim));
-  EXPECT_THAT(message_of([&] { run("nowhere", {"train.steps=1", "model.init=/nowhere.safetensors"}); }, ErrorKind::Usage), HasSubstr("/nowhere.safetensors"));
-  for (const char* root : {"other", "reshaped", "missing", "nowhere"}) EXPECT_TRUE(run_below(root).empty()) << "a refused run left a folder below " << root;
+  EXPECT_THAT(message_of(
+                  [&] {
+                    run("nowhere", {"train.steps=1", "model.init=/nowhere.safetensors"});
+                  },
+                  ErrorKind::Usage),
+              HasSubstr("/nowhere.safetensors"));
+  for (const char* root : {"other", "reshaped", "missing", "nowhere"})
+    EXPECT_TRUE(run_below(root).empty()) << "a refused run left a folder below " << root;
 }
 
 TEST_F(TrainingRun, OtherViewsThanItBeganWithAreRefused) {
@@ -289,7 +331,8 @@ TEST_F(TrainingRun, RunFolderOfItsOwnTruthHasNoError) {
   EXPECT_NEAR(judged.summary.find(MapError::Albedo)->ours.mean, 0, 0x1p-22);
   EXPECT_NEAR(judged.summary.find(MapError::Roughness)->ours.mean, 0, 0x1p-22);
   EXPECT_NEAR(judged.summary.median_log_scale_error, std::log(2.0), 1e-6);
-  EXPECT_THAT(message_of([&] { evaluate_run(gbuffer, folder / "data"); }, ErrorKind::Usage), HasSubstr("no generated view"));
+  EXPECT_THAT(message_of([&] { evaluate_run(gbuffer, folder / "data"); }, ErrorKind::Usage),
+              HasSubstr("no generated view"));
 }
 
 TEST_F(TrainingRun, NothingToJudgeIsAnError) {
