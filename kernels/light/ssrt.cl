@@ -212,13 +212,14 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
       gap = PICK(hits, fmax(behind, R(0)), gap);
       active &= ~hits;
     }
-    // Down into a block that may be met; else on to the cell beyond it, one level up.
+    // Down into a block that may be met; else on to the cell beyond it, one level up, but not from a cell that was met and
+    // refused: behind a surface that faces away the next is likely to be refused as well.
     const ints down = meets & IS(level > 0);
     const ints on = active & ~down;
     i = PICK_INT(on, PICK_INT(IS(sx <= leave), exit_i, STAY(x, i)), i);
     j = PICK_INT(on, PICK_INT(IS(sy <= leave), exit_j, STAY(y, j)), j);
     s = PICK(on, leave, s);
-    level = PICK_INT(on, min(level + 1, TOP_LEVEL), level + down);
+    level = PICK_INT(on, min(level + 1 + meets, TOP_LEVEL), level + down);
     active &= IS(s < R(1)) & IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
   }
   STORE(found, AT(hit, 0) + ray);

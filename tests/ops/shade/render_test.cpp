@@ -9,6 +9,7 @@
 #include "host/graph/plan.hpp"
 #include "host/math/frames.hpp"
 #include "host/math/statistics.hpp"
+#include "host/ops/light/bench_room.hpp"
 #include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
 
@@ -261,7 +262,10 @@ TEST(Render, SpeedsAreMeasured) {
 
 // What the layer is sized for: 640 x 480 pixels, 64 samples, 19.7 million rays, within 1 GiB.
 TEST(Render, AWholePictureFitsInAGibibyte) {
-  const Tensors t = wall(640, 480, 0.4, 0.1);
+  Tensors t = wall(640, 480, 0.4, 0.1);
+  const BenchRoom room = bench_room(640, 480);
+  t["depth"] = room.depth, t["normal"] = room.normal, t["range"] = depth_range(room.depth);
+  t["camera"] = camera_tensor(std::span(&room.camera, 1));
   Layer layer(t, {.spp = 64}, "image");
   Device device = layer.executor->plan().device;
   device.finish();
