@@ -125,13 +125,14 @@ static inline real reader_weight(const int o, const int i, const int ins, const 
 
 #define READERS 4  // rows summed at once
 #define BEFORE 2   // zeros before the line
+#define LINE_OF(c) (lines + ((c) - (int)get_group_id(1) * planes) * line_pitch)
 
 // dx: each input gathers from its readers, at most `most_y` x `most_x` of them: first their rows, then along the sum.
-// line, weights, firsts: local memory of line_pitch (w + most_x + 32 in whole vectors), most_x pitch, pitch numbers; pitch is W
+// lines, weights, firsts: local memory of planes line_pitch (w + most_x + 32 in whole vectors), most_x pitch, pitch numbers; pitch is W
 // in whole vectors.
 kernel void resize_bilinear_adjoint(IN(dy), OUT(dx), const int channels, const int height, const int width, const int h,
                                     const int w, const int most_y, const int most_x, const int rows, const int planes,
-                                    const int line_pitch, const int pitch, local real *line, local real *weights,
+                                    const int line_pitch, const int pitch, local real *lines, local real *weights,
                                     local int *firsts) {
   const int n = (int)get_group_id(2);
   FOR_LANES(i, pitch) {
@@ -143,7 +144,7 @@ kernel void resize_bilinear_adjoint(IN(dy), OUT(dx), const int channels, const i
     firsts[i] = BEFORE + reader;
     for (int k = 0; k < most_x; ++k) weights[k * pitch + i] = reader_weight(reader + k, i, width, w);
   }
-  FOR_LANES(i, line_pitch) line[i] = R(0);
+  FOR_LANES(i, planes * line_pitch) lines[i] = R(0);
   const int first = (int)get_group_id(0) * rows, last = min(first + rows, height);
   for (int j = first; j < last; ++j) {
     const int reader = first_reader(j, height, h);
@@ -155,23 +156,27 @@ kernel void resize_bilinear_adjoint(IN(dy), OUT(dx), const int channels, const i
         row[r] = min(reader + k + r, h - 1) * w;
       }
       if (k > 0 && weight[0] == R(0)) break;
+      // All lines first, then all sums along them: a load so soon after its store would wait for it.
+      GROUP_BARRIER;
       FOR_PLANES(c) {
         global const real *from = AT(dy, n) + (ulong)c * h * w;
-        global real *to = AT(dx, n) + ((ulong)c * height + j) * width;
-        GROUP_BARRIER;
+        local real *line = LINE_OF(c) + BEFORE;
         FOR_ROW(i, w) {
           const int left = w - i;
           LINE_STORE((weight[0] * lanes_load(from + row[0] + i, left) + weight[1] * lanes_load(from + row[1] + i, left)) +
                          (weight[2] * lanes_load(from + row[2] + i, left) + weight[3] * lanes_load(from + row[3] + i, left)),
-                     line + BEFORE + i);
+                     line + i);
         }
-        GROUP_BARRIER;
-        FOR_ROW(i, width) {
-          lanes sum = k > 0 ? lanes_load(to + i, width - i) : (lanes)(R(0));
-          const int pattern = pattern_of(firsts + i);
+      }
+      GROUP_BARRIER;
+      FOR_ROW(i, width) {
+        const int pattern = pattern_of(firsts + i);
+        FOR_PLANES(c) {
+          global real *to = AT(dx, n) + ((ulong)c * height + j) * width + i;
+          lanes sum = k > 0 ? lanes_load(to, width - i) : (lanes)(R(0));
           for (int m = 0; m < most_x; ++m)
-            sum += LINE_LOAD(weights + m * pitch + i) * read_line(line, firsts + i, m, pattern);
-          lanes_store(sum, to + i, width - i);
+            sum += LINE_LOAD(weights + m * pitch + i) * read_line(LINE_OF(c), firsts + i, m, pattern);
+          lanes_store(sum, to, width - i);
         }
       }
     }

@@ -43,7 +43,7 @@ struct BilinearAdjointOp : Op {  // dy -> dx
     const std::size_t real = real_size(l.precision);
     l.run_with(row_defines(l.device), kFile, "resize_bilinear_adjoint",
                row_range(l.device, (input.h + rows - 1) / rows, (input.c + planes - 1) / planes, input.n), l.in(0), l.out(),
-               input.c, input.h, input.w, out.h, out.w, most_y, most_x, rows, planes, line_pitch, pitch, Arg::local(size(line_pitch) * real),
+               input.c, input.h, input.w, out.h, out.w, most_y, most_x, rows, planes, line_pitch, pitch, Arg::local(size(planes * line_pitch) * real),
                Arg::local(size(most_x * pitch) * real), Arg::local(size(pitch) * sizeof(int)));
   }
 };
