@@ -1,6 +1,7 @@
 #include "nets/render_scene.hpp"
 
 #include <algorithm>
+#include <chrono>
 
 #include "host/graph/plan.hpp"
 #include "host/math/statistics.hpp"
@@ -50,6 +51,7 @@ RenderSpec render_spec(const RenderSettings& settings) {
   spec.sampling.sampler = sampler_of(settings.sampler);
   if (spec.sampling.sampler == Sampler::Grid8x16) spec.spp = 128;
   spec.sampling.points = points_of(settings.points);
+  spec.sampling.brdf = brdf_model_of(settings.brdf);
   spec.ssrt.solver = ssrt_solver_of(settings.ssrt);
   spec.ssrt.delta = delta_depth_of(settings.delta);
   spec.trace = settings.light == "image";
@@ -67,7 +69,11 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
 
   Executor executor(compile(graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally}, device));
   feed_scene(executor, scene);
+  device.finish();
+  const auto start = std::chrono::steady_clock::now();
   executor.run(settings.seed);
+  device.finish();
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   const RenderCounts counts = render_counts(executor.fetch(rendered.status), executor.fetch(rendered.tally));
 
   Rendering result;
@@ -80,6 +86,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.uncertainty = image(rendered.uncertainty);
   result.rays = counts.directions, result.hits = counts.hits, result.dropped = counts.dropped;
   result.facing_away = counts.facing_away;
+  result.seconds = elapsed.count();
   result.bytes = executor.bytes();
   result.explanation = executor.explain();
   result.left_out = graph.what_was_left_out();

@@ -19,6 +19,7 @@ struct RenderSettings {
   std::string ssrt = "hierarchical";  // dda | hierarchical
   std::string delta = "linear";       // linear | window
   std::string light = "image";        // image | constant | panorama
+  std::string brdf = "ggx";           // ggx | li2020
   std::uint32_t seed = 0;
 };
 
@@ -30,6 +31,7 @@ struct Rendering {
   std::string first_dropped; // pixel, sample and seed of the first of them, to be replayed
   double facing_away = 0;   // pixels not shaded because their normal faces away from the viewer
   double hits = 0;          // rays that end on a visible surface
+  double seconds = 0;       // of the run alone, after the plan was made
   std::size_t bytes = 0;    // device memory of the plan
   std::string explanation;  // of the plan
   std::vector<std::string> left_out;

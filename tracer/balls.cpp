@@ -61,8 +61,8 @@ std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Ran
   return std::nullopt;
 }
 
-Scene with_ball(const Scene& scene, const Camera& camera, const BallPlace& place, const BallKind& kind) {
-  Scene more = scene;
+World with_ball(const World& scene, const Camera& camera, const BallPlace& place, const BallKind& kind) {
+  World more = scene;
   Shapes shapes(more, glm::mat4(1), Random(0));
   Material m;
   m.color_a = m.color_b = m.color_c = glm::vec3(kind.albedo);

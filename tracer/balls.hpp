@@ -26,6 +26,6 @@ struct BallPlace {
 std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Random random);
 
 /// The scene with one more ball.
-Scene with_ball(const Scene& scene, const Camera& camera, const BallPlace& place, const BallKind& kind);
+World with_ball(const World& scene, const Camera& camera, const BallPlace& place, const BallKind& kind);
 
 }  // namespace clerestory

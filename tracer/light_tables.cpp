@@ -19,7 +19,7 @@ struct Facet {
   glm::vec3 normal{0};
 };
 
-std::vector<Facet> emitting_facets(const Scene& scene) {
+std::vector<Facet> emitting_facets(const World& scene) {
   std::vector<Facet> facets;
   for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
     const Triangle& t = scene.triangles[i];
@@ -37,7 +37,7 @@ struct Sky {
   std::vector<glm::vec3> direction;
 };
 
-Sky make_sky(const Scene& scene) {
+Sky make_sky(const World& scene) {
   const Panorama& p = scene.panorama;
   Sky sky;
   const float c = std::cos(scene.panorama_turn), s = std::sin(scene.panorama_turn);
@@ -72,7 +72,7 @@ double pane_exitance(const Sky& sky, const glm::vec3& n) {
 }
 
 /// Directions in proportion to the flux they send through the panes.
-std::vector<float> sky_tables(const Scene& scene, const Sky& sky, const std::vector<Facet>& panes) {
+std::vector<float> sky_tables(const World& scene, const Sky& sky, const std::vector<Facet>& panes) {
   const std::size_t w = static_cast<std::size_t>(scene.panorama.width),
                     h = static_cast<std::size_t>(scene.panorama.height);
   std::vector<double> weight(w * h, 0);
@@ -104,7 +104,7 @@ std::vector<float> sky_tables(const Scene& scene, const Sky& sky, const std::vec
 
 }  // namespace
 
-LightTables make_light_tables(const Scene& scene) {
+LightTables make_light_tables(const World& scene) {
   LightTables tables;
   const std::vector<Facet> facets = emitting_facets(scene);
   std::vector<Facet> panes;

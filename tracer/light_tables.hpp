@@ -19,6 +19,6 @@ struct LightTables {
 
 /// Lights are chosen by luminous power. Where panes emit, up to half of the choices go by direction instead: small
 /// bright parts of the panorama (the sun, lamps) that light only some places would be found too seldom by area.
-LightTables make_light_tables(const Scene& scene);
+LightTables make_light_tables(const World& scene);
 
 }  // namespace clerestory

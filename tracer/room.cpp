@@ -16,10 +16,17 @@ constexpr float kQuarter = std::numbers::pi_v<float> / 2;
 
 /// Brightest part of a panorama over its mean. Small suns make patches of light whose reflections 64 samples do not
 /// resolve; real lamps in view reach about this.
-constexpr float kMostSky = 80;
+constexpr float kMostSky = 40;
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void set_mean_to_one(std::vector<float>& values) {
+  double sum = 0;
+  for (const float v : values) sum += static_cast<double>(v);
+  const float scale = static_cast<float>(static_cast<double>(values.size()) / std::max(sum, 1e-6));
+  for (float& v : values) v *= scale;
 }
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder, const std::string& extension) {
@@ -279,11 +286,14 @@ RoomAssets load_assets(const std::filesystem::path& folder, Setting setting) {
       for (std::size_t c = 0; c < 3; ++c) p.rgb[3 * i + c] = image.data[c * image.pixels() + i];
     }
     // Panoramas have units of their own: a mean of 1 makes windows of all of them alike in strength.
-    double sum = 0;
-    for (const float v : p.rgb) sum += static_cast<double>(v);
-    const float scale = static_cast<float>(static_cast<double>(p.rgb.size()) / std::max(sum, 1e-6));
-    for (float& v : p.rgb) v = std::min(v * scale, kMostSky);
-    assets.panoramas.push_back({name, std::move(p)});
+    set_mean_to_one(p.rgb);
+    for (float& v : p.rgb) v = std::min(v, kMostSky);
+    set_mean_to_one(p.rgb);
+    std::vector<float> sorted = p.rgb;
+    const auto median = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), median, sorted.end());
+    const bool dark = *median < 0.05f;
+    assets.panoramas.push_back({name, std::move(p), dark});
   }
   for (const auto& file : files_in(folder / "models", ".glb")) {
     const std::string name = file.stem().string();
@@ -311,7 +321,7 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
   style.daylight = hour < 0.45f  ? random.between(2.f, 8.f)
                    : hour < 0.8f ? random.between(0.4f, 2.f)
                                  : random.between(0.01f, 0.08f);
-  style.lamps_on = hour >= 0.25f;
+  style.lamps_on = hour >= 0.25f || outside.dark;
   style.lamp_power = random.between(0.5f, 1.5f);
   const bool windowed = held_out || !style.lamps_on || random.chance(0.8f);
 

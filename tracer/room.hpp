@@ -25,6 +25,7 @@ inline const std::string kHeldOutModel = "suzi";
 struct NamedPanorama {
   std::string name;
   Panorama panorama;
+  bool dark = false;  // a few bright spots in the dark: no daylight that a room could live on
 };
 
 /// Panoramas and models of a setting.
@@ -44,7 +45,7 @@ struct Occupied {
 };
 
 struct Room {
-  Scene scene;
+  World scene;
   glm::vec3 size{0};  // width (x), height, depth (z); the floor's middle is the origin
   std::vector<Occupied> occupied;
   std::string kind;      // living, dining, bedroom, office, kitchen, studio

@@ -272,28 +272,27 @@ void build_ceiling_lamps(Shapes& room, const glm::vec3& size, Palette& palette, 
       return;
     }
     case 2: {  // pendants of sheet metal in a row, light below
-      const int count = r.whole(1, 3), light = lit(14, 30);
+      const int count = r.whole(1, 3), light = lit(7, 15);
       const float y = h - r.between(0.6f, 1.0f);
       for (int i = 0; i < count; ++i) {
         const float x = over.x + 0.45f * (static_cast<float>(i) - 0.5f * static_cast<float>(count - 1));
         Shapes s = room.at({x, y, over.y});
         s.rod({0, 0.2f, 0}, {0, h - y, 0}, 0.01f, metal);
         s.lathe({0, 0, 0}, {{0.16f, 0}, {0.11f, 0.1f}, {0.04f, 0.2f}, {0, 0.21f}}, metal, 24, -1, true);
-        s.lathe({0, 0, 0}, {{0.03f, 0.19f}, {0.1f, 0.1f}, {0.156f, 0}}, shade, 24, -1, true);
-        s.lathe({0, 0.05f, 0}, {{0.07f, 0}, {0.05f, 0.06f}}, shade, 16, light);
+        s.disc({0, 0.01f, 0}, 0.155f, shade, 24, light);
       }
       return;
     }
     case 3: {  // spots let into the ceiling
       const int columns = std::max(2, static_cast<int>(size.x / 1.3f)),
                 rows = std::max(2, static_cast<int>(size.z / 1.4f));
-      const int light = lit(25, 50);
+      const int light = lit(15, 35);
       for (int i = 0; i < columns; ++i) {
         for (int k = 0; k < rows; ++k) {
           const float x = size.x * ((static_cast<float>(i) + 0.5f) / static_cast<float>(columns) - 0.5f);
           const float z = size.z * ((static_cast<float>(k) + 0.5f) / static_cast<float>(rows) - 0.5f);
           room.lathe({x, h - 0.014f, z}, {{0.055f, 0}, {0.06f, 0.013f}}, metal, 16);
-          room.lathe({x, h - 0.02f, z}, {{0.045f, 0}, {0.045f, 0.005f}}, shade, 16, light);
+          room.disc({x, h - 0.0145f, z}, 0.05f, shade, 16, light);
         }
       }
       return;

@@ -56,7 +56,7 @@ struct Panorama {
   std::vector<float> rgb;
 };
 
-struct Scene {
+struct World {
   std::vector<Triangle> triangles;
   std::vector<Material> materials;
   std::vector<Emitter> emitters;

@@ -25,7 +25,7 @@ struct Grain {
 
 }  // namespace
 
-Shapes::Shapes(Scene& scene, const glm::mat4& to_room, Random random)
+Shapes::Shapes(World& scene, const glm::mat4& to_room, Random random)
     : scene_(&scene), to_room_(to_room), random_(random) {}
 
 Shapes Shapes::at(const glm::mat4& local) { return Shapes(*scene_, to_room_ * local, random_.fork(random_.bits())); }
@@ -169,6 +169,16 @@ void Shapes::cylinder(const glm::vec3& base, float radius, float height, int mat
   lathe(base, {{radius, 0}, {radius, height}}, material, sides);
 }
 
+void Shapes::disc(const glm::vec3& center, float radius, int material, int sides, int emitter) {
+  const auto rim = [&](int k) {
+    const float angle = 2 * kPi * static_cast<float>(k) / static_cast<float>(sides);
+    const glm::vec3 p = radius * glm::vec3(std::cos(angle), 0, std::sin(angle));
+    return vertex(center + p, p);
+  };
+  const Vertex middle = vertex(center, glm::vec3(0));
+  for (int k = 0; k < sides; ++k) add(middle, rim(k), rim(k + 1), material, emitter, false);
+}
+
 void Shapes::rod(const glm::vec3& from, const glm::vec3& to, float thickness, int material) {
   const glm::vec3 along = to - from;
   const float length = glm::length(along);
@@ -201,7 +211,7 @@ void Shapes::sphere(const glm::vec3& center, float radius, int material, int ste
 }
 
 void Shapes::mesh(const Mesh& mesh, const glm::vec3& base, float height, int material) {
-  const Bounds b = bounds(mesh);
+  const Extent b = bounds(mesh);
   const glm::vec3 low(b.low[0], b.low[1], b.low[2]), high(b.high[0], b.high[1], b.high[2]);
   const float scale = height / std::max(high.y - low.y, 1e-6f);
   const glm::vec3 foot((low.x + high.x) / 2, low.y, (low.z + high.z) / 2);

@@ -14,7 +14,7 @@ namespace clerestory {
 /// side of a part, shifted at random, so that no two boards have the same grain.
 class Shapes {
  public:
-  Shapes(Scene& scene, const glm::mat4& to_room, Random random);
+  Shapes(World& scene, const glm::mat4& to_room, Random random);
   /// The same scene under a further transform.
   Shapes at(const glm::mat4& local);
   Shapes at(const glm::vec3& offset, float turn_about_y = 0);
@@ -37,6 +37,8 @@ class Shapes {
   void lathe(const glm::vec3& base, const std::vector<glm::vec2>& radius_height, int material, int sides = 20,
              int emitter = -1, bool open = false);
   void cylinder(const glm::vec3& base, float radius, float height, int material, int sides = 20);
+  /// A flat disc that looks down: lamps.
+  void disc(const glm::vec3& center, float radius, int material, int sides = 20, int emitter = -1);
   /// A rod of square section between two points.
   void rod(const glm::vec3& from, const glm::vec3& to, float thickness, int material);
   /// `steps` rings; 24 make normals true to 1e-3 of the radius.
@@ -52,7 +54,7 @@ class Shapes {
   Vertex vertex(const glm::vec3& p, const glm::vec3& uvw, const glm::vec3& normal = glm::vec3(0)) const;
   void add(const Vertex& a, const Vertex& b, const Vertex& c, int material, int emitter, bool smooth);
 
-  Scene* scene_;
+  World* scene_;
   glm::mat4 to_room_;
   Random random_;
 };

@@ -20,7 +20,7 @@ constexpr int kRays = 32768;
 
 Range one_each(int count) { return Range::of(static_cast<std::size_t>(count), 1); }
 
-void check(const Scene& scene) {
+void check(const World& scene) {
   const int materials = static_cast<int>(scene.materials.size()), emitters = static_cast<int>(scene.emitters.size());
   for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
     const Triangle& t = scene.triangles[i];
@@ -81,7 +81,7 @@ std::array<float, 16> view_numbers(const Camera& camera) {
 
 }  // namespace
 
-TraceScene::TraceScene(const Device& device, const Scene& scene)
+TraceScene::TraceScene(const Device& device, const World& scene)
     : device_(device), triangle_count_(scene.triangles.size()) {
   check(scene);
   const LightTables light = make_light_tables(scene);

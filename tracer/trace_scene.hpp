@@ -60,7 +60,7 @@ class TraceScene {
  public:
   /// Builds the hierarchy and copies everything to the device. Throws Error on an empty scene, an index out of range, a
   /// corner that is not finite, or a pane without a panorama.
-  TraceScene(const Device& device, const Scene& scene);
+  TraceScene(const Device& device, const World& scene);
 
   TraceMaps maps(const Camera& camera);
   /// Path-traced picture with `spp` samples per pixel, all through the pixel's centre. Same seed, same bits.

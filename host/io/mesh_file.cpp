@@ -406,9 +406,9 @@ Mesh assemble(const tinygltf::Model& model, const std::string& where) {
 
 }  // namespace
 
-Bounds bounds(const Mesh& mesh) {
+Extent bounds(const Mesh& mesh) {
   if (mesh.positions.empty()) return {};
-  Bounds box{mesh.positions[0], mesh.positions[0]};
+  Extent box{mesh.positions[0], mesh.positions[0]};
   for (const auto& p : mesh.positions)
     for (std::size_t i = 0; i < 3; ++i)
       box.low[i] = std::min(box.low[i], p[i]), box.high[i] = std::max(box.high[i], p[i]);

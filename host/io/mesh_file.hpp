@@ -17,10 +17,10 @@ struct Mesh {
 };
 
 /// Lowest and highest corner.
-struct Bounds {
+struct Extent {
   std::array<float, 3> low{}, high{};
 };
-Bounds bounds(const Mesh& mesh);
+Extent bounds(const Mesh& mesh);
 
 /// Triangles, strips and fans are read, points and lines refused. Throws usage_error naming the file: missing, no glTF,
 /// truncated, an index or accessor out of range, a position that is not finite, no triangle, a cycle of nodes.

@@ -63,7 +63,7 @@ glm::vec3 on_sphere(Random& random) {
 }
 
 /// Rays that start at random in a box; a share runs exactly along an axis.
-void compare(const Scene& scene, const glm::vec3& low, const glm::vec3& high, int rays) {
+void compare(const World& scene, const glm::vec3& low, const glm::vec3& high, int rays) {
   const Oracle oracle(scene.triangles);
   TraceScene traced(test_device(), scene);
   Random random(7);
@@ -113,7 +113,7 @@ TEST(Bvh, EqualsEmbreeOnFurnishedRooms) {
 }
 
 TEST(Bvh, EqualsEmbreeOnLooseTriangles) {
-  Scene scene;
+  World scene;
   scene.materials.push_back(plain(glm::vec3(0.5f), 0.5f));
   Random random(3);
   for (int i = 0; i < 3000; ++i) {
@@ -126,7 +126,7 @@ TEST(Bvh, EqualsEmbreeOnLooseTriangles) {
 }
 
 TEST(Bvh, OneTriangle) {
-  Scene scene;
+  World scene;
   scene.materials.push_back(plain(glm::vec3(0.5f), 0.5f));
   Triangle t;
   t.v[0].position = {0, 0, -1}, t.v[1].position = {1, 0, -1}, t.v[2].position = {0, 1, -1};

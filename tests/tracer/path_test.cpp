@@ -13,8 +13,8 @@ namespace {
 constexpr double kSigmas = 4.5;
 
 /// A closed sphere of radius 2 seen from inside, each point of which emits 1 and reflects.
-Scene furnace(const Material& material) {
-  Scene scene;
+World furnace(const Material& material) {
+  World scene;
   Shapes shapes(scene, glm::mat4(1), Random(1));
   const int m = shapes.material(material), e = shapes.emitter({glm::vec3(1), false});
   shapes.sphere({0, 0, 0}, 2, m, 40, e);
@@ -85,7 +85,7 @@ TEST(Path, FurnaceOfAClosedSphere) {
 }
 
 struct LampScene {
-  Scene scene;
+  World scene;
   reference::Brdf brdf;
 };
 
@@ -152,8 +152,8 @@ TEST(Path, EmittersCanBeLeftOut) {
 }
 
 /// A room whose light comes through one pane from a panorama with a bright spot, and from a lamp.
-Scene room_with_pane() {
-  Scene scene;
+World room_with_pane() {
+  World scene;
   Shapes shapes(scene, glm::mat4(1), Random(1));
   const int wall = shapes.material(plain({0.6f, 0.6f, 0.5f}, 0.6f)),
             shiny = shapes.material(plain(glm::vec3(0.7f), 0.3f, 1));
@@ -189,7 +189,7 @@ TEST(Path, LightSamplingAgreesWithDirectionsOnly) {
 }
 
 TEST(Path, PanesShowThePanorama) {
-  const Scene scene = room_with_pane();
+  const World scene = room_with_pane();
   TraceScene traced(test_device(), scene);
   Camera camera = Camera::from_fov(96, 72, 70);
   look_at(camera, {0.2, 1.4, 1.6}, {0, 1.4, -2});

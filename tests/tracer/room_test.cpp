@@ -133,7 +133,7 @@ TEST(Room, MapsAreCompleteAndInRange) {
 
 TEST(Room, DepthIsAxial) {
   // An empty box of 4 x 2.5 x 4 m, seen along -z from its middle: the far wall is 2 m away in every pixel that sees it.
-  Scene scene;
+  World scene;
   Shapes shapes(scene, glm::mat4(1), Random(1));
   shapes.box({-2, 0, -2}, {2, 2.5f, 2}, shapes.material(plain(glm::vec3(0.5f), 0.5f)));
   TraceScene traced(test_device(), scene);

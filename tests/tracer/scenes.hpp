@@ -23,7 +23,7 @@ inline Material plain(const glm::vec3& albedo, float roughness, float metallic =
 }
 
 /// Turns every triangle over: what looked outwards looks inwards.
-inline void turn_inside_out(Scene& scene) {
+inline void turn_inside_out(World& scene) {
   for (Triangle& t : scene.triangles) {
     std::swap(t.v[1], t.v[2]);
     for (Vertex& v : t.v) v.normal = -v.normal;

@@ -17,7 +17,7 @@ glm::vec3 face_cross(const Triangle& t) {
 }
 
 /// Volume by the divergence theorem: that of the solid only if every face is there and looks outwards.
-double volume(const Scene& scene) {
+double volume(const World& scene) {
   double sum = 0;
   for (const Triangle& t : scene.triangles) sum += static_cast<double>(glm::dot(t.v[0].position, face_cross(t))) / 6;
   return sum;
@@ -71,7 +71,7 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
        }},
   };
   for (const Solid& solid : solids) {
-    Scene scene;
+    World scene;
     Shapes shapes(scene, glm::mat4(1), Random(3));
     solid.build(shapes);
     EXPECT_NEAR(volume(scene), solid.volume, solid.tolerance) << solid.name;
@@ -90,15 +90,23 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
 }
 
 TEST(Shapes, SpheresHaveTheNormalsOfSpheres) {
-  Scene scene;
+  World scene;
   Shapes(scene, glm::mat4(1), Random(3)).sphere({1, 2, 3}, 0.5f, 0, 24);
   for (const Triangle& t : scene.triangles) {
     for (const Vertex& v : t.v) EXPECT_LT(glm::length(v.normal - (v.position - glm::vec3(1, 2, 3)) / 0.5f), 1e-5f);
   }
 }
 
+TEST(Shapes, DiscsLookDown) {
+  World scene;
+  Shapes(scene, glm::mat4(1), Random(3)).disc({1, 2, 3}, 0.5f, 0, 64);
+  glm::vec3 twice_area(0);
+  for (const Triangle& t : scene.triangles) twice_area += face_cross(t);
+  EXPECT_NEAR(twice_area.y / 2, -0.25 * 32 * std::sin(2 * std::numbers::pi / 64), 1e-4);
+}
+
 TEST(Shapes, TransformsMoveAndTurn) {
-  Scene scene;
+  World scene;
   Shapes s(scene, glm::mat4(1), Random(3));
   s.at({1, 0, 0}, std::numbers::pi_v<float> / 2).block({0, 0, 1}, {0.1f, 0.1f, 0.1f}, 0);  // +z turns to +x
   for (const Triangle& t : scene.triangles) {

@@ -1,0 +1,272 @@
+#include "experiments/studies/layer_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "experiments/run_directory_report.hpp"
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/metrics.hpp"
+#include "host/report/plot.hpp"
+#include "host/report/preview.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+#include "host/report/table.hpp"
+#include "nets/render_scene.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Method {
+  std::string name, label;
+  RenderSettings settings;
+};
+
+/// Error of one picture against the truth, over pixels of a kind.
+struct Errors {
+  double glossy = 0, rough = 0;  // relMSE, eps 0.01
+};
+
+Scene scene_of(const RoomView& view) {
+  if (!view.camera || !view.emission) throw usage_error("the study needs generated views with camera and emission", "data");
+  Scene scene;
+  scene.camera = *view.camera, scene.photo = view.image, scene.albedo = view.albedo, scene.normal = view.normal;
+  scene.depth = view.depth, scene.material = view.material;
+  const std::size_t n = scene.photo.pixels();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Image& e = *view.emission;
+    scene.material.data[2 * n + i] = e.data[i] > 0 || e.data[n + i] > 0 || e.data[2 * n + i] > 0 ? 1.0f : 0.0f;
+  }
+  return scene;
+}
+
+/// relMSE over shaded pixels that do not emit; glossy: roughness below `limit`. A kind without pixels gives NaN.
+Errors errors_of(const Scene& scene, const Image& picture, const Image& truth, double limit) {
+  const std::size_t n = scene.photo.pixels();
+  double sums[2] = {0, 0}, counts[2] = {0, 0};
+  for (std::size_t i = 0; i < n; ++i) {
+    if (scene.material.data[2 * n + i] > 0 || scene.depth.data[i] <= 0) continue;
+    const int rough = scene.material.data[i] >= limit;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double t = truth.data[c * n + i], d = picture.data[c * n + i] - t;
+      sums[rough] += d * d / (t * t + 0.01), counts[rough] += 1;
+    }
+  }
+  return {sums[0] / counts[0], sums[1] / counts[1]};
+}
+
+Series series(const std::string& label, Stroke stroke) {
+  Series made;
+  made.label = label, made.stroke = stroke;
+  return made;
+}
+
+class LayerStudy {
+ public:
+  LayerStudy(const Config& config, const std::vector<std::string>& command)
+      : config_(config),
+        run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config, static_cast<std::uint64_t>(config.integer("run.seed"))),
+        device_(Device::open(config.text("run.device"))),
+        provenance_(begin_provenance(command, device_.fingerprint())) {}
+
+  std::string run() {
+    if (run_.done()) {
+      say("study: done before, skipped: " + run_.path().string());
+      return run_.path().string();
+    }
+    catch_interrupts();
+    make_views();
+    resume();
+    const auto methods = this->methods();
+    const std::int64_t seeds = config_.integer("study.seeds");
+    Progress progress("study", static_cast<std::int64_t>(views_.size() * methods.size()) * seeds, "renders", step_);
+    for (std::size_t v = 0; v < views_.size(); ++v) run_view(v, methods, progress);
+    finish(methods);
+    return run_.path().string();
+  }
+
+ private:
+  void make_views() {
+    const fs::path data = run_ / "data";
+    GenerateOptions options;
+    options.out = data, options.rooms = static_cast<int>(config_.integer("data.rooms")), options.views = 1;
+    options.width = static_cast<int>(config_.integer("data.width")), options.height = static_cast<int>(config_.integer("data.height"));
+    options.spp = static_cast<int>(config_.integer("data.spp")), options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
+    options.split = "test", options.interrupted = [] { return interrupted(); };
+    generate(device_, options);
+    for (const std::string& room : list_rooms(data, "test")) views_.push_back(data / room / "000");
+  }
+
+  /// Records of an earlier, interrupted run: one a render, its step is the number of renders done.
+  void resume() {
+    for (const MetricRecord& r : read_metrics(run_.metrics_path())) {
+      records_.push_back(r);
+      step_ = std::max(step_, r.step);
+    }
+  }
+
+  std::vector<Method> methods() const {
+    std::vector<Method> list;
+    RenderSettings grid;
+    grid.sampler = "grid8x16", grid.spp = 128;
+    list.push_back({"grid", "grid 8x16, our BRDF", grid});
+    grid.brdf = "li2020";
+    list.push_back({"li2020", "grid 8x16, BRDF of Li et al.", grid});
+    for (const std::int64_t spp : config_.integers("study.spp")) {
+      RenderSettings ours;
+      ours.spp = static_cast<int>(spp);
+      list.push_back({fmt::format("ours{}", spp), fmt::format("Monte Carlo, {} samples", spp), ours});
+    }
+    list.push_back({"equal", "Monte Carlo, equal time to the grid", {}});
+    return list;
+  }
+
+  Rendering render(const Scene& scene, RenderSettings settings, std::uint32_t seed) {
+    settings.light = config_.text("study.light"), settings.seed = seed;
+    stop_if_interrupted("study");
+    return render_scene(device_, scene, settings);
+  }
+
+  /// The least of a few runs: noise of the machine only adds.
+  double seconds_of(const Scene& scene, const RenderSettings& settings) {
+    double best = 1e30;
+    for (std::uint32_t i = 0; i < 3; ++i) best = std::min(best, render(scene, settings, i).seconds);
+    return best;
+  }
+
+  void run_view(std::size_t v, const std::vector<Method>& methods, Progress& progress) {
+    const std::int64_t seeds = config_.integer("study.seeds");
+    const std::int64_t of_view = static_cast<std::int64_t>(methods.size()) * seeds, first = static_cast<std::int64_t>(v) * of_view;
+    if (step_ >= first + of_view) return;
+    const Scene scene = scene_of(read_view(views_[v]));
+    RenderSettings reference;
+    reference.spp = static_cast<int>(config_.integer("study.truth_spp"));
+    const Image truth = render(scene, reference, 0x7fffffff).radiance;
+    RenderSettings ours;
+    ours.spp = 64;
+    const double per_sample = seconds_of(scene, ours) / 64, of_grid = seconds_of(scene, methods[0].settings);
+    const int equal = std::max(2, static_cast<int>(std::lround(of_grid / per_sample)));
+
+    MetricsWriter writer(run_.metrics_path());
+    std::vector<std::pair<std::string, Image>> strip{{"truth", truth}};
+    for (std::size_t m = 0; m < methods.size(); ++m)
+      for (std::int64_t s = 0; s < seeds; ++s) {
+        const std::int64_t step = first + static_cast<std::int64_t>(m) * seeds + s + 1;
+        if (step <= step_) continue;
+        RenderSettings settings = methods[m].settings;
+        if (methods[m].name == "equal") settings.spp = equal;
+        const Rendering r = render(scene, settings, static_cast<std::uint32_t>(s + 1));
+        const Errors e = errors_of(scene, r.radiance, truth, config_.real("study.glossy_below"));
+        const std::string at = methods[m].name + "/";
+        MetricRecord record{step, 0, {{at + "glossy", e.glossy}, {at + "rough", e.rough}, {at + "seconds", r.seconds}, {at + "samples", static_cast<double>(settings.spp)}}};
+        writer.write(step, record.values);
+        records_.push_back(record);
+        if (s == 0 && (methods[m].name == "grid" || methods[m].name == "li2020" || methods[m].name == "equal")) strip.emplace_back(methods[m].name, r.radiance);
+        progress.advance();
+      }
+    if (v < 4 && strip.size() == 4) write_strip(fmt::format("view{}.png", v), scene, strip);
+  }
+
+  /// Input, truth, grid, Li et al., ours at equal time, side by side.
+  void write_strip(const std::string& name, const Scene& scene, const std::vector<std::pair<std::string, Image>>& pictures) {
+    const int w = scene.width(), h = scene.height(), columns = static_cast<int>(pictures.size()) + 1;
+    const double exposure = exposure_of(scene.photo.data);
+    Image strip(columns * w, h, 3);
+    for (int k = 0; k < columns; ++k) {
+      const Image shown = show_radiance(k == 0 ? scene.photo : pictures[static_cast<std::size_t>(k - 1)].second, exposure);
+      for (int c = 0; c < 3; ++c)
+        for (int y = 0; y < h; ++y)
+          for (int x = 0; x < w; ++x) strip.at(c, y, k * w + x) = shown.at(c, y, x);
+    }
+    write_png(run_.artifact(name), strip, Encoding::Linear);
+  }
+
+  /// Mean over views for each seed, then mean and deviation over seeds.
+  Measure over_seeds(const std::string& key) const {
+    const std::int64_t seeds = config_.integer("study.seeds");
+    std::vector<double> per_seed;
+    for (std::int64_t s = 0; s < seeds; ++s) {
+      std::vector<double> of_views;
+      for (const MetricRecord& r : records_)
+        for (const auto& [name, value] : r.values)
+          if (name == key && (r.step - 1) % seeds == s && std::isfinite(value)) of_views.push_back(value);
+      if (!of_views.empty()) per_seed.push_back(mean(of_views));
+    }
+    return per_seed.empty() ? Measure{std::nan(""), 0, 0} : measure_of(per_seed);
+  }
+
+  void finish(const std::vector<Method>& methods) {
+    Table table;
+    table.title = "Error against time";
+    table.columns = {{"method", "", Best::None, 3}, {"samples", "a pixel", Best::None, 3}, {"glossy", "relMSE", Best::Lowest, 3},
+                     {"rough", "relMSE", Best::Lowest, 3}, {"time", "s a view", Best::None, 3}};
+    Plot plot;
+    plot.title = "Error against time", plot.x_label = "seconds a view", plot.y_label = "relMSE", plot.log_x = plot.log_y = true;
+    Series glossy = series("Monte Carlo, glossy", Stroke::LinePoints), rough = series("Monte Carlo, rough", Stroke::LinePoints);
+    Series grid_glossy = series("grid, glossy", Stroke::Points), grid_rough = series("grid, rough", Stroke::Points);
+    for (const Method& m : methods) {
+      const Measure g = over_seeds(m.name + "/glossy"), r = over_seeds(m.name + "/rough"), t = over_seeds(m.name + "/seconds");
+      table.add({m.label, over_seeds(m.name + "/samples"), g, r, t});
+      const bool ours = m.name.rfind("ours", 0) == 0;
+      if (!ours && m.name != "grid") continue;
+      for (Series* s : {ours ? &glossy : &grid_glossy, ours ? &rough : &grid_rough}) {
+        const Measure& e = s == &glossy || s == &grid_glossy ? g : r;
+        s->x.push_back(t.mean), s->y.push_back(e.mean), s->error.push_back(e.deviation);
+      }
+    }
+    plot.series = {glossy, rough, grid_glossy, grid_rough};
+    write_plot(run_.artifact("error_time.svg"), plot);
+    write_file(run_.artifact("layer.table.json"), table_json(table));
+    std::fputs(table_text(table).c_str(), stdout);
+    provenance_.ended = utc_now();
+    write_provenance(run_ / "provenance.json", provenance_);
+    run_.finish();
+    write_run_directory_report(run_.path());
+  }
+
+  Config config_;
+  RunDirectory run_;
+  Device device_;
+  Provenance provenance_;
+  std::vector<fs::path> views_;
+  std::vector<MetricRecord> records_;
+  std::int64_t step_ = 0;
+};
+
+}  // namespace
+
+Schema study_schema() {
+  Schema schema;
+  schema.section("run", "Where results go.")
+      .text("run.root", "runs", "Folder of run directories").aside()
+      .text("run.experiment", "study", "First part of the run directory").aside()
+      .text("run.variant", "main", "Second part").aside()
+      .integer("run.seed", 0, "Seed in the directory's name").aside()
+      .text("run.device", "", "OpenCL device; empty: the default").aside();
+  schema.section("study", "What is compared.")
+      .text("study.kind", "layer", "Which study", {"layer"})
+      .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
+      .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
+      .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
+      .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
+      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"});
+  schema.section("data", "Generated rooms, one view each.")
+      .integer("data.rooms", 6, "Rooms", {1, 1000})
+      .integer("data.width", 160, "Pixels", {16, 4096})
+      .integer("data.height", 120, "Pixels", {16, 4096})
+      .integer("data.spp", 64, "Samples a pixel of the pictures", {1, 65536})
+      .integer("data.seed", 9000, "Seed of the rooms");
+  return schema;
+}
+
+std::string run_study(const Config& config, const std::vector<std::string>& command) {
+  return LayerStudy(config, command).run();
+}
+
+}  // namespace clerestory
