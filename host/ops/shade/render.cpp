@@ -56,7 +56,8 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   const std::size_t traced_at = outer.size();
   if (spec.trace) {
     outer.push_back(range);
-    outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth));
+    const Value normal = blocked ? blockers.normal : maps.surfaces.normal;
+    outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth, spec.facing ? normal : Value{}));
     if (blocked)
       outer.insert(outer.end(), {blockers.depth, blockers.normal, surface_points(maps.depth, camera), blockers.skip});
   } else {
@@ -135,10 +136,10 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   Graph whole;
   const Value whole_depth = whole.input("depth", picture), whole_camera = whole.input("camera", feed("camera").shape);
   const Value whole_points = surface_points(whole_depth, whole_camera);
-  const Value whole_pyramid = depth_pyramid(whole_depth);
+  const Value whole_pyramid = depth_pyramid(whole_depth, spec.facing ? whole.input("normal", feed("normal").shape) : Value{});
   Executor prepare(compile(whole, {whole_points, whole_pyramid}, device));
-  prepare.feed("depth", feed("depth"));
-  prepare.feed("camera", feed("camera"));
+  for (const char* name : {"depth", "camera", "normal"})
+    if (spec.facing || std::string_view(name) != "normal") prepare.feed(name, feed(name));
   prepare.run();
 
   // Before the callback: directions, weights, hits.
