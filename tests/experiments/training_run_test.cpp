@@ -133,7 +133,7 @@ std::map<std::string, StoredTensor> tensors_without_time(const fs::path& checkpo
 }
 
 TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
-  const std::vector<std::string> settings{"train.steps=120", "log.checkpoint_every=10", "log.validate_every=25"};
+  const std::vector<std::string> settings{"train.steps=240", "log.checkpoint_every=10", "log.validate_every=25"};
   Program whole = start("whole", settings);
   ASSERT_EQ(whole.wait(), 0) << text_of(folder / "whole.txt");
 
@@ -143,7 +143,7 @@ TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
   ASSERT_EQ(first.wait(), 4) << text_of(folder / "broken.txt");
   ASSERT_FALSE(fs::exists(run_below("broken") / "DONE"));
   const long interrupted_at = newest_checkpoint(folder / "broken");
-  ASSERT_LT(interrupted_at, 120);
+  ASSERT_LT(interrupted_at, 240);
 
   Program second = start("broken", settings);
   ASSERT_TRUE(wait_for_checkpoint(folder / "broken", interrupted_at + 10)) << text_of(folder / "broken.txt");
@@ -158,8 +158,8 @@ TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
   const fs::path a = run_below("whole"), b = run_below("broken");
   EXPECT_TRUE(fs::exists(b / "DONE"));
   EXPECT_FALSE(fs::exists(b / "FAILED"));
-  const auto expected = tensors_without_time(a / "checkpoints/step-00000120.safetensors");
-  const auto found = tensors_without_time(b / "checkpoints/step-00000120.safetensors");
+  const auto expected = tensors_without_time(a / "checkpoints/step-00000240.safetensors");
+  const auto found = tensors_without_time(b / "checkpoints/step-00000240.safetensors");
   ASSERT_EQ(expected.size(), found.size());
   ASSERT_GT(expected.size(), 100u);  // parameters, moments, running statistics
   for (const auto& [name, tensor] : expected) EXPECT_EQ(found.at(name).values, tensor.values) << name;
@@ -167,7 +167,7 @@ TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
   // one line per step of metrics, with equal values
   const auto lines_a = read_metrics(a / "metrics.jsonl"), lines_b = read_metrics(b / "metrics.jsonl");
   ASSERT_EQ(lines_a.size(), lines_b.size());
-  ASSERT_EQ(lines_a.size(), 120u / 3 + 120 / 25 + 2);  // losses, validations, and those at the start and the end
+  ASSERT_EQ(lines_a.size(), 240u / 3 + 240 / 25 + 2);  // losses, validations, and those at the start and the end
   for (std::size_t i = 0; i < lines_a.size(); ++i) {
     EXPECT_EQ(lines_a[i].step, lines_b[i].step);
     for (std::size_t k = 0; k < lines_a[i].values.size(); ++k) {
