@@ -7,10 +7,8 @@
 #include "nets/vgg.hpp"
 
 namespace clerestory {
-namespace {
 
-/// Masked mean squared distance of the features of two maps of one or three channels.
-Value perceptual(const Scope& scope, Value prediction, Value truth, Value mask) {
+Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask) {
   const auto features = [&](Value map) {
     const Shape& s = map.shape();
     const Value shown = multiply(map, mask);
@@ -19,8 +17,6 @@ Value perceptual(const Scope& scope, Value prediction, Value truth, Value mask) 
   const Value a = features(prediction), b = features(truth);
   return squared_loss(a, b, average_pool(average_pool(mask)), 1.0 / a.shape().c);
 }
-
-}  // namespace
 
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
   Value albedo = log_loss(maps.albedo, truth.albedo, truth.albedo_mask, 0.5 / 3);
@@ -31,10 +27,10 @@ NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets&
   const Value scale_term = squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask);
   if (weights.perceptual > 0) {
     const Scope vgg = scope / "vgg";
-    albedo = add(albedo, perceptual(vgg, maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * weights.perceptual);
-    normal = add(normal, perceptual(vgg, maps.normal, truth.normal, truth.geometry_mask), 0.5 * weights.perceptual);
+    albedo = add(albedo, perceptual_distance(vgg, maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * weights.perceptual);
+    normal = add(normal, perceptual_distance(vgg, maps.normal, truth.normal, truth.geometry_mask), 0.5 * weights.perceptual);
     for (const int map : {0, 1})
-      material = add(material, perceptual(vgg, slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
+      material = add(material, perceptual_distance(vgg, slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
                      0.25 * weights.perceptual);
   }
   NamedValues terms;

@@ -19,8 +19,11 @@ struct LossWeights {
   double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0;
 };
 
+/// Masked mean squared distance of VGG16's relu3_3 features of two maps (one or three channels) times the mask.
+Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask);
+
 /// The terms by name, each 1x1x1x1, weighted; "loss" is first and is their sum. With <.>_m a masked mean and perc the
-/// masked mean squared distance of VGG16's relu3_3 features of both maps times the mask:
+/// perceptual distance:
 ///   albedo    0.5 (<(ln(1 + A') - ln(1 + A))^2>_m over pixels and channels + w perc)
 ///   normal    0.5 (<|1 - n'.n|>_m + w perc)
 ///   material  0.5 (<(R' - R)^2 + (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels

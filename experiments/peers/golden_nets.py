@@ -1,4 +1,4 @@
-"""Golden values of DenseNet121 and MGNet, computed by PyTorch in double precision for tests/nets.
+"""Golden values of DenseNet121, MGNet and VGG16, computed by PyTorch in double precision for tests/nets.
 
     python golden_nets.py ../../tests/data/nets
 
@@ -12,6 +12,7 @@ import struct
 import sys
 
 import torch
+import torchvision
 from mgnet_torch import Encoder, MGNet, losses
 
 torch.set_default_dtype(torch.float64)
@@ -123,8 +124,29 @@ def mgnet(folder):
     write(folder / "mgnet_compact.safetensors", tensors, {"torch": torch.__version__, "size": f"{n}x3x{h}x{w}"})
 
 
+def vgg(folder):
+    """relu3_3 of VGG16, and the perceptual term of the albedo loss, with weights of the formula (not ImageNet's)."""
+    net = torchvision.models.vgg16(weights=None).features[:16]
+    with torch.no_grad():
+        for name, p in net.named_parameters():
+            u = formula(f"vgg.features.{name}", tuple(p.shape))
+            fan_in = p.shape[1] * 9 if p.dim() == 4 else 1
+            p.copy_((u * math.sqrt(24 / fan_in)).float().double() if p.dim() == 4 else 0.25 * u)
+    shape = (2, 3, 20, 24)
+    image = formula("image", shape).requires_grad_()
+    truth = formula("truth", shape)
+    mask = (formula("mask", (2, 1, 20, 24)) > -0.2).double()
+    features = net(image)
+    pooled = torch.nn.functional.avg_pool2d(mask, 4).expand_as(features)
+    perceptual = ((net(image * mask) - net(truth * mask)) ** 2 * pooled).sum() / pooled.sum()
+    perceptual.backward()
+    tensors = {"features": some(features, 4096), "perceptual": perceptual.reshape(1), "gradient.image": image.grad}
+    write(folder / "vgg16.safetensors", tensors, {"torch": torch.__version__, "size": "2x3x20x24"})
+
+
 if __name__ == "__main__":
     target = pathlib.Path(sys.argv[1])
     target.mkdir(parents=True, exist_ok=True)
     densenet(target)
     mgnet(target)
+    vgg(target)

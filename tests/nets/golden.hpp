@@ -34,6 +34,7 @@ class GoldenNet {
   void expect_norm(const std::string& result, const std::string& golden, double tolerance);
   void expect_state(const std::string& state, const std::string& golden, double tolerance);
 
+  const Tensor& result(const std::string& name) const { return results_.at(name); }
   const TensorFile& golden() const { return file_; }
 
  private:
