@@ -8,8 +8,6 @@
 // and, with THICKNESS, the ray is not wholly deeper than depth + thickness. The hit is the first such cell.
 // A ray walks cell by cell (DDA: the symmetric one of Amanatides and Woo 1987), or over blocks of the pyramid of
 // largest inverse depths, down where it might meet something and up where not (after Uludag 2014, GPU Pro 5 ch. 4).
-// With FACING_BLOCKS the pyramid's second channel also says of a block which directions could be let in by a normal of its
-// cells, so that a ray behind things that face away from it need not ask each of them.
 // Borders are those of cells either way and k is monotone in s, so both give the same cell to the last bit.
 //
 // On a CPU (GROUP 1) a work-item takes 16 samples of a pixel in lanes, each with its own level and place; else one ray.
@@ -113,14 +111,6 @@ static inline ints cell_at(const Axis a, const lanes s) {
   return nearest + IS(border(a, nearest) > s);
 }
 
-// Which of 24 cones a direction lies in: octant and largest axis, numbered as in depth_pyramid.cl.
-static inline ints direction_class(const lanes x, const lanes y, const lanes z) {
-  const ints octant = (IS(x < R(0)) & 1) | (IS(y < R(0)) & 2) | (IS(z < R(0)) & 4);
-  const ints along_x = IS(fabs(x) >= fabs(y)) & IS(fabs(x) >= fabs(z));
-  const ints along_z = ~along_x & IS(fabs(z) > fabs(y));
-  return 3 * octant + PICK_INT(along_x, 0, PICK_INT(along_z, 2, 1));
-}
-
 kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
 #if defined(ORIGIN_MAP) || defined(ORIGIN_RAYS)
                  IN(origin), IN_INT(skip),
@@ -186,11 +176,7 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
   const lanes k0 = R(1) / am;
   const lanes k_slope = PICK(endless, R(0), R(1) / bm) - k0;
 
-#ifdef FACING_BLOCKS
-  global const real *masks = cells + level_rows * stride;
-  const ints bit = (ints)(1) << direction_class(dx, dy, dz);
-#endif
-  lanes s = R(0), gap = R(0);
+  lanes s = R(0), k_ray = R(1), k_hit = R(1);
   ints i = cell_at(x, s), j = cell_at(y, s);
   ints level = FIRST_LEVEL, found = -1;
   active &= IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
@@ -203,10 +189,7 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
     const ints row = level_rows - ((ints)(level_rows) >> level) + (block_j ^ y.flip);
     const ints index = (row * stride + (block_i ^ x.flip)) & active;
     const lanes k_cell = GATHER(cells, index);
-    ints meets = active & IS(least(k_in, k_out) <= k_cell);
-#ifdef FACING_BLOCKS
-    if (any_of(meets)) meets &= IS((INTS(GATHER(masks, index)) & bit) != 0);
-#endif
+    const ints meets = active & IS(least(k_in, k_out) <= k_cell);
     const ints leaf = meets & IS(level == 0);
     if (any_of(leaf)) {
       const ints cell = (j ^ y.flip) * w + (i ^ x.flip);
@@ -220,13 +203,8 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
       hits &= IS(dx * GATHER(nx, at) + dy * GATHER(ny, at) + dz * GATHER(nz, at) <= R(0));
 #endif
       found = PICK_INT(hits, cell, found);
-#ifdef WINDOW
-      const real nearest = AT(range, n)[1];
-      const lanes behind = nearest * (k_cell - k_in) / (R(1) - nearest / AT(range, n)[2]);
-#else
-      const lanes behind = (R(1) / k_in - R(1) / k_cell) / AT(range, n)[0];
-#endif
-      gap = PICK(hits, fmax(behind, R(0)), gap);
+      k_ray = PICK(hits, k_in, k_ray);
+      k_hit = PICK(hits, k_cell, k_hit);
       active &= ~hits;
     }
     // Down into a block that may be met; else on to the cell beyond it, one level up, but not from a cell that was met and
@@ -239,6 +217,13 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
     level = PICK_INT(on, min(level + 1 + meets, TOP_LEVEL), level + down);
     active &= IS(s < R(1)) & IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
   }
+#ifdef WINDOW
+  const real nearest = AT(range, n)[1];
+  const lanes behind = nearest * (k_hit - k_ray) / (R(1) - nearest / AT(range, n)[2]);
+#else
+  const lanes behind = (R(1) / k_ray - R(1) / k_hit) / AT(range, n)[0];
+#endif
+  const lanes gap = fmax(behind, R(0));
   STORE(found, AT(hit, 0) + ray);
   STORE(gap, AT(delta, 0) + ray);
   STORE(PICK(is_ray, PICK(IS(found < 0), R(1), tanh(R(10) * gap)), R(0)), AT(u, 0) + ray);

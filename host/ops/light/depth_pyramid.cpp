@@ -5,7 +5,6 @@
 namespace clerestory {
 namespace {
 
-constexpr auto kFile = "light/depth_pyramid.cl";
 constexpr int kMostLevels = 8;  // a block of 128 pixels: larger ones are seldom free
 
 int halved(int size, int level) { return (size + (1 << level) - 1) >> level; }
@@ -16,30 +15,22 @@ struct DepthPyramidOp : Op {
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape& s = in[0].shape();
     if (s.c != 1) throw Error(ErrorKind::Failed, "depth has one channel", "depth_pyramid", s.text());
-    if (in.size() > 1 && !(in[1].shape() == Shape{s.n, 3, s.h, s.w}))
-      throw Error(ErrorKind::Failed, "the normal map has another shape", "depth_pyramid", in[1].shape().text(), Shape{s.n, 3, s.h, s.w}.text());
     const PyramidLayout layout = pyramid_layout(s.w, s.h);
-    return {{{s.n, static_cast<int>(in.size()), layout.level_rows, layout.stride}, Type::Real}};
+    return {{{s.n, 1, layout.level_rows, layout.stride}, Type::Real}};
   }
 
   void launch(Launch& l) const override {
-    if (l.inputs.size() > 1) return build(l, {{"FACING", "1"}}, l.in(0), l.in(1));
-    build(l, {}, l.in(0));
-  }
-
-  template <class... Maps>
-  void build(Launch& l, const Defines& defines, const Maps&... maps) const {
     const Shape& s = l.in(0).shape;
     const PyramidLayout layout = pyramid_layout(s.w, s.h);
     const auto range = [&](int w, int h) {
       return Range{{static_cast<std::size_t>(w), static_cast<std::size_t>(h), static_cast<std::size_t>(s.n)}, {16, 1, 1}};
     };
-    l.run_with(defines, kFile, "pyramid_base", range(layout.stride, layout.level_rows), maps..., l.out(), s.w, s.h, layout.stride,
-               layout.level_rows);
+    l.run("light/depth_pyramid.cl", "pyramid_base", range(layout.stride, layout.level_rows), l.in(0), l.out(), s.w,
+          s.h, layout.stride, layout.level_rows);
     for (int level = 1; level < layout.levels; ++level) {
       const int w = halved(s.w, level), h = halved(s.h, level);
-      l.run_with(defines, kFile, "pyramid_level", range(w, h), l.out(), layout.row(level - 1), halved(s.w, level - 1),
-                 halved(s.h, level - 1), layout.row(level), w, h, layout.stride, layout.level_rows);
+      l.run("light/depth_pyramid.cl", "pyramid_level", range(w, h), l.out(), layout.row(level - 1), halved(s.w, level - 1),
+            halved(s.h, level - 1), layout.row(level), w, h, layout.stride);
     }
   }
 };
@@ -59,10 +50,6 @@ PyramidLayout pyramid_layout(int w, int h) {
   return layout;
 }
 
-Value depth_pyramid(Value depth, Value normal) {
-  std::vector<Value> inputs{depth};
-  if (normal) inputs.push_back(normal);
-  return depth.graph().make<DepthPyramidOp>(inputs);
-}
+Value depth_pyramid(Value depth) { return depth.graph().make<DepthPyramidOp>({depth}); }
 
 }  // namespace clerestory

@@ -12,9 +12,7 @@ struct PyramidLayout {
 };
 PyramidLayout pyramid_layout(int w, int h);
 
-/// depth {n, 1, h, w}, axial, metres, 0 (or infinity, or NaN) = none -> {n, 1, level_rows, stride}; with a normal map
-/// {n, 3, h, w} -> {n, 2, level_rows, stride}, whose second channel speeds up rays that ask which way cells face.
-/// No gradient.
-Value depth_pyramid(Value depth, Value normal = {});
+/// depth {n, 1, h, w}, axial, metres, 0 (or infinity, or NaN) = none -> {n, 1, level_rows, stride}. No gradient.
+Value depth_pyramid(Value depth);
 
 }  // namespace clerestory

@@ -43,7 +43,6 @@ struct SsrtOp : Op {
     if (origins == Origins::Map) defines["ORIGIN_MAP"] = "1";
     if (origins == Origins::Rays) defines["ORIGIN_RAYS"] = "1";
     if (facing) defines["FACING"] = "1";
-    if (facing && l.in(0).shape.c == 2) defines["FACING_BLOCKS"] = "1";
     if (origins == Origins::Surface && !facing) return march(l, defines);
     if (origins == Origins::Surface) return march(l, defines, l.in(4));
     if (!facing) return march(l, defines, l.in(4), l.in(5));
@@ -89,7 +88,7 @@ SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value direc
   const Shape& d = depth.shape();
   const PyramidLayout layout = pyramid_layout(d.w, d.h);
   expect(depth, {d.n, 1, d.h, d.w}, "depth");
-  expect(pyramid, {d.n, pyramid.shape().c == 2 ? 2 : 1, layout.level_rows, layout.stride}, "the pyramid");
+  expect(pyramid, {d.n, 1, layout.level_rows, layout.stride}, "the pyramid");
   expect(camera, {d.n, 4, 1, 1}, "the camera");
   expect(range, {d.n, 3, 1, 1}, "the range of depths");
   if (normal) expect(normal, {d.n, 3, d.h, d.w}, "the normal map");

@@ -31,8 +31,7 @@ struct SsrtHits {
   Value u;      // uncertainty tanh(10 delta); 1 on a miss; 0 where the direction is (0, 0, 0)
 };
 
-/// `depth` {n, 1, h, w}, metres, 0 = none; `pyramid` = depth_pyramid(depth), faster with a
-/// normal map: depth_pyramid(depth, normal); `camera` {n, 4, 1, 1} and `range`
+/// `depth` {n, 1, h, w}, metres, 0 = none; `pyramid` = depth_pyramid(depth); `camera` {n, 4, 1, 1} and `range`
 /// {n, 3, 1, 1} by camera_tensor() and depth_range(); `directions` {1, 3, pixels, samples} in the camera frame, any
 /// length; `normal` {n, 3, h, w}, or no value: then cells that face away from the ray are hit too.
 /// Contract: architecture, "SSRT"; no gradient: cells are discrete, and directions detached.

@@ -56,8 +56,7 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   const std::size_t traced_at = outer.size();
   if (spec.trace) {
     outer.push_back(range);
-    const Value normal = blocked ? blockers.normal : maps.surfaces.normal;
-    outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth, spec.facing ? normal : Value{}));
+    outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth));
     if (blocked)
       outer.insert(outer.end(), {blockers.depth, blockers.normal, surface_points(maps.depth, camera), blockers.skip});
   } else {
@@ -136,10 +135,10 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   Graph whole;
   const Value whole_depth = whole.input("depth", picture), whole_camera = whole.input("camera", feed("camera").shape);
   const Value whole_points = surface_points(whole_depth, whole_camera);
-  const Value whole_pyramid = depth_pyramid(whole_depth, spec.facing ? whole.input("normal", feed("normal").shape) : Value{});
+  const Value whole_pyramid = depth_pyramid(whole_depth);
   Executor prepare(compile(whole, {whole_points, whole_pyramid}, device));
-  for (const char* name : {"depth", "camera", "normal"})
-    if (spec.facing || std::string_view(name) != "normal") prepare.feed(name, feed(name));
+  prepare.feed("depth", feed("depth"));
+  prepare.feed("camera", feed("camera"));
   prepare.run();
 
   // Before the callback: directions, weights, hits.
