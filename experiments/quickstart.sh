@@ -6,7 +6,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 install_packages
 build clerestory
 cd "$root"
-office=assets/real/pcl_office
+office=assets/real/office
 if [ $# -gt 0 ]; then
   exec build/clerestory invert "$@"
 fi

@@ -178,7 +178,7 @@ fs::path invert(const InvertOptions& options) {
   record.figures["seconds: writing"] = clock.lap();
   record.ended = utc_now();
   write_provenance(folder / "provenance.json", record);
-  write_file(folder / "plan.txt", plan);
+  if (!plan.empty()) write_file(folder / "plan.txt", plan);
   write_run_report(folder.path());
   folder.commit();
   return out;

@@ -1,0 +1,163 @@
+// The main job from end to end through the real program, on a small generated room with true maps: no weights needed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/applications/insert.hpp"
+#include "experiments/applications/invert.hpp"
+#include "experiments/applications/run_folder.hpp"
+#include "host/error.hpp"
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One box room, made once, and a folder for results.
+class InvertTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = fs::temp_directory_path() / fmt::format("clerestory-invert-{}", ::getpid());
+    fs::create_directories(folder_);
+    GenerateOptions options;
+    options.out = folder_ / "rooms", options.rooms = 1, options.views = 1, options.width = 64, options.height = 48;
+    options.spp = 32, options.box_rooms = true, options.split = "test";
+    options.assets = fs::path(CLERESTORY_SOURCE_DIR) / "assets";
+    generate(Device::open(), options);
+    view_ = options.out / list_rooms(options.out, "test").at(0) / "000";
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+
+  static InvertOptions options(const std::string& name) {
+    InvertOptions o;
+    o.photo = view_.string() + "_im.exr", o.gbuffer = view_, o.out = folder_ / name;
+    o.command = {"clerestory", "invert"};
+    return o;
+  }
+
+  static inline fs::path folder_, view_;
+};
+
+double mean_square(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i) sum += std::pow(static_cast<double>(a.data[i]) - b.data[i], 2);
+  return sum / static_cast<double>(a.data.size());
+}
+
+TEST_F(InvertTest, WritesAWholeRunAndTheSameOneTwice) {
+  const fs::path a = invert(options("a")), b = invert(options("b"));
+  for (const char* name : {"albedo.exr", "normal.exr", "depth.exr", "material.exr", "rerender.exr", "stderr.exr", "uncertainty.exr",
+                           "camera.json", "provenance.json", "report.html", "plan.txt", "albedo.png", "rerender.png"})
+    EXPECT_TRUE(fs::exists(a / name)) << name;
+  for (const char* name : {"rerender.exr", "stderr.exr", "uncertainty.exr"})
+    EXPECT_EQ(read_file(a / name), read_file(b / name)) << name << ": equal seeds, equal bits";
+  const Scene scene = read_run(a);
+  const Rerender r = read_rerender(a);
+  EXPECT_EQ(r.radiance.width, 64);
+  for (const float v : r.radiance.data) ASSERT_TRUE(std::isfinite(v) && v >= 0);
+  for (const float u : r.uncertainty.data) ASSERT_TRUE(u >= 0 && u <= 1);
+  EXPECT_GT(scene.scale(), 0.5);
+}
+
+TEST_F(InvertTest, StandardErrorTellsHowFarSeedsDiffer) {
+  InvertOptions first = options("seed1"), second = options("seed2");
+  first.render.points = second.render.points = "independent";
+  first.render.seed = 1, second.render.seed = 2;
+  const Rerender a = read_rerender(invert(first)), b = read_rerender(invert(second));
+  // The difference of two independent means has variance s1^2 + s2^2: chi-square over the pixels, whose heavy-tailed
+  // radiance (a small lamp) widens it; a third either way is far outside of 9216 degrees of freedom only if one is wrong.
+  double observed = 0, expected = 0;
+  for (std::size_t i = 0; i < a.radiance.data.size(); ++i) {
+    observed += std::pow(static_cast<double>(a.radiance.data[i]) - b.radiance.data[i], 2);
+    expected += std::pow(a.standard_error.data[i], 2) + std::pow(b.standard_error.data[i], 2);
+  }
+  EXPECT_NEAR(observed / expected, 1, 1.0 / 3);
+}
+
+TEST_F(InvertTest, MoreSamplesComeCloserToTheTruthOfTheLayer) {
+  InvertOptions coarse = options("coarse"), fine = options("fine"), truth = options("truth");
+  coarse.render.spp = 8, fine.render.spp = 128, truth.render.spp = 4096, truth.render.seed = 99;
+  const Image t = read_rerender(invert(truth)).radiance;
+  EXPECT_LT(mean_square(read_rerender(invert(fine)).radiance, t), 0.5 * mean_square(read_rerender(invert(coarse)).radiance, t));
+}
+
+TEST_F(InvertTest, OnlySomeMapsMeansNoRerender) {
+  InvertOptions o = options("only");
+  o.only = {"albedo", "depth"};
+  const fs::path out = invert(o);
+  EXPECT_TRUE(fs::exists(out / "albedo.exr") && fs::exists(out / "depth.exr") && fs::exists(out / "report.html"));
+  EXPECT_FALSE(fs::exists(out / "normal.exr") || fs::exists(out / "rerender.exr"));
+  EXPECT_THROW(read_run(out), Error);
+  o.only = {"albdo"};
+  EXPECT_THROW(invert(o), Error);
+}
+
+TEST_F(InvertTest, AFailureLeavesTheOldRunAsItWas) {
+  const fs::path out = invert(options("kept"));
+  const std::string before = read_file(out / "provenance.json");
+  InvertOptions bad = options("kept");
+  bad.render.light = "sunshine";
+  EXPECT_THROW(invert(bad), Error);
+  EXPECT_EQ(read_file(out / "provenance.json"), before);
+  for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::HasSubstr("kept.")));
+}
+
+TEST_F(InvertTest, ABallIsSeenCastsAShadowAndLeavesTheRestAlone) {
+  const fs::path run = invert(options("ball"));
+  const Scene scene = read_run(run);
+  // Halfway to what the middle of the picture shows.
+  const double depth = 0.5 * scene.depth.at(0, 24, 32), radius = 0.12 * depth;
+  const Vec3 center = scene.camera.unproject(32.5, 24.5, depth);
+  InsertOptions o;
+  o.run = run, o.command = {"clerestory", "insert"};
+  InsertedObject ball;
+  ball.at_point = {center.x, center.y, center.z}, ball.radius = radius, ball.roughness = 0.05;
+  o.objects = {ball};
+  insert(o);
+  const Image composite = read_map(run / "composite.exr", 3);
+  EXPECT_TRUE(fs::exists(run / "composite.png"));
+
+  Device device = Device::open();
+  TraceObjects objects(device, place_objects(scene, o.objects));
+  const SceneWithObjects with = put_before(device, scene, objects, o.objects);
+  // A disc of angular radius asin(r / d): its share of the picture to within its outline of pixels.
+  const double pixels = sum(with.shows.data), half = scene.camera.fx * radius / std::sqrt(depth * depth - radius * radius);
+  EXPECT_NEAR(pixels, M_PI * half * half, 2 * M_PI * half);
+  EXPECT_EQ(with.shows.at(0, 24, 32), 1);
+  EXPECT_NEAR(with.scene.depth.at(0, 24, 32), depth - radius, 0.01 * radius);
+  EXPECT_NEAR(with.scene.normal.at(2, 24, 32), 1, 0.05);
+
+  long changed = 0, total = 0;
+  for (std::size_t i = 0; i < scene.photo.pixels(); ++i) {
+    if (with.shows.data[i] > 0) continue;
+    ++total;
+    changed += std::abs(composite.data[i] - scene.photo.data[i]) > 0.02 * scene.photo.data[i] + 1e-3;
+  }
+  EXPECT_GT(changed, 0) << "neither shadow nor reflection";
+  EXPECT_LT(changed, total);
+}
+
+TEST_F(InvertTest, ObjectsThatCannotBePlacedAreRefused) {
+  const Scene scene = read_run(invert(options("places")));
+  const auto refused = [&](auto change) {
+    InsertedObject o;
+    o.at = {32, 24}, o.radius = 0.1;
+    change(o);
+    EXPECT_THROW(place_objects(scene, {o}), Error);
+  };
+  refused([](InsertedObject& o) { o.at = {64, 3}; });
+  refused([](InsertedObject& o) { o.radius = 1e3; });
+  refused([](InsertedObject& o) { o.radius = 0; });
+  refused([](InsertedObject& o) { o.at.reset(), o.at_point = {0, 0, 1}; });
+  refused([](InsertedObject& o) { o.radius.reset(), o.mesh = "nowhere.glb", o.size = 0.2; });
+}
+
+}  // namespace
+}  // namespace clerestory
