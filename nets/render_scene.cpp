@@ -55,7 +55,8 @@ RenderSpec render_spec(const RenderSettings& settings) {
   spec.ssrt.solver = ssrt_solver_of(settings.ssrt);
   spec.ssrt.delta = delta_depth_of(settings.delta);
   spec.trace = settings.light == "image";
-  if (spec.spp < 2) throw usage_error("a standard error needs two samples", "--spp", fmt::format("{}", spec.spp), "at least 2");
+  if (spec.spp < 2)
+    throw usage_error("a standard error needs two samples", "--spp", fmt::format("{}", spec.spp), "at least 2");
   return spec;
 }
 
@@ -64,10 +65,14 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   Graph graph;
   if (!spec.trace) graph.left_out("screen-space ray tracing: this light does not ask where rays end");
   const SceneValues values = scene_values(graph, scene);
-  const std::vector<Value> inputs = settings.light == "constant" ? std::vector{values.ambient} : std::vector{values.photo, values.ambient};
-  const Rendered rendered = render(graph, spec, values.maps, values.camera, values.range, inputs, light_of(settings.light));
+  const std::vector<Value> inputs =
+      settings.light == "constant" ? std::vector{values.ambient} : std::vector{values.photo, values.ambient};
+  const Rendered rendered =
+      render(graph, spec, values.maps, values.camera, values.range, inputs, light_of(settings.light));
 
-  Executor executor(compile(graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally}, device));
+  Executor executor(compile(
+      graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally},
+      device));
   feed_scene(executor, scene);
   device.finish();
   const auto start = std::chrono::steady_clock::now();
@@ -91,8 +96,9 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.explanation = executor.explain();
   result.left_out = graph.what_was_left_out();
   if (counts.first_dropped)
-    result.first_dropped = fmt::format("pixel {},{}, sample {}, seed {}", counts.first_dropped->pixel % scene.width(),
-                                       counts.first_dropped->pixel / scene.width(), counts.first_dropped->sample, settings.seed);
+    result.first_dropped =
+        fmt::format("pixel {},{}, sample {}, seed {}", counts.first_dropped->pixel % scene.width(),
+                    counts.first_dropped->pixel / scene.width(), counts.first_dropped->sample, settings.seed);
   return result;
 }
 

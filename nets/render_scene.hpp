@@ -26,14 +26,14 @@ struct RenderSettings {
 /// What the layer gives for every pixel, in the scene's own units, and what it counted.
 struct Rendering {
   Image radiance, standard_error, uncertainty;  // 3, 3, 1 channels
-  double rays = 0;          // traced
-  double dropped = 0;       // samples that were not finite: a bias, printed
-  std::string first_dropped; // pixel, sample and seed of the first of them, to be replayed
-  double facing_away = 0;   // pixels not shaded because their normal faces away from the viewer
-  double hits = 0;          // rays that end on a visible surface
-  double seconds = 0;       // of the run alone, after the plan was made
-  std::size_t bytes = 0;    // device memory of the plan
-  std::string explanation;  // of the plan
+  double rays = 0;                              // traced
+  double dropped = 0;                           // samples that were not finite: a bias, printed
+  std::string first_dropped;                    // pixel, sample and seed of the first of them, to be replayed
+  double facing_away = 0;                       // pixels not shaded because their normal faces away from the viewer
+  double hits = 0;                              // rays that end on a visible surface
+  double seconds = 0;                           // of the run alone, after the plan was made
+  std::size_t bytes = 0;                        // device memory of the plan
+  std::string explanation;                      // of the plan
   std::vector<std::string> left_out;
 };
 

@@ -19,8 +19,8 @@ void feed_scene(Executor& executor, const Scene& scene);
 
 Tensor tensor_of(const Image& image);  // {1, channels, height, width}
 
-/// `light = image`, which learned light must beat: the photograph's radiance at the hit pixel where the hit is sure, the
-/// ambient where it is not (Eq. 6 with a constant in place of the out-of-view light). {1, 3, pixels, samples}.
+/// `light = image`, which learned light must beat: the photograph's radiance at the hit pixel where the hit is sure,
+/// the ambient where it is not (Eq. 6 with a constant in place of the out-of-view light). {1, 3, pixels, samples}.
 Value photograph_radiance(Value photo, Value ambient, const SsrtHits& hits);
 
 /// Throws usage_error naming the setting.

@@ -25,10 +25,12 @@ std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>
   const int x = static_cast<int>(std::floor(at[0])), y = static_cast<int>(std::floor(at[1]));
   const std::string text = fmt::format("{},{}", at[0], at[1]);
   if (x < 0 || y < 0 || x >= scene.width() || y >= scene.height())
-    throw usage_error("the pixel lies outside of the picture", "--at", text, fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
+    throw usage_error("the pixel lies outside of the picture", "--at", text,
+                      fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
   const double depth = scene.depth.at(0, y, x);
   if (!(depth > 0)) throw usage_error("nothing is known of the depth there", "--at", text);
-  return {scene.camera.unproject(at[0], at[1], depth), {scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)}};
+  return {scene.camera.unproject(at[0], at[1], depth),
+          {scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)}};
 }
 
 Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
@@ -37,13 +39,16 @@ Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
     return point + lift * normal;
   }
   const Vec3 point((*object.at_point)[0], (*object.at_point)[1], (*object.at_point)[2]);
-  if (!(point.z < 0)) throw usage_error("the point lies behind the camera", "--at-point", fmt::format("z = {}", point.z), "z < 0");
+  if (!(point.z < 0))
+    throw usage_error("the point lies behind the camera", "--at-point", fmt::format("z = {}", point.z), "z < 0");
   return point;
 }
 
 void check_length(double length, const std::string& option, double room) {
   if (!(length > 0)) throw usage_error("not a length", option, fmt::format("{}", length), "metres above 0");
-  if (length > room) throw usage_error("the object is larger than the room", option, fmt::format("{} m", length), fmt::format("at most {:.2f} m", room));
+  if (length > room)
+    throw usage_error("the object is larger than the room", option, fmt::format("{} m", length),
+                      fmt::format("at most {:.2f} m", room));
 }
 
 /// The mesh with its own y along world y, facing the viewer, standing on `foot`, longest side `size`.
@@ -106,7 +111,9 @@ std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<Inse
     if (o.radius) {
       check_length(*o.radius, "--radius", 0.5 * room);
       const Vec3 c = place_of(scene, o, *o.radius);
-      placed.push_back({sphere_mesh({static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)}, static_cast<float>(*o.radius)), static_cast<int>(i)});
+      placed.push_back({sphere_mesh({static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)},
+                                    static_cast<float>(*o.radius)),
+                        static_cast<int>(i)});
     } else {
       check_length(*o.size, "--size", room);
       placed.push_back({stand(read_mesh(o.mesh), scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
@@ -115,16 +122,21 @@ std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<Inse
   return placed;
 }
 
-SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects, const std::vector<InsertedObject>& list) {
+SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects,
+                            const std::vector<InsertedObject>& list) {
   const int n = static_cast<int>(scene.photo.pixels());
   const auto count = static_cast<std::size_t>(n);
   std::vector<float> zero(3 * count, 0), rays(3 * count);
   for (int y = 0; y < scene.height(); ++y)
     for (int x = 0; x < scene.width(); ++x) {
       const Vec3 ray = scene.camera.ray(x + 0.5, y + 0.5);  // z = -1: distances along it are depths
-      for (int c = 0; c < 3; ++c) rays[static_cast<std::size_t>(c) * count + static_cast<std::size_t>(y) * scene.width() + x] = static_cast<float>(ray[c]);
+      for (int c = 0; c < 3; ++c)
+        rays[static_cast<std::size_t>(c) * count + static_cast<std::size_t>(y) * scene.width() + x] =
+            static_cast<float>(ray[c]);
     }
-  const auto memory = [&](std::size_t channels) { return TraceObjects::Memory{device.allocate(channels * count * 4), 0, static_cast<int>(channels) * n}; };
+  const auto memory = [&](std::size_t channels) {
+    return TraceObjects::Memory{device.allocate(channels * count * 4), 0, static_cast<int>(channels) * n};
+  };
   const TraceObjects::Memory points = memory(3), directions = memory(3);
   device.write(points.buffer, zero.data(), zero.size() * 4);
   device.write(directions.buffer, rays.data(), rays.size() * 4);
@@ -154,7 +166,8 @@ SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& ob
 }
 
 void insert(const InsertOptions& options) {
-  if (options.objects.empty()) throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
+  if (options.objects.empty())
+    throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = read_run(options.run);
   Device device = Device::open(options.device);
@@ -169,9 +182,12 @@ void insert(const InsertOptions& options) {
   const Value depth = graph.input("scene depth", map1), normal = graph.input("scene normal", map3);
   const Value shows = graph.input("shows", map1), skip = graph.input("skip", map1, Type::Int);
   const Value materials = graph.input("materials", {static_cast<int>(options.objects.size()), 5, 1, 1});
-  const ObjectsLightInputs inputs{v.photo, v.ambient, depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera), shows, materials};
+  const ObjectsLightInputs inputs{
+      v.photo, v.ambient, depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera),
+      shows,   materials};
   const RenderSpec spec = render_spec(options.render);
-  const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs.list(), objects_light(objects, spec.ssrt, options.bounces), {depth, normal, skip});
+  const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs.list(),
+                                   objects_light(objects, spec.ssrt, options.bounces), {depth, normal, skip});
 
   Executor executor(compile(graph, {rendered.radiance, rendered.standard_error}, device));
   feed_scene(executor, with.scene);
@@ -197,7 +213,8 @@ void insert(const InsertOptions& options) {
   provenance.ended = utc_now();
   write_provenance(out / "insert.json", provenance);
   if (options.out.empty()) write_run_report(options.run);
-  say(fmt::format("insert: {} object(s), {:.1f} % of the picture, {:.1f} s: {}", options.objects.size(), 100 * seen, seconds, (out / "composite.png").string()));
+  say(fmt::format("insert: {} object(s), {:.1f} % of the picture, {:.1f} s: {}", options.objects.size(), 100 * seen,
+                  seconds, (out / "composite.png").string()));
 }
 
 }  // namespace clerestory

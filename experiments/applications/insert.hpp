@@ -43,6 +43,7 @@ struct SceneWithObjects {
   Scene scene;
   Image shows;  // 1: 1 where an object is seen
 };
-SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects, const std::vector<InsertedObject>& list);
+SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects,
+                            const std::vector<InsertedObject>& list);
 
 }  // namespace clerestory

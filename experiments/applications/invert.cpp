@@ -44,7 +44,8 @@ void check_options(const InvertOptions& options) {
   if (options.depth_scale && options.known)
     throw usage_error("two ways to set the scale of depth", "--depth-scale and --known", "both", "one of them");
   if (options.depth_scale && !(*options.depth_scale > 0 && *options.depth_scale < 1e4))
-    throw usage_error("not a length", "--depth-scale", fmt::format("{}", *options.depth_scale), "metres between 0 and 10000");
+    throw usage_error("not a length", "--depth-scale", fmt::format("{}", *options.depth_scale),
+                      "metres between 0 and 10000");
   if (options.fov && !options.camera.empty())
     throw usage_error("two ways to set the camera", "--fov and --camera", "both", "one of them");
 }
@@ -63,7 +64,8 @@ Camera choose_camera(const InvertOptions& options, const GBuffer& given, int wid
   return Camera::from_fov(width, height);
 }
 
-void require_size(const std::optional<Image>& map, const std::string& name, const InvertOptions& options, const Image& photo) {
+void require_size(const std::optional<Image>& map, const std::string& name, const InvertOptions& options,
+                  const Image& photo) {
   if (!map || (map->width == photo.width && map->height == photo.height)) return;
   throw usage_error("the map '" + name + "' has another size than the photograph", options.gbuffer.string(),
                     fmt::format("{}x{}", map->width, map->height), fmt::format("{}x{}", photo.width, photo.height));
@@ -79,8 +81,10 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
     if (x < 0 || y < 0 || x >= depth.width || y >= depth.height)
       throw usage_error("the point lies outside of the picture", "--known", fmt::format("{},{}", x, y),
                         fmt::format("0..{},0..{}", depth.width - 1, depth.height - 1));
-    if (!(options.known->metres > 0)) throw usage_error("not a distance", "--known", fmt::format("{}", options.known->metres), "metres above 0");
-    if (!(depth.at(0, y, x) > 0)) throw usage_error("no depth was predicted there", "--known", fmt::format("{},{}", x, y));
+    if (!(options.known->metres > 0))
+      throw usage_error("not a distance", "--known", fmt::format("{}", options.known->metres), "metres above 0");
+    if (!(depth.at(0, y, x) > 0))
+      throw usage_error("no depth was predicted there", "--known", fmt::format("{},{}", x, y));
     factor = options.known->metres / static_cast<double>(depth.at(0, y, x));
     how = fmt::format("{} m at pixel {},{} (--known)", options.known->metres, x, y);
   } else if (options.depth_scale) {
@@ -150,7 +154,8 @@ fs::path invert(const InvertOptions& options) {
     } else {
       scene.material = prediction.material;
       // A scene-linear file has no white to saturate at; a photograph does.
-      const Image flags = photo.encoding == Encoding::Gamma ? emission_flags(image) : Image(image.width, image.height, 1);
+      const Image flags =
+          photo.encoding == Encoding::Gamma ? emission_flags(image) : Image(image.width, image.height, 1);
       std::copy(flags.data.begin(), flags.data.end(), scene.material.plane(2));
     }
   }
@@ -165,7 +170,8 @@ fs::path invert(const InvertOptions& options) {
     record.figures["rays"] = r.rays, record.figures["rays that hit"] = r.hits;
     record.figures["samples dropped"] = r.dropped, record.figures["pixels facing away"] = r.facing_away;
     record.facts["light"] = options.render.light;
-    record.facts["samples"] = fmt::format("{} a pixel, {}, {}", options.render.spp, options.render.sampler, options.render.points);
+    record.facts["samples"] =
+        fmt::format("{} a pixel, {}, {}", options.render.spp, options.render.sampler, options.render.points);
     for (const std::string& what : r.left_out) record.left_out.push_back({what, "", ""});
     plan += r.explanation;
     say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped", r.rays * 1e-6,

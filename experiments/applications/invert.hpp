@@ -16,17 +16,17 @@ struct KnownDepth {
 
 struct InvertOptions {
   std::filesystem::path photo;
-  std::filesystem::path camera;   // camera.json; empty: `fov`
-  std::optional<double> fov;      // horizontal, degrees; without it 65 across the longer side
-  std::filesystem::path gbuffer;  // folder of maps or ROOM/NNN that replace predicted ones
-  std::vector<std::string> only;  // maps wanted: albedo, normal, depth, material; empty: all, and the re-render
+  std::filesystem::path camera;       // camera.json; empty: `fov`
+  std::optional<double> fov;          // horizontal, degrees; without it 65 across the longer side
+  std::filesystem::path gbuffer;      // folder of maps or ROOM/NNN that replace predicted ones
+  std::vector<std::string> only;      // maps wanted: albedo, normal, depth, material; empty: all, and the re-render
   std::optional<double> depth_scale;  // metres of the 99th percentile of depth
   std::optional<KnownDepth> known;
-  std::filesystem::path weights;      // empty: the shipped ones
-  std::filesystem::path out;          // empty: runs/invert/<stem of the photo>
+  std::filesystem::path weights;  // empty: the shipped ones
+  std::filesystem::path out;      // empty: runs/invert/<stem of the photo>
   RenderSettings render;
   std::string device, gemm = "auto";
-  std::vector<std::string> command;   // argv, for provenance
+  std::vector<std::string> command;  // argv, for provenance
 };
 
 /// Writes the RUN folder, whole or not at all, and returns its path.

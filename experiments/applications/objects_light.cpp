@@ -19,7 +19,8 @@ struct MeetObjectsOp : Op {
     return {{one}, {rays}, {rays}, {one, Type::Int}};
   }
   void launch(Launch& l) const override {
-    if (l.precision == Precision::Double) throw Error(ErrorKind::Failed, "objects are traced in single precision", name());
+    if (l.precision == Precision::Double)
+      throw Error(ErrorKind::Failed, "objects are traced in single precision", name());
     const Shape &rays = l.in(1).shape, &points = l.in(0).shape;
     const bool per_pixel = !(points == rays);
     const auto memory = [](const TensorView& v) { return TraceObjects::Memory{v.buffer, v.offset, v.stride}; };
@@ -53,9 +54,11 @@ struct Chunked {
     if (number > bounces) return scene;
     const ObjectHits met = meet(objects, points, direction);
     const Bounce next = bounce(direction, met.normal, met.object, in.materials, number);
-    const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal, {.points = met.point, .skip = nowhere}, options);
+    const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal,
+                               {.points = met.point, .skip = nowhere}, options);
     const Value beyond = radiance(met.point, next.direction, hits, number + 1, {});
-    return nearer({points, direction, seen.pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth, camera, shows);
+    return nearer({points, direction, seen.pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth,
+                  camera, shows);
   }
 };
 
@@ -65,7 +68,8 @@ LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SsrtOpti
   return [=](Graph& inner, const RayBatch& rays, std::span<const Value> v) {
     const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
     const Shape one{1, 1, rays.direction.shape().h, rays.direction.shape().w};
-    const Value nowhere = inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
+    const Value nowhere =
+        inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
     const Chunked chunk{objects, ssrt_options, in, rays.camera, nowhere, bounces};
     return chunk.radiance(in.points, rays.direction, rays.hits, 1, in.shows);
   };

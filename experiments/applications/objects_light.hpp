@@ -18,8 +18,8 @@ struct ObjectsLightInputs {
   std::vector<Value> list() const { return {photo, ambient, depth, pyramid, normal, range, points, shows, materials}; }
 };
 
-/// `light = image` with objects before it. Rays that hit an object are scattered there up to `bounces` times. Pixels that
-/// show the scene get the difference that the objects make, pixels that show an object its radiance.
+/// `light = image` with objects before it. Rays that hit an object are scattered there up to `bounces` times. Pixels
+/// that show the scene get the difference that the objects make, pixels that show an object its radiance.
 LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SsrtOptions& ssrt, int bounces);
 
 }  // namespace clerestory

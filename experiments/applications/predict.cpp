@@ -36,13 +36,14 @@ Tensor guide_of(const Image& exposed) { return tensor_of(show_radiance(exposed))
 
 std::filesystem::path shipped_weights() {
   const char* set = std::getenv("CLERESTORY_WEIGHTS");
-  const std::filesystem::path path = set ? std::filesystem::path(set) : std::filesystem::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";
+  const std::filesystem::path path =
+      set ? std::filesystem::path(set) : std::filesystem::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";
   if (std::filesystem::exists(path)) return path;
   throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", path.string());
 }
 
-Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo, const PredictRequest& request,
-                        const std::string& gemm) {
+Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
+                        const PredictRequest& request, const std::string& gemm) {
   const LoadedWeights loaded = load_weights(weights, device);
   const int longer = std::max(loaded.size.width, loaded.size.height);
   double exposure = 1;
@@ -67,7 +68,8 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
     }
     return outputs.emplace_back(enlarge(map));
   };
-  const Value albedo = want(request.albedo, "albedo", maps.albedo), material = want(request.material, "material", maps.material);
+  const Value albedo = want(request.albedo, "albedo", maps.albedo),
+              material = want(request.material, "material", maps.material);
   const Value depth = want(request.depth, "depth", maps.depth);
   Value normal = want(request.normal, "normal", maps.normal);
   if (normal) outputs.back() = normal = unit_vector(normal);

@@ -72,7 +72,8 @@ Scene read_run(const fs::path& folder) {
 }
 
 Rerender read_rerender(const fs::path& folder) {
-  return {read_map(folder / "rerender.exr", 3), read_map(folder / "stderr.exr", 3), read_map(folder / "uncertainty.exr", 1)};
+  return {read_map(folder / "rerender.exr", 3), read_map(folder / "stderr.exr", 3),
+          read_map(folder / "uncertainty.exr", 1)};
 }
 
 }  // namespace clerestory

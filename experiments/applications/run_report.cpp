@@ -21,7 +21,8 @@ Image channel(const Image& image, int c) {
 Image mean_of_channels(const Image& image) {
   Image mean(image.width, image.height, 1);
   for (int c = 0; c < image.channels; ++c)
-    for (std::size_t i = 0; i < mean.data.size(); ++i) mean.data[i] += image.plane(c)[i] / static_cast<float>(image.channels);
+    for (std::size_t i = 0; i < mean.data.size(); ++i)
+      mean.data[i] += image.plane(c)[i] / static_cast<float>(image.channels);
   return mean;
 }
 
@@ -36,7 +37,8 @@ std::vector<Picture> map_pictures(const Scene& scene) {
     pictures.push_back(picture_of("Normals", show_normal(scene.normal), "camera space: x red, y green, z blue"));
   if (!scene.depth.data.empty()) {
     const auto [near, far] = depth_range(scene.depth);
-    pictures.push_back(picture_of("Depth", show_depth(scene.depth), fmt::format("{:.2f} to {:.2f} m, axial", near, far)));
+    pictures.push_back(
+        picture_of("Depth", show_depth(scene.depth), fmt::format("{:.2f} to {:.2f} m, axial", near, far)));
   }
   return pictures;
 }
@@ -83,9 +85,11 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Scene& scene, co
   if (!rerender) return facts;
   const double rays = figure(provenance, "rays");
   const auto [relative, psnr] = agreement(scene, rerender->radiance);
-  facts.emplace_back("Rays", fmt::format("{:.2f} million, {} end on a visible surface", rays * 1e-6, share(figure(provenance, "rays that hit"), rays)));
+  facts.emplace_back("Rays", fmt::format("{:.2f} million, {} end on a visible surface", rays * 1e-6,
+                                         share(figure(provenance, "rays that hit"), rays)));
   facts.emplace_back("Samples dropped (not finite)", share(figure(provenance, "samples dropped"), rays));
-  facts.emplace_back("Pixels facing away, not shaded", share(figure(provenance, "pixels facing away"), static_cast<double>(scene.photo.pixels())));
+  facts.emplace_back("Pixels facing away, not shaded",
+                     share(figure(provenance, "pixels facing away"), static_cast<double>(scene.photo.pixels())));
   facts.emplace_back("Emitting pixels, masked", fmt::format("{:.2f} %", 100 * emitting_share(scene.material)));
   facts.emplace_back("Re-render against photograph", fmt::format("PSNR {:.1f} dB, relMSE {:.3f}", psnr, relative));
   facts.emplace_back("Standard error, median", fmt::format("{:.4f}", median(rerender->standard_error.data)));
@@ -109,30 +113,34 @@ void write_run_report(const std::filesystem::path& folder) {
   HtmlReport report("A room taken apart", provenance.inputs.empty() ? "" : provenance.inputs[0].path);
   report.facts(facts_of(scene, rerender, provenance));
   if (rerender) {
-    report.section("Photograph and re-render",
-                   "The re-render is made from maps, camera and light by Monte Carlo. It holds reflected light only: lamps "
-                   "and windows are dark in it.");
+    report.section(
+        "Photograph and re-render",
+        "The re-render is made from maps, camera and light by Monte Carlo. It holds reflected light only: lamps "
+        "and windows are dark in it.");
     report.compare("Photograph", exposed(scene.photo, exposure), "Re-render", exposed(rerender->radiance, exposure),
                    "Scaled so that the photograph's 95th percentile is 0.9.");
   }
   if (std::filesystem::exists(folder / "composite.exr")) {
     report.section("Objects put in", "Lit by the photograph's own light, shadowing it and mirrored in it.");
-    report.compare("Photograph", exposed(scene.photo, exposure), "With objects", exposed(read_map(folder / "composite.exr", 3), exposure));
+    report.compare("Photograph", exposed(scene.photo, exposure), "With objects",
+                   exposed(read_map(folder / "composite.exr", 3), exposure));
     const Provenance inserted = read_provenance(folder / "insert.json");
     report.paragraph(command_text(inserted.command) + fmt::format(" ({:.1f} s)", figure(inserted, "seconds")));
   }
   report.section("Maps");
   report.pictures(map_pictures(scene));
   if (rerender) {
-    report.section("How sure", "Standard error of the Monte Carlo estimate, and the mean uncertainty u of each pixel's "
-                               "rays: 1 where they leave the picture or pass behind what is seen.");
+    report.section("How sure",
+                   "Standard error of the Monte Carlo estimate, and the mean uncertainty u of each pixel's "
+                   "rays: 1 where they leave the picture or pass behind what is seen.");
     report.pictures({picture_of("Standard error", show_amount(mean_of_channels(rerender->standard_error))),
                      picture_of("Uncertainty", show_unit(rerender->uncertainty), "black 0, white 1")});
   }
   report.section("Time");
   report.table(times(provenance));
   report.left_out(provenance.left_out);
-  if (std::filesystem::exists(folder / "plan.txt")) report.details("What the device runs", read_file(folder / "plan.txt"));
+  if (std::filesystem::exists(folder / "plan.txt"))
+    report.details("What the device runs", read_file(folder / "plan.txt"));
   report.footer(provenance);
   report.write(folder / "report.html");
 }

@@ -8,7 +8,8 @@ namespace {
 
 /// Each --at or --at-point begins an object; what follows describes it.
 InsertedObject& latest(InsertOptions& options, const std::string& option) {
-  if (options.objects.empty()) throw usage_error("an object begins with its place", option, "no place before it", "--at or --at-point");
+  if (options.objects.empty())
+    throw usage_error("an object begins with its place", option, "no place before it", "--at or --at-point");
   return options.objects.back();
 }
 
@@ -30,8 +31,10 @@ double unit(const std::string& text, const std::string& option) {
 void check(const InsertOptions& options) {
   for (const InsertedObject& o : options.objects) {
     if (o.radius.has_value() == !o.mesh.empty())
-      throw usage_error("an object is a ball or a mesh", "--radius, --mesh", o.radius ? "both" : "neither", "one of them");
-    if (!o.mesh.empty() && !o.size) throw usage_error("a mesh needs a size", "--mesh", o.mesh.string(), "--size METRES");
+      throw usage_error("an object is a ball or a mesh", "--radius, --mesh", o.radius ? "both" : "neither",
+                        "one of them");
+    if (!o.mesh.empty() && !o.size)
+      throw usage_error("a mesh needs a size", "--mesh", o.mesh.string(), "--size METRES");
   }
 }
 
@@ -47,25 +50,40 @@ void add_insert_command(CommandLine& line) {
       .option("--at", "X,Y", "Begins an object that rests on the surface at this pixel",
               [options](const std::string& text) { options->objects.emplace_back().at = numbers<2>(text, "--at"); })
       .option("--at-point", "X,Y,Z", "Begins an object at a point, camera metres: a ball's centre, a mesh's foot",
-              [options](const std::string& text) { options->objects.emplace_back().at_point = numbers<3>(text, "--at-point"); })
-      .option("--radius", "METRES", "A ball", set("--radius", [](InsertedObject& o, const std::string& t) { o.radius = numbers<1>(t, "--radius")[0]; }))
-      .option("--mesh", "FILE.glb", "A mesh", set("--mesh", [](InsertedObject& o, const std::string& t) { o.mesh = t; }))
-      .option("--size", "METRES", "Longest side of the mesh", set("--size", [](InsertedObject& o, const std::string& t) { o.size = numbers<1>(t, "--size")[0]; }))
-      .option("--albedo", "R,G,B", "Linear base colour", set("--albedo", [](InsertedObject& o, const std::string& t) {
-                o.albedo = numbers<3>(t, "--albedo");
-                for (const double a : o.albedo)
-                  if (!(a >= 0 && a <= 1)) throw usage_error("out of range", "--albedo", t, "0 to 1");
-              }), "0.9,0.9,0.9")
-      .option("--roughness", "R", "Perceptual roughness", set("--roughness", [](InsertedObject& o, const std::string& t) { o.roughness = unit(t, "--roughness"); }), "0.1")
-      .option("--metallic", "M", "1 for metal", set("--metallic", [](InsertedObject& o, const std::string& t) { o.metallic = unit(t, "--metallic"); }), "1")
+              [options](const std::string& text) {
+                options->objects.emplace_back().at_point = numbers<3>(text, "--at-point");
+              })
+      .option("--radius", "METRES", "A ball",
+              set("--radius", [](InsertedObject& o, const std::string& t) { o.radius = numbers<1>(t, "--radius")[0]; }))
+      .option("--mesh", "FILE.glb", "A mesh",
+              set("--mesh", [](InsertedObject& o, const std::string& t) { o.mesh = t; }))
+      .option("--size", "METRES", "Longest side of the mesh",
+              set("--size", [](InsertedObject& o, const std::string& t) { o.size = numbers<1>(t, "--size")[0]; }))
+      .option("--albedo", "R,G,B", "Linear base colour",
+              set("--albedo",
+                  [](InsertedObject& o, const std::string& t) {
+                    o.albedo = numbers<3>(t, "--albedo");
+                    for (const double a : o.albedo)
+                      if (!(a >= 0 && a <= 1)) throw usage_error("out of range", "--albedo", t, "0 to 1");
+                  }),
+              "0.9,0.9,0.9")
+      .option("--roughness", "R", "Perceptual roughness",
+              set("--roughness", [](InsertedObject& o, const std::string& t) { o.roughness = unit(t, "--roughness"); }),
+              "0.1")
+      .option("--metallic", "M", "1 for metal",
+              set("--metallic", [](InsertedObject& o, const std::string& t) { o.metallic = unit(t, "--metallic"); }),
+              "1")
       .option("--bounces", "N", "Scatterings at objects that are followed", options->bounces)
       .option("--out", "DIR", "Where composite.exr and composite.png go; the run folder without it", options->out)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Quiet})
-      .notes("Options after --at describe that object:\n"
-             "  clerestory insert runs/invert/office --at 330,400 --radius 0.2 --roughness 0.02 --at 200,420 --mesh bunny.glb --size 0.4");
+      .notes(
+          "Options after --at describe that object:\n"
+          "  clerestory insert runs/invert/office --at 330,400 --radius 0.2 --roughness 0.02 --at 200,420 --mesh "
+          "bunny.glb --size 0.4");
   command.run([options](const CommonOptions& common) {
     check(*options);
-    if (options->bounces < 1 || options->bounces > 4) throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
+    if (options->bounces < 1 || options->bounces > 4)
+      throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
     options->device = common.device, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);

@@ -10,9 +10,11 @@ void add_invert_command(CommandLine& line) {
   const auto options = std::make_shared<InvertOptions>();
   Command command = line.add("invert", "Take a photograph of a room apart and render it again");
   command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
-      .option("--fov", "DEGREES", "Horizontal field of view; without it and --camera 65 across the longer side", options->fov)
+      .option("--fov", "DEGREES", "Horizontal field of view; without it and --camera 65 across the longer side",
+              options->fov)
       .option("--camera", "FILE", "camera.json with fx, fy, cx, cy", options->camera)
-      .option("--gbuffer", "DIR|ROOM/NNN", "Maps that replace predicted ones: a folder of a run, or a generated view", options->gbuffer)
+      .option("--gbuffer", "DIR|ROOM/NNN", "Maps that replace predicted ones: a folder of a run, or a generated view",
+              options->gbuffer)
       .option("--only", "MAPS", "albedo,normal,depth,material: these maps and no re-render",
               [options](const std::string& text) { options->only = read_names(text, "--only"); })
       .option("--depth-scale", "METRES", "99th percentile of depth", options->depth_scale)

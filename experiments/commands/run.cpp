@@ -12,7 +12,8 @@ void add_run_command(CommandLine& line) {
   Command command = line.add("run", "Run a study from its config: a table with error and seconds");
   command.arguments("CONFIG [KEY=VALUE...]", "Config file, then overrides such as study.seeds=5", *words, 1)
       .common({Common::Device, Common::Quiet})
-      .notes("Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped.");
+      .notes(
+          "Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped.");
   command.run([words](const CommonOptions& common) {
     std::vector<std::string> overrides(words->begin() + 1, words->end());
     if (!common.device.empty()) overrides.push_back("run.device=" + common.device);

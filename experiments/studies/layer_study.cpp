@@ -34,7 +34,8 @@ struct Errors {
 };
 
 Scene scene_of(const RoomView& view) {
-  if (!view.camera || !view.emission) throw usage_error("the study needs generated views with camera and emission", "data");
+  if (!view.camera || !view.emission)
+    throw usage_error("the study needs generated views with camera and emission", "data");
   Scene scene;
   scene.camera = *view.camera, scene.photo = view.image, scene.albedo = view.albedo, scene.normal = view.normal;
   scene.depth = view.depth, scene.material = view.material;
@@ -71,7 +72,8 @@ class LayerStudy {
  public:
   LayerStudy(const Config& config, const std::vector<std::string>& command)
       : config_(config),
-        run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config, static_cast<std::uint64_t>(config.integer("run.seed"))),
+        run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
+             static_cast<std::uint64_t>(config.integer("run.seed"))),
         device_(Device::open(config.text("run.device"))),
         provenance_(begin_provenance(command, device_.fingerprint())) {}
 
@@ -96,8 +98,10 @@ class LayerStudy {
     const fs::path data = run_ / "data";
     GenerateOptions options;
     options.out = data, options.rooms = static_cast<int>(config_.integer("data.rooms")), options.views = 1;
-    options.width = static_cast<int>(config_.integer("data.width")), options.height = static_cast<int>(config_.integer("data.height"));
-    options.spp = static_cast<int>(config_.integer("data.spp")), options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
+    options.width = static_cast<int>(config_.integer("data.width")),
+    options.height = static_cast<int>(config_.integer("data.height"));
+    options.spp = static_cast<int>(config_.integer("data.spp")),
+    options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
     options.split = "test", options.interrupted = [] { return interrupted(); };
     generate(device_, options);
     for (const std::string& room : list_rooms(data, "test")) views_.push_back(data / room / "000");
@@ -142,7 +146,8 @@ class LayerStudy {
 
   void run_view(std::size_t v, const std::vector<Method>& methods, Progress& progress) {
     const std::int64_t seeds = config_.integer("study.seeds");
-    const std::int64_t of_view = static_cast<std::int64_t>(methods.size()) * seeds, first = static_cast<std::int64_t>(v) * of_view;
+    const std::int64_t of_view = static_cast<std::int64_t>(methods.size()) * seeds,
+                       first = static_cast<std::int64_t>(v) * of_view;
     if (step_ >= first + of_view) return;
     const Scene scene = scene_of(read_view(views_[v]));
     RenderSettings reference;
@@ -164,22 +169,30 @@ class LayerStudy {
         const Rendering r = render(scene, settings, static_cast<std::uint32_t>(s + 1));
         const Errors e = errors_of(scene, r.radiance, truth, config_.real("study.glossy_below"));
         const std::string at = methods[m].name + "/";
-        MetricRecord record{step, 0, {{at + "glossy", e.glossy}, {at + "rough", e.rough}, {at + "seconds", r.seconds}, {at + "samples", static_cast<double>(settings.spp)}}};
+        MetricRecord record{step,
+                            0,
+                            {{at + "glossy", e.glossy},
+                             {at + "rough", e.rough},
+                             {at + "seconds", r.seconds},
+                             {at + "samples", static_cast<double>(settings.spp)}}};
         writer.write(step, record.values);
         records_.push_back(record);
-        if (s == 0 && (methods[m].name == "grid" || methods[m].name == "li2020" || methods[m].name == "equal")) strip.emplace_back(methods[m].name, r.radiance);
+        if (s == 0 && (methods[m].name == "grid" || methods[m].name == "li2020" || methods[m].name == "equal"))
+          strip.emplace_back(methods[m].name, r.radiance);
         progress.advance();
       }
     if (v < 4 && strip.size() == 4) write_strip(fmt::format("view{}.png", v), scene, strip);
   }
 
   /// Input, truth, grid, Li et al., ours at equal time, side by side.
-  void write_strip(const std::string& name, const Scene& scene, const std::vector<std::pair<std::string, Image>>& pictures) {
+  void write_strip(const std::string& name, const Scene& scene,
+                   const std::vector<std::pair<std::string, Image>>& pictures) {
     const int w = scene.width(), h = scene.height(), columns = static_cast<int>(pictures.size()) + 1;
     const double exposure = exposure_of(scene.photo.data);
     Image strip(columns * w, h, 3);
     for (int k = 0; k < columns; ++k) {
-      const Image shown = show_radiance(k == 0 ? scene.photo : pictures[static_cast<std::size_t>(k - 1)].second, exposure);
+      const Image shown =
+          show_radiance(k == 0 ? scene.photo : pictures[static_cast<std::size_t>(k - 1)].second, exposure);
       for (int c = 0; c < 3; ++c)
         for (int y = 0; y < h; ++y)
           for (int x = 0; x < w; ++x) strip.at(c, y, k * w + x) = shown.at(c, y, x);
@@ -204,14 +217,20 @@ class LayerStudy {
   void finish(const std::vector<Method>& methods) {
     Table table;
     table.title = "Error against time";
-    table.columns = {{"method", "", Best::None, 3}, {"samples", "a pixel", Best::None, 3}, {"glossy", "relMSE", Best::Lowest, 3},
-                     {"rough", "relMSE", Best::Lowest, 3}, {"time", "s a view", Best::None, 3}};
+    table.columns = {{"method", "", Best::None, 3},
+                     {"samples", "a pixel", Best::None, 3},
+                     {"glossy", "relMSE", Best::Lowest, 3},
+                     {"rough", "relMSE", Best::Lowest, 3},
+                     {"time", "s a view", Best::None, 3}};
     Plot plot;
-    plot.title = "Error against time", plot.x_label = "seconds a view", plot.y_label = "relMSE", plot.log_x = plot.log_y = true;
-    Series glossy = series("Monte Carlo, glossy", Stroke::LinePoints), rough = series("Monte Carlo, rough", Stroke::LinePoints);
+    plot.title = "Error against time", plot.x_label = "seconds a view", plot.y_label = "relMSE",
+    plot.log_x = plot.log_y = true;
+    Series glossy = series("Monte Carlo, glossy", Stroke::LinePoints),
+           rough = series("Monte Carlo, rough", Stroke::LinePoints);
     Series grid_glossy = series("grid, glossy", Stroke::Points), grid_rough = series("grid, rough", Stroke::Points);
     for (const Method& m : methods) {
-      const Measure g = over_seeds(m.name + "/glossy"), r = over_seeds(m.name + "/rough"), t = over_seeds(m.name + "/seconds");
+      const Measure g = over_seeds(m.name + "/glossy"), r = over_seeds(m.name + "/rough"),
+                    t = over_seeds(m.name + "/seconds");
       table.add({m.label, over_seeds(m.name + "/samples"), g, r, t});
       const bool ours = m.name.rfind("ours", 0) == 0;
       if (!ours && m.name != "grid") continue;
@@ -244,11 +263,16 @@ class LayerStudy {
 Schema study_schema() {
   Schema schema;
   schema.section("run", "Where results go.")
-      .text("run.root", "runs", "Folder of run directories").aside()
-      .text("run.experiment", "study", "First part of the run directory").aside()
-      .text("run.variant", "main", "Second part").aside()
-      .integer("run.seed", 0, "Seed in the directory's name").aside()
-      .text("run.device", "", "OpenCL device; empty: the default").aside();
+      .text("run.root", "runs", "Folder of run directories")
+      .aside()
+      .text("run.experiment", "study", "First part of the run directory")
+      .aside()
+      .text("run.variant", "main", "Second part")
+      .aside()
+      .integer("run.seed", 0, "Seed in the directory's name")
+      .aside()
+      .text("run.device", "", "OpenCL device; empty: the default")
+      .aside();
   schema.section("study", "What is compared.")
       .text("study.kind", "layer", "Which study", {"layer"})
       .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})

@@ -61,10 +61,14 @@ class Compiler {
   void place_leaves() {
     std::vector<const Node*> steps;
     for (const Node* node : order_) {
-      if (dynamic_cast<const InputOp*>(node->op.get())) add_leaf(*node, Placement::Where::Input, plan_.input_nodes);
-      else if (dynamic_cast<const StateOp*>(node->op.get())) add_leaf(*node, Placement::Where::State, plan_.state_nodes);
-      else if (dynamic_cast<const ConstantOp*>(node->op.get())) add_leaf(*node, Placement::Where::Constant, plan_.constant_nodes);
-      else steps.push_back(node);
+      if (dynamic_cast<const InputOp*>(node->op.get()))
+        add_leaf(*node, Placement::Where::Input, plan_.input_nodes);
+      else if (dynamic_cast<const StateOp*>(node->op.get()))
+        add_leaf(*node, Placement::Where::State, plan_.state_nodes);
+      else if (dynamic_cast<const ConstantOp*>(node->op.get()))
+        add_leaf(*node, Placement::Where::Constant, plan_.constant_nodes);
+      else
+        steps.push_back(node);
     }
     order_ = std::move(steps);
     for (std::size_t i = 0; i < order_.size(); ++i) position_[order_[i]->id] = static_cast<int>(i);
@@ -135,14 +139,18 @@ class Compiler {
       for (int o = 0; o < static_cast<int>(node.outputs.size()); ++o) {
         const Key k{node.id, o};
         if (places_.count(k)) continue;
-        if (o == 0 && plan_.options.alias && try_view(node, static_cast<int>(i))) ++views;
-        else if (o == 0 && plan_.options.alias && try_in_place(node, static_cast<int>(i))) ++in_place;
-        else put(k, fresh(node.outputs[static_cast<std::size_t>(o)]), static_cast<int>(i));
+        if (o == 0 && plan_.options.alias && try_view(node, static_cast<int>(i)))
+          ++views;
+        else if (o == 0 && plan_.options.alias && try_in_place(node, static_cast<int>(i)))
+          ++in_place;
+        else
+          put(k, fresh(node.outputs[static_cast<std::size_t>(o)]), static_cast<int>(i));
       }
       if (const std::size_t elements = node.op->workspace(node)) {
         const int root = new_root(elements * real_size(plan_.options.precision));
         roots_.back().first = roots_.back().last = static_cast<int>(i);
-        workspaces_[node.id] = {Placement::Where::Arena, root, 0, static_cast<int>(std::min<std::size_t>(elements, 0x7fffffff))};
+        workspaces_[node.id] = {Placement::Where::Arena, root, 0,
+                                static_cast<int>(std::min<std::size_t>(elements, 0x7fffffff))};
       }
     }
     plan_.notes.push_back(fmt::format("alias: {} views, {} values computed in place", views, in_place));
@@ -166,7 +174,8 @@ class Compiler {
     if (input < 0) return false;
     const Value v = node.inputs[static_cast<std::size_t>(input)];
     const Placement place = places_[key(v)];
-    if (place.where != Placement::Where::Arena || !(v.shape() == node.outputs[0].shape) || v.type() != node.outputs[0].type)
+    if (place.where != Placement::Where::Arena || !(v.shape() == node.outputs[0].shape) ||
+        v.type() != node.outputs[0].type)
       return false;
     for (const Key& member : roots_[static_cast<std::size_t>(place.slot)].members)
       if (last_use_[member] > position) return false;
@@ -196,7 +205,9 @@ class Compiler {
       for (const int other : placed) {
         const Root& o = roots_[static_cast<std::size_t>(other)];
         if (!plan_.options.reuse || (o.first <= root.last && root.first <= o.last))
-          taken.emplace_back(plan_.roots[static_cast<std::size_t>(other)], plan_.roots[static_cast<std::size_t>(other)] + (o.bytes + kAlignment - 1) / kAlignment * kAlignment);
+          taken.emplace_back(
+              plan_.roots[static_cast<std::size_t>(other)],
+              plan_.roots[static_cast<std::size_t>(other)] + (o.bytes + kAlignment - 1) / kAlignment * kAlignment);
       }
       std::sort(taken.begin(), taken.end());
       std::size_t at = 0;
@@ -209,7 +220,8 @@ class Compiler {
       total += size;
       placed.push_back(r);
     }
-    plan_.notes.push_back(fmt::format("arena: {:.1f} MiB for {:.1f} MiB of values", static_cast<double>(plan_.arena_bytes) / 0x1p20,
+    plan_.notes.push_back(fmt::format("arena: {:.1f} MiB for {:.1f} MiB of values",
+                                      static_cast<double>(plan_.arena_bytes) / 0x1p20,
                                       static_cast<double>(total) / 0x1p20));
   }
 

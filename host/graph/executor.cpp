@@ -22,11 +22,13 @@ Executor::Executor(Plan plan, std::shared_ptr<States> states) : plan_(std::move(
     throw Error(ErrorKind::Failed, "plan and states differ in precision", "executor");
   if (plan_.arena_bytes > device.info().max_allocation)
     throw Error(ErrorKind::Device, "the plan needs more memory in one piece than the device gives", device.info().name,
-                fmt::format("{} MiB", plan_.arena_bytes >> 20), fmt::format("at most {} MiB", device.info().max_allocation >> 20));
+                fmt::format("{} MiB", plan_.arena_bytes >> 20),
+                fmt::format("at most {} MiB", device.info().max_allocation >> 20));
   arena_ = device.allocate(plan_.arena_bytes);
   const auto own = [&](const Signature& s) {
     const std::size_t element = s.type == Type::Int ? 4 : real_size(precision);
-    return TensorView{device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0, static_cast<int>(s.shape.item()), s.shape, s.type};
+    return TensorView{device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0,
+                      static_cast<int>(s.shape.item()), s.shape, s.type};
   };
   inputs_.resize(plan_.input_nodes.size());  // allocated when first fed: many are bound to memory of others
   for (const Node* node : plan_.constant_nodes) {
@@ -43,7 +45,8 @@ void Executor::feed(const std::string& input, const Tensor& tensor) {
       throw Error(ErrorKind::Failed, "an input has another shape", input, tensor.shape.text(), s.shape.text());
     if (!inputs_[i].buffer) {
       const std::size_t element = s.type == Type::Int ? 4 : real_size(plan_.options.precision);
-      inputs_[i] = {plan_.device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0, static_cast<int>(s.shape.item()), s.shape, s.type};
+      inputs_[i] = {plan_.device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0,
+                    static_cast<int>(s.shape.item()), s.shape, s.type};
     }
     upload(plan_.device, inputs_[i], tensor, plan_.options.precision);
     return;
@@ -56,7 +59,8 @@ void Executor::feed(const std::string& input, const Tensor& tensor) {
 
 void Executor::feed(const std::string& input, std::span<const float> data) {
   for (const Node* node : plan_.input_nodes)
-    if (name_of(*node) == input) return feed(input, Tensor(node->outputs[0].shape, std::vector<double>(data.begin(), data.end())));
+    if (name_of(*node) == input)
+      return feed(input, Tensor(node->outputs[0].shape, std::vector<double>(data.begin(), data.end())));
   feed(input, Tensor());
 }
 
@@ -75,7 +79,8 @@ TensorView Executor::resolve(const Placement& place, const Shape& shape, Type ty
   const std::size_t element = type == Type::Int ? 4 : real_size(plan_.options.precision);
   switch (place.where) {
     case Placement::Where::Arena:
-      return {arena_, plan_.roots[static_cast<std::size_t>(place.slot)] / element + place.offset, place.stride, shape, type};
+      return {arena_, plan_.roots[static_cast<std::size_t>(place.slot)] / element + place.offset, place.stride, shape,
+              type};
     case Placement::Where::Input: {
       view = inputs_[static_cast<std::size_t>(place.slot)];
       const Node& node = *plan_.input_nodes[static_cast<std::size_t>(place.slot)];
@@ -83,13 +88,17 @@ TensorView Executor::resolve(const Placement& place, const Shape& shape, Type ty
       // A bound tensor may be strided; a value that is a view of it was placed as if it were contiguous.
       if (view.stride != node.outputs[0].shape.item() && place.stride != node.outputs[0].shape.item())
         throw Error(ErrorKind::Failed, "a view regroups a strided input", name_of(node));
-      if (place.stride == node.outputs[0].shape.item()) return {view.buffer, view.offset + place.offset, view.stride, shape, type};
+      if (place.stride == node.outputs[0].shape.item())
+        return {view.buffer, view.offset + place.offset, view.stride, shape, type};
       return {view.buffer, view.offset + place.offset, place.stride, shape, type};
     }
     case Placement::Where::State:
-      view = states_->view(static_cast<const StateOp&>(*plan_.state_nodes[static_cast<std::size_t>(place.slot)]->op).state_name);
+      view = states_->view(
+          static_cast<const StateOp&>(*plan_.state_nodes[static_cast<std::size_t>(place.slot)]->op).state_name);
       break;
-    case Placement::Where::Constant: view = constants_[static_cast<std::size_t>(place.slot)]; break;
+    case Placement::Where::Constant:
+      view = constants_[static_cast<std::size_t>(place.slot)];
+      break;
   }
   return {view.buffer, view.offset + place.offset, place.stride, shape, type};
 }
@@ -108,7 +117,8 @@ void Executor::run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<dou
       launch.outputs.push_back(resolve(step.outputs[o], node.outputs[o].shape, node.outputs[o].type));
     launch.workspace = {};
     if (const std::size_t elements = node.op->workspace(node))
-      launch.workspace = resolve(step.workspace, {1, 1, 1, static_cast<int>(std::min<std::size_t>(elements, 0x7fffffff))}, Type::Real);
+      launch.workspace =
+          resolve(step.workspace, {1, 1, 1, static_cast<int>(std::min<std::size_t>(elements, 0x7fffffff))}, Type::Real);
 
     // A view that memory allowed needs no work.
     if (node.op->view_offset(node) >= 0 && launch.out().buffer.handle() == launch.in(0).buffer.handle() &&
@@ -169,11 +179,14 @@ std::string Executor::explain(bool profile) {
     return profile ? a.second.seconds > b.second.seconds : a.second.cost.flops > b.second.cost.flops;
   });
   sorted.emplace_back("total", total);
-  std::string text = fmt::format("{:24} {:>6} {:>10} {:>10} {:>10} {:>9} {:>8}\n", "op", "steps", "GFLOP", "MB", "ms", "GFLOP/s", "GB/s");
+  std::string text = fmt::format("{:24} {:>6} {:>10} {:>10} {:>10} {:>9} {:>8}\n", "op", "steps", "GFLOP", "MB", "ms",
+                                 "GFLOP/s", "GB/s");
   for (const auto& [name, row] : sorted) {
-    text += fmt::format("{:24} {:>6} {:>10.3f} {:>10.2f}", name, row.count, row.cost.flops * 1e-9, row.cost.bytes * 1e-6);
+    text +=
+        fmt::format("{:24} {:>6} {:>10.3f} {:>10.2f}", name, row.count, row.cost.flops * 1e-9, row.cost.bytes * 1e-6);
     if (profile && row.seconds > 0)
-      text += fmt::format(" {:>10.3f} {:>9.1f} {:>8.1f}", row.seconds * 1e3, row.cost.flops * 1e-9 / row.seconds, row.cost.bytes * 1e-9 / row.seconds);
+      text += fmt::format(" {:>10.3f} {:>9.1f} {:>8.1f}", row.seconds * 1e3, row.cost.flops * 1e-9 / row.seconds,
+                          row.cost.bytes * 1e-9 / row.seconds);
     text += '\n';
   }
   for (const std::string& note : plan_.notes) text += note + '\n';

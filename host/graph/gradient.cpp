@@ -18,8 +18,9 @@ struct AccumulateOp : Op {
   std::vector<Value> adjoint(const Node&, std::span<const Value> g) const override { return {g[0], g[0]}; }
   void launch(Launch& l) const override {
     const Shape& s = l.out().shape;
-    l.run("tensor/accumulate.cl", "accumulate", Range::of2(static_cast<std::size_t>(s.item()), static_cast<std::size_t>(s.n)),
-          l.in(0), l.in(1), l.out(), static_cast<int>(s.item()));
+    l.run("tensor/accumulate.cl", "accumulate",
+          Range::of2(static_cast<std::size_t>(s.item()), static_cast<std::size_t>(s.n)), l.in(0), l.in(1), l.out(),
+          static_cast<int>(s.item()));
   }
   Cost cost(const Node& node) const override {
     const double count = static_cast<double>(node.outputs[0].shape.count());
@@ -52,8 +53,8 @@ std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Valu
   std::map<std::pair<int, int>, Value> gradients;  // (node, output) -> gradient so far
   const auto add = [&](Value to, Value g) {
     if (!(to.shape() == g.shape()))
-      throw Error(ErrorKind::Failed, "a gradient has another shape than its value", "adjoint into op " + to.node->op->name(),
-                  g.shape().text(), to.shape().text());
+      throw Error(ErrorKind::Failed, "a gradient has another shape than its value",
+                  "adjoint into op " + to.node->op->name(), g.shape().text(), to.shape().text());
     Value& sum = gradients[{to.node->id, to.output}];
     sum = sum ? accumulate(sum, g) : g;
   };
@@ -65,7 +66,8 @@ std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Valu
     std::vector<Value> arriving(node.outputs.size());
     bool any = false;
     for (std::size_t o = 0; o < arriving.size(); ++o)
-      if (auto found = gradients.find({id, static_cast<int>(o)}); found != gradients.end()) arriving[o] = found->second, any = true;
+      if (auto found = gradients.find({id, static_cast<int>(o)}); found != gradients.end())
+        arriving[o] = found->second, any = true;
     if (!any) continue;
     const std::vector<Value> leaving = node.op->adjoint(node, arriving);
     for (std::size_t i = 0; i < node.inputs.size() && i < leaving.size(); ++i)

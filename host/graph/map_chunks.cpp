@@ -51,8 +51,9 @@ struct PutOp : Op {
   std::vector<Signature> infer(std::span<const Value>) const override { return {{whole, Type::Real}}; }
   void launch(Launch& l) const override {
     for (int n = 0; n < whole.n; ++n)
-      l.run("tensor/place.cl", "put", Range::of2(static_cast<std::size_t>(whole.plane()), static_cast<std::size_t>(whole.c)),
-            l.in(0), l.out(), n, l.chunk.first_pixel, l.chunk.pixels, l.in(0).shape.h, static_cast<int>(whole.plane()));
+      l.run("tensor/place.cl", "put",
+            Range::of2(static_cast<std::size_t>(whole.plane()), static_cast<std::size_t>(whole.c)), l.in(0), l.out(), n,
+            l.chunk.first_pixel, l.chunk.pixels, l.in(0).shape.h, static_cast<int>(whole.plane()));
   }
 };
 
@@ -82,7 +83,8 @@ struct MapChunksOp : Op {
   std::vector<Signature> infer(std::span<const Value>) const override {
     std::vector<Signature> signatures;
     for (const ChunkOutput& o : inner->outputs)
-      signatures.push_back({o.total ? o.value.shape() : Shape{domain.n, o.value.shape().c, domain.height, domain.width}, Type::Real});
+      signatures.push_back(
+          {o.total ? o.value.shape() : Shape{domain.n, o.value.shape().c, domain.height, domain.width}, Type::Real});
     return signatures;
   }
 
@@ -109,8 +111,9 @@ struct MapChunksOp : Op {
         l.run("tensor/place.cl", "add_total", Range::of(static_cast<std::size_t>(count)), part, whole, count,
               static_cast<int>(chunk.first_pixel > 0 || chunk.first_sample > 0));
       } else {
-        l.run("tensor/place.cl", "place", Range::of2(static_cast<std::size_t>(chunk.pixels), static_cast<std::size_t>(part.shape.c)),
-              part, whole, chunk.first_pixel, chunk.pixels, domain.chunk_pixels, domain.height * domain.width,
+        l.run("tensor/place.cl", "place",
+              Range::of2(static_cast<std::size_t>(chunk.pixels), static_cast<std::size_t>(part.shape.c)), part, whole,
+              chunk.first_pixel, chunk.pixels, domain.chunk_pixels, domain.height * domain.width,
               static_cast<int>(chunk.first_sample > 0));
       }
     }
@@ -156,13 +159,16 @@ struct MapChunksOp : Op {
 
 Value take_pixels(Value whole, int capacity) { return whole.graph().make<TakeOp>({whole}, capacity); }
 
-std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs, const Body& body) {
-  if (domain.n < 1 || domain.height < 1 || domain.width < 1 || domain.samples < 1 || domain.chunk_pixels < 1 || domain.chunk_samples < 1)
+std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs,
+                              const Body& body) {
+  if (domain.n < 1 || domain.height < 1 || domain.width < 1 || domain.samples < 1 || domain.chunk_pixels < 1 ||
+      domain.chunk_samples < 1)
     throw Error(ErrorKind::Failed, "an empty domain", "map_chunks");
   const std::vector<Value> outer(inputs.begin(), inputs.end());
   const Value first = graph.make<MapChunksOp>(outer, domain, inputs, body);
   std::vector<Value> outputs;
-  for (std::size_t o = 0; o < first.node->outputs.size(); ++o) outputs.push_back(first.node->value(static_cast<int>(o)));
+  for (std::size_t o = 0; o < first.node->outputs.size(); ++o)
+    outputs.push_back(first.node->value(static_cast<int>(o)));
   return outputs;
 }
 

@@ -43,15 +43,16 @@ struct Chunk {
 /// Everything an op may use while it launches its kernels.
 class Launch {
  public:
-  Launch(Device device_, Precision precision_, std::string gemm_) : device(std::move(device_)), precision(precision_), gemm(std::move(gemm_)) {}
+  Launch(Device device_, Precision precision_, std::string gemm_)
+      : device(std::move(device_)), precision(precision_), gemm(std::move(gemm_)) {}
 
   Device device;
   Precision precision;
-  std::string gemm;          // "packed" or "clblast": resolved before the plan was made
-  std::uint32_t seed = 0;    // of this run; random ops mix in their own salt
+  std::string gemm;        // "packed" or "clblast": resolved before the plan was made
+  std::uint32_t seed = 0;  // of this run; random ops mix in their own salt
   Chunk chunk;
   std::vector<TensorView> inputs, outputs;
-  TensorView workspace;      // of the size the op asked for
+  TensorView workspace;  // of the size the op asked for
 
   const TensorView& in(int i) const { return inputs[static_cast<std::size_t>(i)]; }
   const TensorView& out(int i = 0) const { return outputs[static_cast<std::size_t>(i)]; }
@@ -80,11 +81,15 @@ class Launch {
     list.emplace_back(t.buffer), list.emplace_back(t.offset), list.emplace_back(t.stride);
   }
   void push(std::vector<Arg>& list, const Real& r) const {
-    if (precision == Precision::Double) list.emplace_back(r.value);
-    else list.emplace_back(static_cast<float>(r.value));
+    if (precision == Precision::Double)
+      list.emplace_back(r.value);
+    else
+      list.emplace_back(static_cast<float>(r.value));
   }
   template <class T>
-  void push(std::vector<Arg>& list, const T& value) const { list.emplace_back(value); }
+  void push(std::vector<Arg>& list, const T& value) const {
+    list.emplace_back(value);
+  }
 };
 
 struct Cost {
@@ -105,7 +110,7 @@ class Op {
   /// Launches the kernels. Every kernel honours the batch strides of its tensors.
   virtual void launch(Launch& launch) const = 0;
 
-  virtual Cost cost(const Node& node) const;            // default: bytes of inputs and outputs
+  virtual Cost cost(const Node& node) const;                      // default: bytes of inputs and outputs
   virtual std::size_t workspace(const Node&) const { return 0; }  // elements of the plan's real type
   /// Input whose memory output 0 may take when nobody needs that input afterwards; -1: none.
   virtual int overwrites() const { return -1; }

@@ -16,7 +16,8 @@ struct PlanOptions {
   bool reuse = true;          // values whose lives do not overlap share memory
 };
 
-/// The states of a model on one device: parameters, moments, running statistics. Shared by plans (training, validation).
+/// The states of a model on one device: parameters, moments, running statistics. Shared by plans (training,
+/// validation).
 class States {
  public:
   States(Device device, Precision precision = Precision::Single);
@@ -73,11 +74,11 @@ class Executor {
   /// `states` may be null when the graph has none; it is shared, not copied.
   Executor(Plan plan, std::shared_ptr<States> states = nullptr);
 
-  void feed(const std::string& input, const Tensor& tensor);        // kept until fed again
+  void feed(const std::string& input, const Tensor& tensor);  // kept until fed again
   void feed(const std::string& input, std::span<const float> data);
-  void bind(const std::string& input, const TensorView& memory);    // uses memory of somebody else
+  void bind(const std::string& input, const TensorView& memory);  // uses memory of somebody else
   void run(std::uint32_t seed = 0, const Chunk& chunk = {});
-  Tensor fetch(Value output);                                       // one of the plan's outputs, after run()
+  Tensor fetch(Value output);  // one of the plan's outputs, after run()
   std::vector<float> fetch_floats(Value output);
   TensorView view(Value output) const;
 

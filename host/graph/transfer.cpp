@@ -34,17 +34,23 @@ void download_as(Device& device, const TensorView& from, std::vector<U>& values)
 void upload(Device& device, const TensorView& to, const Tensor& tensor, Precision precision) {
   if (!(tensor.shape == to.shape) || (tensor.type() != to.type && to.shape.count() > 0))
     throw Error(ErrorKind::Failed, "a tensor does not fit its place", "upload", tensor.shape.text(), to.shape.text());
-  if (to.type == Type::Int) upload_as<int>(device, to, tensor.integer);
-  else if (precision == Precision::Double) upload_as<double>(device, to, tensor.real);
-  else upload_as<float>(device, to, tensor.real);
+  if (to.type == Type::Int)
+    upload_as<int>(device, to, tensor.integer);
+  else if (precision == Precision::Double)
+    upload_as<double>(device, to, tensor.real);
+  else
+    upload_as<float>(device, to, tensor.real);
 }
 
 Tensor download(Device& device, const TensorView& from, Precision precision) {
   Tensor t;
   t.shape = from.shape;
-  if (from.type == Type::Int) download_as<int>(device, from, t.integer);
-  else if (precision == Precision::Double) download_as<double>(device, from, t.real);
-  else download_as<float>(device, from, t.real);
+  if (from.type == Type::Int)
+    download_as<int>(device, from, t.integer);
+  else if (precision == Precision::Double)
+    download_as<double>(device, from, t.real);
+  else
+    download_as<float>(device, from, t.real);
   return t;
 }
 

@@ -1,4 +1,6 @@
 // The main job from end to end through the real program, on a small generated room with true maps: no weights needed.
+#include "experiments/applications/invert.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -7,7 +9,6 @@
 #include <filesystem>
 
 #include "experiments/applications/insert.hpp"
-#include "experiments/applications/invert.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
@@ -53,8 +54,9 @@ double mean_square(const Image& a, const Image& b) {
 
 TEST_F(InvertTest, WritesAWholeRunAndTheSameOneTwice) {
   const fs::path a = invert(options("a")), b = invert(options("b"));
-  for (const char* name : {"albedo.exr", "normal.exr", "depth.exr", "material.exr", "rerender.exr", "stderr.exr", "uncertainty.exr",
-                           "camera.json", "provenance.json", "report.html", "plan.txt", "albedo.png", "rerender.png"})
+  for (const char* name :
+       {"albedo.exr", "normal.exr", "depth.exr", "material.exr", "rerender.exr", "stderr.exr", "uncertainty.exr",
+        "camera.json", "provenance.json", "report.html", "plan.txt", "albedo.png", "rerender.png"})
     EXPECT_TRUE(fs::exists(a / name)) << name;
   for (const char* name : {"rerender.exr", "stderr.exr", "uncertainty.exr"})
     EXPECT_EQ(read_file(a / name), read_file(b / name)) << name << ": equal seeds, equal bits";
@@ -72,7 +74,8 @@ TEST_F(InvertTest, StandardErrorTellsHowFarSeedsDiffer) {
   first.render.seed = 1, second.render.seed = 2;
   const Rerender a = read_rerender(invert(first)), b = read_rerender(invert(second));
   // The difference of two independent means has variance s1^2 + s2^2: chi-square over the pixels, whose heavy-tailed
-  // radiance (a small lamp) widens it; a third either way is far outside of 9216 degrees of freedom only if one is wrong.
+  // radiance (a small lamp) widens it; a third either way is far outside of 9216 degrees of freedom only if one is
+  // wrong.
   double observed = 0, expected = 0;
   for (std::size_t i = 0; i < a.radiance.data.size(); ++i) {
     observed += std::pow(static_cast<double>(a.radiance.data[i]) - b.radiance.data[i], 2);
@@ -85,7 +88,8 @@ TEST_F(InvertTest, MoreSamplesComeCloserToTheTruthOfTheLayer) {
   InvertOptions coarse = options("coarse"), fine = options("fine"), truth = options("truth");
   coarse.render.spp = 8, fine.render.spp = 128, truth.render.spp = 4096, truth.render.seed = 99;
   const Image t = read_rerender(invert(truth)).radiance;
-  EXPECT_LT(mean_square(read_rerender(invert(fine)).radiance, t), 0.5 * mean_square(read_rerender(invert(coarse)).radiance, t));
+  EXPECT_LT(mean_square(read_rerender(invert(fine)).radiance, t),
+            0.5 * mean_square(read_rerender(invert(coarse)).radiance, t));
 }
 
 TEST_F(InvertTest, OnlySomeMapsMeansNoRerender) {
@@ -106,7 +110,8 @@ TEST_F(InvertTest, AFailureLeavesTheOldRunAsItWas) {
   bad.render.light = "sunshine";
   EXPECT_THROW(invert(bad), Error);
   EXPECT_EQ(read_file(out / "provenance.json"), before);
-  for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::HasSubstr("kept.")));
+  for (const auto& entry : fs::directory_iterator(folder_))
+    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::HasSubstr("kept.")));
 }
 
 TEST_F(InvertTest, ABallIsSeenCastsAShadowAndLeavesTheRestAlone) {
@@ -128,7 +133,8 @@ TEST_F(InvertTest, ABallIsSeenCastsAShadowAndLeavesTheRestAlone) {
   TraceObjects objects(device, place_objects(scene, o.objects));
   const SceneWithObjects with = put_before(device, scene, objects, o.objects);
   // A disc of angular radius asin(r / d): its share of the picture to within its outline of pixels.
-  const double pixels = sum(with.shows.data), half = scene.camera.fx * radius / std::sqrt(depth * depth - radius * radius);
+  const double pixels = sum(with.shows.data),
+               half = scene.camera.fx * radius / std::sqrt(depth * depth - radius * radius);
   EXPECT_NEAR(pixels, M_PI * half * half, 2 * M_PI * half);
   EXPECT_EQ(with.shows.at(0, 24, 32), 1);
   EXPECT_NEAR(with.scene.depth.at(0, 24, 32), depth - radius, 0.01 * radius);

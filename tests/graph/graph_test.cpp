@@ -76,8 +76,8 @@ TEST(Compile, AnInPlaceOpNeverTakesAValueThatIsReadLater) {
   Graph g;
   const Value x = g.input("x", {1, 2, 4, 4});
   const Value a = scale(x, -1);
-  const Value b = relu(a);         // would like a's memory
-  const Value c = add(b, a);       // but a is read here
+  const Value b = relu(a);    // would like a's memory
+  const Value c = add(b, a);  // but a is read here
   const Tensor input = random_tensor(x.shape(), 2);
   const auto values = evaluate(g, {c}, device(), {{"x", input}});
   for (std::size_t i = 0; i < input.real.size(); ++i) {
@@ -90,7 +90,8 @@ TEST(Compile, ReuseNeedsLessMemoryThanKeepingEverything) {
   Graph g;
   Value x = g.input("x", {1, 8, 16, 16});
   for (int i = 0; i < 10; ++i) x = add(multiply(x, x), x);
-  EXPECT_LT(compile(g, {x}, device()).arena_bytes, compile(g, {x}, device(), {.alias = false, .reuse = false}).arena_bytes / 3);
+  EXPECT_LT(compile(g, {x}, device()).arena_bytes,
+            compile(g, {x}, device(), {.alias = false, .reuse = false}).arena_bytes / 3);
 }
 
 TEST(Compile, PrunesWhatNoOutputNeeds) {

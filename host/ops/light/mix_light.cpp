@@ -25,7 +25,8 @@ struct MixLightOp : Op {
     check_rays(in[0], 3, "mix_light"), check_rays(in[1], 3, "mix_light"), check_rays(in[2], 1, "mix_light");
     const Shape &near = in[0].shape(), &u = in[2].shape();
     if (!(in[1].shape() == near) || u.h != near.h || u.w != near.w)
-      throw Error(ErrorKind::Failed, "the lights are of different rays", "mix_light", in[1].shape().text(), near.text());
+      throw Error(ErrorKind::Failed, "the lights are of different rays", "mix_light", in[1].shape().text(),
+                  near.text());
     return {{near}};
   }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {

@@ -12,14 +12,15 @@ struct BounceOp : Op {
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check_rays(in[0], 3, "bounce"), check_rays(in[1], 3, "bounce"), check_rays(in[2], 1, "bounce");
     if (in[2].type() != Type::Int || in[3].shape().item() != 5)
-      throw Error(ErrorKind::Failed, "objects are integers and have five material numbers each", "bounce", in[3].shape().text());
+      throw Error(ErrorKind::Failed, "objects are integers and have five material numbers each", "bounce",
+                  in[3].shape().text());
     return {{in[0].shape()}, {in[0].shape()}};
   }
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.out().shape);
-    l.run("shade/bounce.cl", "bounce", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.out(0), l.out(1), t.first_pixel,
-          t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, l.in(3).shape.n, l.seed,
-          static_cast<std::uint32_t>(number));
+    l.run("shade/bounce.cl", "bounce", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.out(0), l.out(1),
+          t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, l.in(3).shape.n,
+          l.seed, static_cast<std::uint32_t>(number));
   }
 };
 

@@ -12,9 +12,10 @@ struct NearerRays {
   Value distance;   // to the object, in units of the direction's length
 };
 
-/// `scene`: radiance of the scene along the rays; weight * beyond: what the object reflects, all {1, 3, pixels, samples}.
-/// `depth` {1, 1, h, w} and `camera` {1, 4, 1, 1} of the scene. With `shows` {1, 1, h, w}, 1 where a pixel shows an object:
-/// elsewhere the scene's radiance is taken away, and sums give what the objects change.
-Value nearer(const NearerRays& rays, Value scene, Value weight, Value beyond, Value depth, Value camera, Value shows = {});
+/// `scene`: radiance of the scene along the rays; weight * beyond: what the object reflects, all {1, 3, pixels,
+/// samples}. `depth` {1, 1, h, w} and `camera` {1, 4, 1, 1} of the scene. With `shows` {1, 1, h, w}, 1 where a pixel
+/// shows an object: elsewhere the scene's radiance is taken away, and sums give what the objects change.
+Value nearer(const NearerRays& rays, Value scene, Value weight, Value beyond, Value depth, Value camera,
+             Value shows = {});
 
 }  // namespace clerestory

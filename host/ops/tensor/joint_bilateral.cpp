@@ -10,13 +10,15 @@ struct JointBilateralOp : Op {
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape &x = in[0].shape(), &low = in[1].shape(), &guide = in[2].shape();
     if (low.n != x.n || low.c != 3 || low.h > x.h || low.w > x.w || guide.n != x.n || guide.c != 3)
-      throw Error(ErrorKind::Failed, "maps and guides do not fit", name(), x.text() + ", " + low.text() + ", " + guide.text());
+      throw Error(ErrorKind::Failed, "maps and guides do not fit", name(),
+                  x.text() + ", " + low.text() + ", " + guide.text());
     return {{{x.n, x.c, guide.h, guide.w}, Type::Real}};
   }
   void launch(Launch& l) const override {
     const Shape &x = l.in(0).shape, &low = l.in(1).shape, &y = l.out().shape;
-    l.run("tensor/joint_bilateral.cl", "joint_bilateral", Range::of2(static_cast<std::size_t>(y.plane()), static_cast<std::size_t>(y.n)),
-          l.in(0), l.in(1), l.in(2), l.out(), x.c, x.h, x.w, low.h, low.w, y.h, y.w, Launch::Real{falloff});
+    l.run("tensor/joint_bilateral.cl", "joint_bilateral",
+          Range::of2(static_cast<std::size_t>(y.plane()), static_cast<std::size_t>(y.n)), l.in(0), l.in(1), l.in(2),
+          l.out(), x.c, x.h, x.w, low.h, low.w, y.h, y.w, Launch::Real{falloff});
   }
   Cost cost(const Node& node) const override {
     const Shape& y = node.outputs[0].shape;

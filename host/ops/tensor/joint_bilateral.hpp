@@ -4,8 +4,9 @@
 
 namespace clerestory {
 
-/// x {N, C, h, w} (or larger below and to the right: padding that is not read), guide_low {N, 3, h, w}, guide {N, 3, H, W} -> {N, C, H, W}. `sigma`: how much the guide may differ, in
-/// its own values (display values in [0, 1] suit eyes). No gradient: it serves finished maps.
+/// x {N, C, h, w} (or larger below and to the right: padding that is not read), guide_low {N, 3, h, w}, guide {N, 3, H,
+/// W} -> {N, C, H, W}. `sigma`: how much the guide may differ, in its own values (display values in [0, 1] suit eyes).
+/// No gradient: it serves finished maps.
 Value joint_bilateral(Value x, Value guide_low, Value guide, double sigma = 0.1);
 
 }  // namespace clerestory

@@ -21,7 +21,8 @@ OpCase make_case(const std::string& label, int pixels, int samples, double low, 
   OpCase c;
   c.stem = "mix_light", c.label = label, c.kernels = {"mix_light"};
   const Shape rays{1, 3, pixels, samples};
-  c.inputs = {{"near", random_tensor(rays, 1, 0, brightest)}, {"far", random_tensor(rays, 2, 0, 1)},
+  c.inputs = {{"near", random_tensor(rays, 1, 0, brightest)},
+              {"far", random_tensor(rays, 2, 0, 1)},
               {"u", random_tensor({1, 1, pixels, samples}, 3, low, high)}};
   c.build = [](Graph&, const Values& v) { return std::vector{mix_light(v.at("near"), v.at("far"), v.at("u"))}; };
   c.reference = reference;

@@ -21,7 +21,8 @@ Tensor reference(const Tensors& in, double sigma) {
             const int cy = std::clamp(qy, 0, low.shape.h - 1), cx = std::clamp(qx, 0, low.shape.w - 1);
             double unlike = 0;
             for (int c = 0; c < 3; ++c) unlike += std::pow(guide.at(n, c, j, i) - low.at(n, c, cy, cx), 2);
-            const double k = std::exp(-0.5 * ((v - qy) * (v - qy) + (u - qx) * (u - qx))) * (std::exp(-unlike / (2 * sigma * sigma)) + 1.0 / 1024);
+            const double k = std::exp(-0.5 * ((v - qy) * (v - qy) + (u - qx) * (u - qx))) *
+                             (std::exp(-unlike / (2 * sigma * sigma)) + 1.0 / 1024);
             weights += k;
             for (int c = 0; c < x.shape.c; ++c) sums[static_cast<std::size_t>(c)] += k * x.at(n, c, cy, cx);
           }
@@ -33,8 +34,12 @@ Tensor reference(const Tensors& in, double sigma) {
 OpCase make_case(const std::string& label, Shape x, int h, int w, double sigma, int padding = 0) {
   OpCase c;
   c.stem = "joint_bilateral", c.label = label, c.kernels = {"joint_bilateral"};
-  c.inputs = {{"x", random_tensor({x.n, x.c, x.h + padding, x.w + 2 * padding}, 1)}, {"low", random_tensor({x.n, 3, x.h, x.w}, 2, 0, 1)}, {"guide", random_tensor({x.n, 3, h, w}, 3, 0, 1)}};
-  c.build = [sigma](Graph&, const Values& v) { return std::vector{joint_bilateral(v.at("x"), v.at("low"), v.at("guide"), sigma)}; };
+  c.inputs = {{"x", random_tensor({x.n, x.c, x.h + padding, x.w + 2 * padding}, 1)},
+              {"low", random_tensor({x.n, 3, x.h, x.w}, 2, 0, 1)},
+              {"guide", random_tensor({x.n, 3, h, w}, 3, 0, 1)}};
+  c.build = [sigma](Graph&, const Values& v) {
+    return std::vector{joint_bilateral(v.at("x"), v.at("low"), v.at("guide"), sigma)};
+  };
   c.reference = [sigma](const Tensors& in) { return std::vector{reference(in, sigma)}; };
   // An exponent of size 3 / (2 sigma^2) is rounded to that many units, and so is each weight.
   c.roundings = 32 + 3 / (2 * sigma * sigma), c.magnitude = 1;
