@@ -2,8 +2,8 @@
 //
 // A ray (origin, direction, camera metres) is clipped to z < -near and to the picture's frustum. What is left is a
 // straight piece a -> b on the picture, over which x, y and the inverse depth k = -1/z are affine in s in [0, 1].
-// Depth is a grid of constant cells. The border x = i lies at s = (i - a.x) / (b.x - a.x), rows alike; a cell is crossed
-// over the interval between its borders when that is not empty, and is hit when somewhere in it the ray is at or behind
+// Depth is a grid of constant cells. The border x = i lies at s = (i - a.x) / (b.x - a.x), rows alike; a cell is
+// crossed over the interval between its borders when that is not empty, and is hit when somewhere in it the ray is at or behind
 // the cell's depth (min k <= 1/depth), the cell is not the one to skip, faces the ray (FACING: direction . normal <= 0)
 // and, with THICKNESS, the ray is not wholly deeper than depth + thickness. The hit is the first such cell.
 // A ray walks cell by cell (DDA: the symmetric one of Amanatides and Woo 1987), or over blocks of the pyramid of
@@ -207,8 +207,8 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
       k_hit = PICK(hits, k_cell, k_hit);
       active &= ~hits;
     }
-    // Down into a block that may be met; else on to the cell beyond it, one level up, but not from a cell that was met and
-    // refused: behind a surface that faces away the next is likely to be refused as well.
+    // Down into a block that may be met; else on to the cell beyond it, one level up, but not from a cell that was
+    // met and refused: behind a surface that faces away the next is likely to be refused as well.
     const ints down = meets & IS(level > 0);
     const ints on = active & ~down;
     i = PICK_INT(on, PICK_INT(IS(sx <= leave), exit_i, STAY(x, i)), i);

@@ -1,8 +1,8 @@
 // The Monte Carlo mean of a pixel's samples and what is needed to judge it.
 //
-// x = weight * radiance (3 channels) of each ray {1, C, pixels, samples}, 0 where there is no direction (pdf 0). Columns
-// {1, C, pixels, 1} that add up over chunks of samples: mean: sum of x over `count`, the number of all samples; squares:
-// sum of (x - mean of this chunk)^2, in a second pass, so that nothing cancels; tally 5: sum of u, directions, samples
+// x = weight * radiance (3 channels) of each ray {1, C, pixels, samples}, 0 where there is no direction (pdf 0).
+// Columns {1, C, pixels, 1} that add up over chunks of samples: mean: sum of x over `count`, the number of all samples;
+// squares: sum of (x - mean of this chunk)^2, in a second pass, so that nothing cancels; tally 5: sum of u, directions, samples
 // dropped, one plus the first sample dropped, hits.
 // A sample with a NaN or Inf in any channel of x is dropped from all sums, and counted.
 #include "lib/chunk.clh"
@@ -89,8 +89,8 @@ kernel void accumulate_samples(IN(weight), IN(radiance), IN(pdf),
   for (int c = 0; c < 5; ++c) AT(tally, 0)[c * pixel_capacity + p] = tallies[c];
 }
 
-// Whole maps: the standard error of a mean of `count` samples, sqrt(squares / freedom / count), freedom = count less the
-// number of chunks of samples; and the mean u over the directions drawn. squares {n, 3}, tally {n, 5}.
+// Whole maps: the standard error of a mean of `count` samples, sqrt(squares / freedom / count), freedom = count less
+// the number of chunks of samples; and the mean u over the directions drawn. squares {n, 3}, tally {n, 5}.
 kernel void finish_samples(IN(squares), IN(tally), OUT(standard_error), OUT(uncertainty), const int plane,
                            const real count, const real freedom) {
   const int pixel = (int)get_global_id(0);

@@ -5,7 +5,8 @@
 // where there is none; weight 3 = f cos / pdf; pdf 1, 1/sr, of the whole mixture, 0 where there is no direction.
 // The directions, pdf and lobe probabilities come from the sampling maps and are detached; weights are those of the
 // evaluation maps (DETACHED), or of the same maps, and then in the form of kernels/lib/ggx.clh in which D cancels.
-// status {1, 1, pixels, 1}: 0 shaded, 1 no depth, 2 the normal faces away from the viewer (n.v <= 0) or is not a number.
+// status {1, 1, pixels, 1}: 0 shaded, 1 no depth, 2 the normal faces away from the viewer (n.v <= 0) or
+// is not a number.
 //
 // SAMPLER: as in ggx.clh, or 6: the 8 x 16 grid of Li et al. 2020, sample = direction. SOBOL: points by Owen-scrambled
 // Sobol, else independent. LI2020: their surface model instead of ours.

@@ -57,7 +57,8 @@ Seen look(const Vec3& d) {
 }  // namespace
 
 BenchRoom bench_room(int width, int height) {
-  BenchRoom room{Camera::from_fov(width, height, 65.0), Tensor(Shape{1, 1, height, width}), Tensor(Shape{1, 3, height, width})};
+  BenchRoom room{Camera::from_fov(width, height, 65.0), Tensor(Shape{1, 1, height, width}),
+                 Tensor(Shape{1, 3, height, width})};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const Seen seen = look(room.camera.ray(x + 0.5, y + 0.5));

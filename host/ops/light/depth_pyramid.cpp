@@ -23,14 +23,15 @@ struct DepthPyramidOp : Op {
     const Shape& s = l.in(0).shape;
     const PyramidLayout layout = pyramid_layout(s.w, s.h);
     const auto range = [&](int w, int h) {
-      return Range{{static_cast<std::size_t>(w), static_cast<std::size_t>(h), static_cast<std::size_t>(s.n)}, {16, 1, 1}};
+      return Range{{static_cast<std::size_t>(w), static_cast<std::size_t>(h), static_cast<std::size_t>(s.n)},
+                   {16, 1, 1}};
     };
-    l.run("light/depth_pyramid.cl", "pyramid_base", range(layout.stride, layout.level_rows), l.in(0), l.out(), s.w,
-          s.h, layout.stride, layout.level_rows);
+    l.run("light/depth_pyramid.cl", "pyramid_base", range(layout.stride, layout.level_rows), l.in(0), l.out(), s.w, s.h,
+          layout.stride, layout.level_rows);
     for (int level = 1; level < layout.levels; ++level) {
       const int w = halved(s.w, level), h = halved(s.h, level);
-      l.run("light/depth_pyramid.cl", "pyramid_level", range(w, h), l.out(), layout.row(level - 1), halved(s.w, level - 1),
-            halved(s.h, level - 1), layout.row(level), w, h, layout.stride);
+      l.run("light/depth_pyramid.cl", "pyramid_level", range(w, h), l.out(), layout.row(level - 1),
+            halved(s.w, level - 1), halved(s.h, level - 1), layout.row(level), w, h, layout.stride);
     }
   }
 };

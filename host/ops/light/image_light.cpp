@@ -51,7 +51,8 @@ struct PanoramaLightOp : LightOp {
 Value image_light(Value image, Value ambient, Value hit_pixel) {
   check_light(image, ambient, "image_light");
   if (image.shape().c != 3 || hit_pixel.type() != Type::Int)
-    throw Error(ErrorKind::Failed, "a picture of 3 channels and pixel indices are wanted", "image_light", image.shape().text());
+    throw Error(ErrorKind::Failed, "a picture of 3 channels and pixel indices are wanted", "image_light",
+                image.shape().text());
   return image.graph().make<ImageLightOp>({image, ambient, hit_pixel}, "image_light", image.shape());
 }
 
@@ -63,7 +64,8 @@ Value constant_light(Value ambient, Value rays, Value image) {
 Value panorama_light(Value image, Value ambient, Value camera, Value directions) {
   check_light(image, ambient, "panorama_light");
   if (image.shape().c != 3 || !(camera.shape() == Shape{image.shape().n, 4, 1, 1}))
-    throw Error(ErrorKind::Failed, "a picture of 3 channels and its camera are wanted", "panorama_light", image.shape().text());
+    throw Error(ErrorKind::Failed, "a picture of 3 channels and its camera are wanted", "panorama_light",
+                image.shape().text());
   return image.graph().make<PanoramaLightOp>({image, ambient, camera, directions}, "panorama_light", image.shape());
 }
 

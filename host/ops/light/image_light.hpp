@@ -6,8 +6,8 @@ namespace clerestory {
 
 /// The photograph `image` {n, 3, h, w} at the pixel a ray hits (SsrtHits::pixel), `ambient` {n, 3, 1, 1} on a miss.
 Value image_light(Value image, Value ambient, Value hit_pixel);
-/// `ambient` from everywhere. `rays`: any tensor of the rays, for its shape; `image`: one of the picture's maps, for its
-/// size.
+/// `ambient` from everywhere. `rays`: any tensor of the rays, for its shape; `image`: one of the picture's maps, for
+/// its size.
 Value constant_light(Value ambient, Value rays, Value image);
 /// The photograph at infinity: the pixel that `directions` (camera frame) point to through `camera` {n, 4, 1, 1}, the
 /// rest ambient.

@@ -6,7 +6,8 @@ namespace clerestory {
 
 RayTile ray_tile(const Launch& launch, const Shape& rays, long pixels) {
   if (launch.chunk.pixels == 0) return {0, static_cast<int>(std::min<long>(rays.h, pixels)), 0, rays.w, rays.h, rays.w};
-  return {launch.chunk.first_pixel, launch.chunk.pixels, launch.chunk.first_sample, launch.chunk.samples, rays.h, rays.w};
+  return {
+      launch.chunk.first_pixel, launch.chunk.pixels, launch.chunk.first_sample, launch.chunk.samples, rays.h, rays.w};
 }
 
 void check_rays(const Value& rays, int channels, const char* op) {

@@ -1,11 +1,12 @@
-// Ray tensors: {1, C, pixels, samples}, samples fastest, a multiple of 16 (kernels/lib/chunk.clh). Inside map_chunks they
-// are one chunk; outside, a list whose rows belong to the pixels of the batch in row-major order.
+// Ray tensors: {1, C, pixels, samples}, samples fastest, a multiple of 16 (kernels/lib/chunk.clh). Inside map_chunks
+// they are one chunk; outside, a list whose rows belong to the pixels of the batch in row-major order.
 #pragma once
 #include "host/graph/op.hpp"
 
 namespace clerestory {
 
-/// What of a ray tensor a launch works on: the chunk at hand, outside of map_chunks all of it. In the order of CHUNK_ARGS.
+/// What of a ray tensor a launch works on: the chunk at hand, outside of map_chunks all of it. In the order of
+/// CHUNK_ARGS.
 struct RayTile {
   int first_pixel = 0, pixels = 0, first_sample = 0, samples = 0;
   int pixel_capacity = 0, sample_capacity = 0;

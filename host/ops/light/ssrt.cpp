@@ -15,7 +15,8 @@ enum class Origins { Surface, Map, Rays };
 
 void expect(const Value& value, const Shape& shape, const char* what) {
   if (!(value.shape() == shape))
-    throw Error(ErrorKind::Failed, fmt::format("{} has another shape", what), "ssrt", value.shape().text(), shape.text());
+    throw Error(ErrorKind::Failed, fmt::format("{} has another shape", what), "ssrt", value.shape().text(),
+                shape.text());
 }
 
 // Inputs: pyramid, camera, range, directions, [points, skip], [normal].
@@ -56,8 +57,8 @@ struct SsrtOp : Op {
     const PyramidLayout layout = pyramid_layout(depth.w, depth.h);
     const int group = row_group(l.device), lanes = group == 1 ? 16 : 1;
     const long packets = static_cast<long>(t.pixels) * ((t.samples + lanes - 1) / lanes);
-    l.run_with(defines, "light/ssrt.cl", "ssrt", Range::of(size(packets), size(group)), l.in(0), l.in(1), l.in(2), l.in(3),
-               more..., l.out(0), l.out(1), l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples,
+    l.run_with(defines, "light/ssrt.cl", "ssrt", Range::of(size(packets), size(group)), l.in(0), l.in(1), l.in(2),
+               l.in(3), more..., l.out(0), l.out(1), l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples,
                t.pixel_capacity, t.sample_capacity, depth.n, depth.w, depth.h, layout.stride, layout.level_rows,
                layout.levels, Launch::Real{options.thickness});
   }

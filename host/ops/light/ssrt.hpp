@@ -27,7 +27,8 @@ struct RayOrigins {
 
 struct SsrtHits {
   Value pixel;  // Int {1, 1, pixels, samples}: y * w + x, or -1 on a miss
-  Value delta;  // how far the ray is behind the surface it meets, >= 0, over scene_scale (or in window depth); 0 on a miss
+  Value delta;  // how far the ray is behind the surface it meets, >= 0, over scene_scale (or in window depth); 0 on a
+                // miss
   Value u;      // uncertainty tanh(10 delta); 1 on a miss; 0 where the direction is (0, 0, 0)
 };
 

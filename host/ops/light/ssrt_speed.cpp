@@ -26,7 +26,8 @@ SsrtSpeed ssrt_speed(Device device, int width, int height, SsrtSolver solver, in
   Graph graph;
   const Value in_depth = graph.input("depth", depth.shape), in_camera = graph.input("camera", {1, 4, 1, 1});
   const Value in_range = graph.input("range", {1, 3, 1, 1}), directions = graph.input("directions", rays);
-  const Value in_pyramid = graph.input("pyramid", {1, 1, pyramid_layout(width, height).level_rows, pyramid_layout(width, height).stride});
+  const Value in_pyramid =
+      graph.input("pyramid", {1, 1, pyramid_layout(width, height).level_rows, pyramid_layout(width, height).stride});
   const SsrtHits hits = ssrt(in_depth, in_pyramid, in_camera, in_range, directions, {}, {}, {.solver = solver});
   Graph before;
   const Value before_depth = before.input("depth", depth.shape);
@@ -47,7 +48,8 @@ SsrtSpeed ssrt_speed(Device device, int width, int height, SsrtSolver solver, in
       const Frame frame = frame_around({normal.at(0, 0, y, x), normal.at(0, 1, y, x), normal.at(0, 2, y, x)});
       for (int s = 0; s < samples; ++s) {
         const double u = unit(random), turn = 2 * M_PI * unit(random);
-        const Vec3 v = frame.from_local({std::sqrt(u) * std::cos(turn), std::sqrt(u) * std::sin(turn), std::sqrt(1 - u)});
+        const Vec3 v =
+            frame.from_local({std::sqrt(u) * std::cos(turn), std::sqrt(u) * std::sin(turn), std::sqrt(1 - u)});
         for (int c = 0; c < 3; ++c) d.at(0, c, p, s) = v[c];
       }
     }

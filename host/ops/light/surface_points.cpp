@@ -15,7 +15,8 @@ struct SurfacePointsOp : Op {
   void launch(Launch& l) const override {
     const Shape& s = l.in(0).shape;
     l.run("light/surface_points.cl", "surface_points",
-          Range::of2(static_cast<std::size_t>(s.plane()), static_cast<std::size_t>(s.n)), l.in(0), l.in(1), l.out(), s.w, s.h);
+          Range::of2(static_cast<std::size_t>(s.plane()), static_cast<std::size_t>(s.n)), l.in(0), l.in(1), l.out(),
+          s.w, s.h);
   }
 };
 

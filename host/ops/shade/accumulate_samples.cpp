@@ -20,7 +20,8 @@ struct AccumulateSamplesOp : Op {
     for (std::size_t k = 1; k < in.size(); ++k) {
       const Shape wanted{1, k == 1 ? 3 : 1, s.h, s.w};
       if (!(in[k].shape() == wanted))
-        throw Error(ErrorKind::Failed, "tensors of unlike rays", "accumulate_samples", in[k].shape().text(), wanted.text());
+        throw Error(ErrorKind::Failed, "tensors of unlike rays", "accumulate_samples", in[k].shape().text(),
+                    wanted.text());
     }
     return {{{1, 3, s.h, 1}, Type::Real}, {{1, 3, s.h, 1}, Type::Real}, {{1, 5, s.h, 1}, Type::Real}};
   }

@@ -20,7 +20,8 @@ struct SampleStatistics {
   Value uncertainty;     // {n, 1, h, w}: mean u over the directions drawn; 0 where there are none
 };
 
-/// From whole maps of the sums. `chunks`: chunks of samples a pixel's samples came in (each takes one degree of freedom).
+/// From whole maps of the sums. `chunks`: chunks of samples a pixel's samples came in (each takes one degree of
+/// freedom).
 SampleStatistics finish_samples(Value squares, Value tally, int count, int chunks);
 
 }  // namespace clerestory

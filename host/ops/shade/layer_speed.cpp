@@ -29,8 +29,8 @@ LayerSpeed layer_speed(Device device, int width, int height, const RenderSpec& s
   std::map<std::string, Value> in;
   for (const auto& [name, tensor] : feeds) in[name] = graph.input(name, tensor.shape);
   const std::vector<Value> light{in["image"], in["ambient"]};
-  const Rendered rendered = render(graph, spec, {in["depth"], {in["albedo"], in["normal"], in["material"]}}, in["camera"],
-                                   in["range"], light, image_light_builder());
+  const Rendered rendered = render(graph, spec, {in["depth"], {in["albedo"], in["normal"], in["material"]}},
+                                   in["camera"], in["range"], light, image_light_builder());
   Executor executor(compile(graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty}, device));
   for (const auto& [name, tensor] : feeds) executor.feed(name, tensor);
 
@@ -42,7 +42,9 @@ LayerSpeed layer_speed(Device device, int width, int height, const RenderSpec& s
     const auto start = std::chrono::steady_clock::now();
     executor.run(static_cast<std::uint32_t>(r));
     device.finish();
-    if (r > 0) speed.seconds = std::min(speed.seconds, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    if (r > 0)
+      speed.seconds =
+          std::min(speed.seconds, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     speed.peak_bytes = std::max(speed.peak_bytes, device.memory_peak());
   }
   speed.million_samples_per_second = 1e-6 * width * height * spec.spp / speed.seconds;

@@ -16,7 +16,8 @@ enum Tally { kUncertainty, kDirections, kDropped, kFirstDropped, kHits, kTallies
 
 ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
   if (spec.spp < 2)
-    throw usage_error("a picture and its standard error need more samples", "spp", std::to_string(spec.spp), "at least 2");
+    throw usage_error("a picture and its standard error need more samples", "spp", std::to_string(spec.spp),
+                      "at least 2");
   if (spec.sampling.sampler == Sampler::Grid8x16 && spec.spp != kGridDirections)
     throw usage_error("the sampler grid8x16 has a fixed number of samples", "spp", std::to_string(spec.spp), "128");
   if (spec.chunk_rays < 16) throw Error(ErrorKind::Failed, "a chunk of less than sixteen rays", "render");
@@ -88,7 +89,9 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
 }
 
 LightBuilder image_light_builder() {
-  return [](Graph&, const RayBatch& rays, std::span<const Value> in) { return image_light(in[0], in[1], rays.hits.pixel); };
+  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
+    return image_light(in[0], in[1], rays.hits.pixel);
+  };
 }
 LightBuilder constant_light_builder() {
   return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
@@ -128,8 +131,10 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   const Shape picture = feed("depth").shape;
   const ChunkDomain domain = domain_of(spec, picture);
   if (sample_chunks(domain) > 1)
-    throw usage_error("more samples than one chunk holds", "spp", std::to_string(spec.spp), fmt::format("at most {}", spec.chunk_rays));
-  const Shape rays{1, 3, domain.chunk_pixels, domain.chunk_samples}, one{1, 1, domain.chunk_pixels, domain.chunk_samples};
+    throw usage_error("more samples than one chunk holds", "spp", std::to_string(spec.spp),
+                      fmt::format("at most {}", spec.chunk_rays));
+  const Shape rays{1, 3, domain.chunk_pixels, domain.chunk_samples},
+      one{1, 1, domain.chunk_pixels, domain.chunk_samples};
 
   // Once: what is made of the whole picture.
   Graph whole;
@@ -146,9 +151,11 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   const auto map = [&](const char* name) { return first.input(name, feed(name).shape); };
   const SurfaceMaps maps{map("depth"), {map("albedo"), map("normal"), map("material")}};
   const Value camera = map("camera");
-  const BrdfSamples samples = sample_brdf(maps.depth, camera, maps.surfaces, maps.surfaces, rays.h, rays.w, spec.sampling);
+  const BrdfSamples samples =
+      sample_brdf(maps.depth, camera, maps.surfaces, maps.surfaces, rays.h, rays.w, spec.sampling);
   Traced traced;
-  if (spec.trace) traced = {maps.depth, first.input("pyramid", whole_pyramid.shape()), map("range"), maps.surfaces.normal, {}};
+  if (spec.trace)
+    traced = {maps.depth, first.input("pyramid", whole_pyramid.shape()), map("range"), maps.surfaces.normal, {}};
   const SsrtHits hits = trace(spec, traced, camera, samples.direction);
   std::vector<Value> made{samples.direction, samples.weight, samples.pdf, samples.status};
   if (spec.trace) made.insert(made.end(), {hits.u, hits.pixel});
@@ -182,7 +189,8 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   Tensor squares = channels(3);
   const long plane = picture.plane();
   for (int pixel = 0; pixel < picture.n * plane; pixel += domain.chunk_pixels) {
-    const Chunk chunk{pixel, static_cast<int>(std::min<long>(domain.chunk_pixels, picture.n * plane - pixel)), 0, spec.spp};
+    const Chunk chunk{pixel, static_cast<int>(std::min<long>(domain.chunk_pixels, picture.n * plane - pixel)), 0,
+                      spec.spp};
     draw.run(seed, chunk);
     fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction),
           spec.trace ? draw.view(hits.pixel) : TensorView{}, radiance});
@@ -201,7 +209,8 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   }
 
   Graph last;
-  const SampleStatistics statistics = finish_samples(last.input("squares", squares.shape), last.input("tally", result.tally.shape), spec.spp, 1);
+  const SampleStatistics statistics =
+      finish_samples(last.input("squares", squares.shape), last.input("tally", result.tally.shape), spec.spp, 1);
   const std::vector<Tensor> finished = evaluate(last, {statistics.standard_error, statistics.uncertainty}, device,
                                                 {{"squares", squares}, {"tally", result.tally}});
   result.standard_error = finished[0], result.uncertainty = finished[1];

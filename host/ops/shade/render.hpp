@@ -14,8 +14,8 @@ struct RenderSpec {
   int spp = 64;  // at least 2; 128 for Sampler::Grid8x16
   SamplingOptions sampling{};
   SsrtOptions ssrt{};
-  bool facing = true;     // a cell that faces away from a ray is not hit by it
-  bool trace = true;      // false: no ray is traced (a light that does not ask where rays end); u is 0
+  bool facing = true;  // a cell that faces away from a ray is not hit by it
+  bool trace = true;   // false: no ray is traced (a light that does not ask where rays end); u is 0
   int chunk_rays = 1 << 18;
 };
 
@@ -26,16 +26,16 @@ struct SurfaceMaps {
 };
 
 /// What rays are traced against when it is not the shaded maps themselves: an object put before a scene is shaded, and
-/// its rays meet the scene. skip: Int {n, 1, h, w}, the pixel that a pixel's rays do not hit (its own where it shows the
-/// scene, -1 on the object).
+/// its rays meet the scene. skip: Int {n, 1, h, w}, the pixel that a pixel's rays do not hit (its own where it shows
+/// the scene, -1 on the object).
 struct Blockers {
   Value depth, normal, skip;
 };
 
 /// One chunk's rays, as a light sees them inside map_chunks.
 struct RayBatch {
-  Value direction;  // {1, 3, pixels, samples}, camera frame; (0, 0, 0): none
-  SsrtHits hits;    // no values when RenderSpec::trace is false
+  Value direction;   // {1, 3, pixels, samples}, camera frame; (0, 0, 0): none
+  SsrtHits hits;     // no values when RenderSpec::trace is false
   SurfaceMaps maps;  // whole maps of the pixels that the rays start from
   Value camera;
 };
@@ -63,7 +63,7 @@ LightBuilder panorama_light_builder();  // image, ambient
 
 /// Sums over a batch, exact: rays and pixels may be more than float counts.
 struct RenderCounts {
-  double directions = 0, hits = 0, dropped = 0;       // rays
+  double directions = 0, hits = 0, dropped = 0;           // rays
   double shaded = 0, without_depth = 0, facing_away = 0;  // pixels
   struct Offender {
     long pixel = 0;  // of the batch, row-major
@@ -73,15 +73,16 @@ struct RenderCounts {
 };
 RenderCounts render_counts(const Tensor& status, const Tensor& tally);
 
-/// The same layer with a light that is not a graph: a chunk's rays are made on the device, `fill` writes their radiance,
-/// the chunk is summed.
+/// The same layer with a light that is not a graph: a chunk's rays are made on the device, `fill` writes their
+/// radiance, the chunk is summed.
 struct HostRays {
   Chunk chunk;
-  int pixel_capacity = 0, sample_capacity = 0;  // ray (p, s) of channel c lies at offset + (c * pixel_capacity + p) * sample_capacity + s
-  TensorView points;     // {n, 3, h, w}: surface points of all pixels, camera metres
-  TensorView direction;  // {1, 3, pixel_capacity, sample_capacity}
-  TensorView hit_pixel;  // Int {1, 1, ...}; empty when nothing is traced
-  TensorView radiance;   // {1, 3, ...}: to be filled
+  int pixel_capacity = 0,
+      sample_capacity = 0;  // ray (p, s) of channel c lies at offset + (c * pixel_capacity + p) * sample_capacity + s
+  TensorView points;        // {n, 3, h, w}: surface points of all pixels, camera metres
+  TensorView direction;     // {1, 3, pixel_capacity, sample_capacity}
+  TensorView hit_pixel;     // Int {1, 1, ...}; empty when nothing is traced
+  TensorView radiance;      // {1, 3, ...}: to be filled
 };
 struct HostRendered {
   Tensor radiance, standard_error, uncertainty, status, tally;
@@ -93,8 +94,8 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
 /// The whole layer under light = image on a furnished box room: best of `repeats`, kernels built before.
 struct LayerSpeed {
   double seconds = 0, million_samples_per_second = 0;
-  std::size_t peak_bytes = 0;                 // of device memory
-  std::vector<KernelProfile> kernels;         // of one more run
+  std::size_t peak_bytes = 0;          // of device memory
+  std::vector<KernelProfile> kernels;  // of one more run
 };
 LayerSpeed layer_speed(Device device, int width, int height, const RenderSpec& spec, int repeats = 3);
 

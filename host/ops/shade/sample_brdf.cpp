@@ -33,11 +33,14 @@ struct SampleBrdfOp : Op {
       throw Error(ErrorKind::Failed, "a depth map and its camera are wanted", "sample_brdf",
                   d.text() + " and " + in[1].shape().text());
     if (samples % 16 != 0 || samples < 16 || pixels < 1)
-      throw Error(ErrorKind::Failed, "samples come in sixteens", "sample_brdf", fmt::format("{} x {}", pixels, samples));
+      throw Error(ErrorKind::Failed, "samples come in sixteens", "sample_brdf",
+                  fmt::format("{} x {}", pixels, samples));
     if (options.sampler == Sampler::Grid8x16 && samples > kGridDirections)
       throw usage_error("the grid has a fixed number of directions", "spp", std::to_string(samples), "128");
-    return {{{1, 3, pixels, samples}, Type::Real}, {{1, 3, pixels, samples}, Type::Real},
-            {{1, 1, pixels, samples}, Type::Real}, {{1, 1, pixels, 1}, Type::Real}};
+    return {{{1, 3, pixels, samples}, Type::Real},
+            {{1, 3, pixels, samples}, Type::Real},
+            {{1, 1, pixels, samples}, Type::Real},
+            {{1, 1, pixels, 1}, Type::Real}};
   }
 
   void launch(Launch& l) const override {
@@ -55,9 +58,9 @@ struct SampleBrdfOp : Op {
   void draw(Launch& l, const Defines& defines, const Evaluation&... evaluation) const {
     const Shape& s = l.in(0).shape;
     const RayTile t = ray_tile(l, l.out(0).shape, s.n * s.plane());
-    l.run_with(defines, "shade/sample_brdf.cl", "sample_brdf", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4),
-               evaluation..., l.out(0), l.out(1), l.out(2), l.out(3), t.first_pixel, t.pixels, t.first_sample, t.samples,
-               t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
+    l.run_with(defines, "shade/sample_brdf.cl", "sample_brdf", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3),
+               l.in(4), evaluation..., l.out(0), l.out(1), l.out(2), l.out(3), t.first_pixel, t.pixels, t.first_sample,
+               t.samples, t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
   }
 
   Cost cost(const Node& node) const override {

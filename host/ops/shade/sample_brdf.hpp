@@ -12,8 +12,8 @@ enum class Sampler { VndfCaps, VndfHemisphere, VndfBounded, Ndf, Cosine, Uniform
 enum class Points { Independent, Sobol };
 enum class BrdfModel { Ggx, Li2020 };
 
-Sampler sampler_of(const std::string& name);      // vndf_caps | ... | uniform | grid8x16; throws usage_error
-Points points_of(const std::string& name);        // independent | sobol; throws usage_error
+Sampler sampler_of(const std::string& name);       // vndf_caps | ... | uniform | grid8x16; throws usage_error
+Points points_of(const std::string& name);         // independent | sobol; throws usage_error
 BrdfModel brdf_model_of(const std::string& name);  // ggx | li2020; throws usage_error
 
 struct SamplingOptions {
@@ -35,8 +35,8 @@ struct BrdfSamples {
   Value status;     // {1, 1, pixels, 1}: 0 shaded, 1 no depth, 2 normal faces away from the viewer
 };
 
-/// Samples of a chunk of `pixels` x `samples` (multiple of 16) rays. `sampling` maps choose directions, lobes and pdf and
-/// are detached; `weight` is a function of the `evaluation` maps (the same values unless gradients want otherwise).
+/// Samples of a chunk of `pixels` x `samples` (multiple of 16) rays. `sampling` maps choose directions, lobes and pdf
+/// and are detached; `weight` is a function of the `evaluation` maps (the same values unless gradients want otherwise).
 /// depth {n, 1, h, w} (0 = no surface), camera {n, 4, 1, 1}. Random numbers: (run seed, pixel, sample).
 BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, const Surfaces& evaluation, int pixels,
                         int samples, const SamplingOptions& options = {});

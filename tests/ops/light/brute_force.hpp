@@ -29,12 +29,16 @@ struct BruteForce {
       for (int x = 0; x < s.w; ++x) {
         const double z = depth->at(item, 0, y, x);
         if (!(z > 0) || !std::isfinite(z)) continue;
-        // t of the ray for which it lies in the wedge: m = -z, (cx m + fx X) >= x m and so on; each side is f + t g >= 0.
+        // t of the ray for which it lies in the wedge: m = -z, (cx m + fx X) >= x m and so on; each side is f + t g >=
+        // 0.
         double t0 = 0, t1 = INFINITY;
         const auto clip = [&](double f, double g) {
-          if (g > 0) t0 = std::max(t0, -f / g);
-          else if (g < 0) t1 = std::min(t1, -f / g);
-          else if (f < 0) t1 = -1;
+          if (g > 0)
+            t0 = std::max(t0, -f / g);
+          else if (g < 0)
+            t1 = std::min(t1, -f / g);
+          else if (f < 0)
+            t1 = -1;
         };
         const auto side = [&](const Vec3& plane) { clip(glm::dot(plane, origin), glm::dot(plane, direction)); };
         side({camera.fx, 0, x - camera.cx});

@@ -42,7 +42,8 @@ std::vector<Tensor> seen(const Tensors& t, Pixel pixel) {
     for (int s = 0; s < 16; ++s) {
       const int n = p / (kHeight * kWidth), at = pixel(p, s);
       for (int c = 0; c < 3; ++c)
-        radiance.at(0, c, p, s) = at < 0 ? t.at("ambient").at(n, c, 0, 0) : t.at("image").at(n, c, at / kWidth, at % kWidth);
+        radiance.at(0, c, p, s) =
+            at < 0 ? t.at("ambient").at(n, c, 0, 0) : t.at("image").at(n, c, at / kWidth, at % kWidth);
     }
   return {radiance};
 }
@@ -50,7 +51,9 @@ std::vector<Tensor> seen(const Tensors& t, Pixel pixel) {
 OP_CASES(image_light) {
   const std::string later = "lights are not trained through; comes with learned light";
   OpCase hit{.stem = "image_light", .label = "hits", .kernels = {"image_light"}, .inputs = inputs()};
-  hit.build = [](Graph&, const Values& v) { return std::vector<Value>{image_light(v.at("image"), v.at("ambient"), v.at("hit"))}; };
+  hit.build = [](Graph&, const Values& v) {
+    return std::vector<Value>{image_light(v.at("image"), v.at("ambient"), v.at("hit"))};
+  };
   hit.reference = [](const Tensors& t) {
     return seen(t, [&](int p, int s) { return t.at("hit").integer[static_cast<std::size_t>(p * 16 + s)]; });
   };
@@ -75,7 +78,9 @@ OP_CASES(image_light) {
   Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, 5, 0.5, 4);
   depth.at(0, 0, 1, 2) = 0;
   points.inputs = {{"depth", depth}, {"camera", inputs().at("camera")}};
-  points.build = [](Graph&, const Values& v) { return std::vector<Value>{surface_points(v.at("depth"), v.at("camera"))}; };
+  points.build = [](Graph&, const Values& v) {
+    return std::vector<Value>{surface_points(v.at("depth"), v.at("camera"))};
+  };
   points.reference = [](const Tensors& t) {
     Tensor all(Shape{kBatch, 3, kHeight, kWidth});
     for (int n = 0; n < kBatch; ++n)

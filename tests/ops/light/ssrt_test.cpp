@@ -76,11 +76,15 @@ struct Scene {
   Tensor cameras() const { return camera_tensor(std::vector<Camera>(static_cast<std::size_t>(depth.shape.n), camera)); }
 };
 
-std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions& options, bool facing, Precision precision) {
+std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions& options, bool facing,
+                        Precision precision) {
   Graph g;
   const Value depth = g.input("depth", scene.depth.shape);
   RayOrigins origins;
-  Tensors feeds{{"depth", scene.depth}, {"camera", scene.cameras()}, {"range", depth_range(scene.depth)}, {"directions", rays.directions}};
+  Tensors feeds{{"depth", scene.depth},
+                {"camera", scene.cameras()},
+                {"range", depth_range(scene.depth)},
+                {"directions", rays.directions}};
   if (!rays.points.real.empty()) {
     origins = {g.input("points", rays.points.shape), g.input("skip", rays.skip.shape, Type::Int)};
     feeds["points"] = rays.points, feeds["skip"] = rays.skip;
@@ -88,8 +92,8 @@ std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions&
   Value normal;
   if (facing) normal = g.input("normal", scene.normal.shape), feeds["normal"] = scene.normal;
   const SsrtHits hits = ssrt(depth, depth_pyramid(depth), g.input("camera", {scene.depth.shape.n, 4, 1, 1}),
-                             g.input("range", {scene.depth.shape.n, 3, 1, 1}), g.input("directions", rays.directions.shape),
-                             normal, origins, options);
+                             g.input("range", {scene.depth.shape.n, 3, 1, 1}),
+                             g.input("directions", rays.directions.shape), normal, origins, options);
   return evaluate(g, {hits.pixel, hits.delta, hits.u}, test_device(precision), feeds, {.precision = precision});
 }
 
@@ -104,7 +108,8 @@ Comparison compare(const Scene& scene, const Rays& rays, const SsrtOptions& opti
   const Shape& s = scene.depth.shape;
   BruteForce reference{scene.camera, &scene.depth, facing ? &scene.normal : nullptr, 0, options.thickness};
   Comparison result;
-  const bool own = rays.points.real.empty(), map = !own && rays.points.shape.w == s.w && rays.points.shape.h == s.h && rays.points.shape.n == s.n;
+  const bool own = rays.points.real.empty(),
+             map = !own && rays.points.shape.w == s.w && rays.points.shape.h == s.h && rays.points.shape.n == s.n;
   for (int p = 0; p < rays.directions.shape.h; ++p)
     for (int k = 0; k < 16; ++k) {
       const auto plane = static_cast<int>(s.plane());
@@ -133,16 +138,21 @@ Comparison compare(const Scene& scene, const Rays& rays, const SsrtOptions& opti
       ++result.rays;
       result.hits += want.pixel >= 0;
       const double scale = range.at(n, 0, 0, 0), delta = got[1].at(0, 0, p, k), u = got[2].at(0, 0, p, k);
-      // Depth where the ray enters: relative to the deepest thing there is, amplified where a ray almost passes the eye.
-      const bool same = pixel_got == want.pixel && std::abs(delta - want.delta / scale) <= 1e3 * (precision == Precision::Single ? 1.2e-7 : 2.3e-16) * (1 + 10 * want.delta / scale);
+      // Depth where the ray enters: relative to the deepest thing there is, amplified where a ray almost passes the
+      // eye.
+      const bool same = pixel_got == want.pixel &&
+                        std::abs(delta - want.delta / scale) <=
+                            1e3 * (precision == Precision::Single ? 1.2e-7 : 2.3e-16) * (1 + 10 * want.delta / scale);
       if (!same) {
         ++result.differ;
         if (precision == Precision::Double)
-          ADD_FAILURE() << "ray " << p << "/" << k << " hits " << pixel_got << " at " << delta << ", brute force " << want.pixel << " at "
-                        << want.delta / scale;
+          ADD_FAILURE() << "ray " << p << "/" << k << " hits " << pixel_got << " at " << delta << ", brute force "
+                        << want.pixel << " at " << want.delta / scale;
       }
-      if (d == Vec3(0)) EXPECT_EQ(u, 0);
-      else EXPECT_NEAR(u, pixel_got < 0 ? 1.0 : std::tanh(10 * delta), 4e-7);
+      if (d == Vec3(0))
+        EXPECT_EQ(u, 0);
+      else
+        EXPECT_NEAR(u, pixel_got < 0 ? 1.0 : std::tanh(10 * delta), 4e-7);
     }
   return result;
 }
@@ -226,7 +236,8 @@ TEST(Ssrt, SolversAgreeToTheLastBit) {
     for (const bool facing : {false, true})
       for (const DeltaDepth delta : {DeltaDepth::Linear, DeltaDepth::Window}) {
         const auto a = run(scene, rays, {.solver = SsrtSolver::Dda, .delta = delta}, facing, Precision::Single);
-        const auto b = run(scene, rays, {.solver = SsrtSolver::Hierarchical, .delta = delta}, facing, Precision::Single);
+        const auto b =
+            run(scene, rays, {.solver = SsrtSolver::Hierarchical, .delta = delta}, facing, Precision::Single);
         EXPECT_EQ(a[0].integer, b[0].integer);
         EXPECT_EQ(a[1].real, b[1].real);
         EXPECT_EQ(a[2].real, b[2].real);
@@ -250,14 +261,16 @@ TEST(Ssrt, IsSymmetricUnderMirrors) {
       const int q = image_of(p);
       mirrored.depth.at(0, 0, q / w, q % w) = scene.depth.at(0, 0, p / w, p % w);
       for (int k = 0; k < 16; ++k)
-        for (int c = 0; c < 3; ++c) turned.directions.at(0, c, q, k) = rays.directions.at(0, c, p, k) * (c == axis ? -1 : 1);
+        for (int c = 0; c < 3; ++c)
+          turned.directions.at(0, c, q, k) = rays.directions.at(0, c, p, k) * (c == axis ? -1 : 1);
     }
     const std::vector<int> seen = run(mirrored, turned, {}, false, Precision::Single)[0].integer;
     int differ = 0;
     for (int p = 0; p < h * w; ++p)
       for (int k = 0; k < 16; ++k) {
         if (k == 4 || k == 5) continue;  // along the axis of view: from diagonal pixels these pass through corners
-        const int a = straight[static_cast<std::size_t>(p * 16 + k)], b = seen[static_cast<std::size_t>(image_of(p) * 16 + k)];
+        const int a = straight[static_cast<std::size_t>(p * 16 + k)],
+                  b = seen[static_cast<std::size_t>(image_of(p) * 16 + k)];
         differ += (a < 0 ? -1 : image_of(a)) != b;
       }
     // Mirrored positions round differently (w - x): knife edges only. A solver that is off by a cell on one side
@@ -275,7 +288,8 @@ TEST(Ssrt, DoesNotDependOnTheBatchItIsIn) {
     Rays part{Tensor(Shape{1, 3, 20 * 31, 16}), {}, {}};
     const auto cut = [&](const Tensor& t) {
       const long item = t.shape.item();
-      return Tensor({1, t.shape.c, t.shape.h, t.shape.w}, std::vector<double>(t.real.begin() + n * item, t.real.begin() + (n + 1) * item));
+      return Tensor({1, t.shape.c, t.shape.h, t.shape.w},
+                    std::vector<double>(t.real.begin() + n * item, t.real.begin() + (n + 1) * item));
     };
     one.depth = cut(scene.depth), one.normal = cut(scene.normal);
     for (int p = 0; p < 20 * 31; ++p)
@@ -297,7 +311,8 @@ TEST(Ssrt, MeetsAWallWhereGeometrySays) {
   // Left half: a far wall at 4.1 m. Right half: near wall at 2 m.
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x) scene.depth.at(0, 0, y, x) = x < w / 2 ? 4.1 : 2;
-  Rays rays{Tensor(Shape{1, 3, 1, 16}), Tensor(Shape{1, 3, 1, 16}), Tensor::of_int({1, 1, 1, 16}, std::vector<int>(16, -1))};
+  Rays rays{Tensor(Shape{1, 3, 1, 16}), Tensor(Shape{1, 3, 1, 16}),
+            Tensor::of_int({1, 1, 1, 16}, std::vector<int>(16, -1))};
   for (int k = 0; k < 16; ++k) {
     rays.points.at(0, 0, 0, k) = -1, rays.points.at(0, 2, 0, k) = -3;  // 3 m deep, 1 m to the left
     rays.directions.at(0, k % 2 ? 2 : 0, 0, k) = k % 2 ? -1 : 1;
@@ -314,7 +329,8 @@ TEST(Ssrt, MeetsAWallWhereGeometrySays) {
 TEST(Ssrt, LeavesByEachOfTheFourSides) {
   const int w = 30, h = 20;
   Scene scene{Camera::from_fov(w, h, 80.0), Tensor(Shape{1, 1, h, w}, 5.0), {}};
-  Rays rays{Tensor(Shape{1, 3, 1, 16}), Tensor(Shape{1, 3, 1, 16}), Tensor::of_int({1, 1, 1, 16}, std::vector<int>(16, -1))};
+  Rays rays{Tensor(Shape{1, 3, 1, 16}), Tensor(Shape{1, 3, 1, 16}),
+            Tensor::of_int({1, 1, 1, 16}, std::vector<int>(16, -1))};
   for (int k = 0; k < 16; ++k) {
     rays.points.at(0, 2, 0, k) = -2;
     rays.directions.at(0, k / 2 % 2, 0, k) = k % 2 ? 1 : -1;
@@ -328,7 +344,8 @@ TEST(Ssrt, LeavesByEachOfTheFourSides) {
 
 TEST(Ssrt, RefusesWhatDoesNotFit) {
   Graph g;
-  const Value depth = g.input("depth", {1, 1, 8, 8}), pyramid = depth_pyramid(depth), camera = g.input("camera", {1, 4, 1, 1});
+  const Value depth = g.input("depth", {1, 1, 8, 8}), pyramid = depth_pyramid(depth),
+              camera = g.input("camera", {1, 4, 1, 1});
   const Value range = g.input("range", {1, 3, 1, 1});
   EXPECT_THROW(ssrt(depth, pyramid, camera, range, g.input("seven", {1, 3, 64, 7})), Error);
   EXPECT_THROW(ssrt(depth, pyramid, range, range, g.input("rays", {1, 3, 64, 16})), Error);
@@ -365,9 +382,13 @@ Camera camera_in(const Tensors& t) {
 OP_CASES(light_ssrt) {
   // Rays whose cells are the same in float (EqualsBruteForce... tells how seldom that is not so).
   const Scene scene = scene_of(1, 6, 7, 30);
-  Tensors inputs{{"depth", scene.depth}, {"camera", scene.cameras()}, {"range", depth_range(scene.depth)}, {"directions", directions(42, 31)}};
+  Tensors inputs{{"depth", scene.depth},
+                 {"camera", scene.cameras()},
+                 {"range", depth_range(scene.depth)},
+                 {"directions", directions(42, 31)}};
   const auto build = [](Graph&, const Values& v) {
-    const SsrtHits hits = ssrt(v.at("depth"), depth_pyramid(v.at("depth")), v.at("camera"), v.at("range"), v.at("directions"));
+    const SsrtHits hits =
+        ssrt(v.at("depth"), depth_pyramid(v.at("depth")), v.at("camera"), v.at("range"), v.at("directions"));
     return std::vector<Value>{hits.pixel, hits.delta, hits.u};
   };
   const auto reference = [](const Tensors& t) {
@@ -381,14 +402,20 @@ OP_CASES(light_ssrt) {
         const double z = depth.at(0, 0, p / 7, p % 7);
         const Tensor& d = t.at("directions");
         const Vec3 direction{d.at(0, 0, p, k), d.at(0, 1, p, k), d.at(0, 2, p, k)};
-        const BruteForce::Hit hit = z > 0 ? brute.trace(camera.unproject(p % 7 + 0.5, p / 7 + 0.5, z), direction, p) : BruteForce::Hit{};
+        const BruteForce::Hit hit =
+            z > 0 ? brute.trace(camera.unproject(p % 7 + 0.5, p / 7 + 0.5, z), direction, p) : BruteForce::Hit{};
         pixel.push_back(hit.pixel);
         delta.at(0, 0, p, k) = hit.delta / t.at("range").at(0, 0, 0, 0);
         u.at(0, 0, p, k) = z > 0 && direction != Vec3(0) ? hit.pixel < 0 ? 1 : std::tanh(10 * delta.at(0, 0, p, k)) : 0;
       }
     return std::vector<Tensor>{Tensor::of_int({1, 1, 42, 16}, pixel), delta, u};
   };
-  OpCase rays{.stem = "ssrt", .label = "from_surfaces", .kernels = {"ssrt", "pyramid_base", "pyramid_level"}, .inputs = inputs, .build = build, .reference = reference};
+  OpCase rays{.stem = "ssrt",
+              .label = "from_surfaces",
+              .kernels = {"ssrt", "pyramid_base", "pyramid_level"},
+              .inputs = inputs,
+              .build = build,
+              .reference = reference};
   // The depth where a ray enters a cell goes through the clip, two divisions and the slope of k; delta is their
   // difference and u ten times that.
   rays.roundings = 200, rays.magnitude = 1;
@@ -396,9 +423,7 @@ OP_CASES(light_ssrt) {
 
   OpCase pyramid{.stem = "depth_pyramid", .label = "batch", .kernels = {"pyramid_base", "pyramid_level"}};
   pyramid.inputs = {{"depth", landscape(2, 13, 21, 32)}};
-  pyramid.build = [](Graph&, const Values& v) {
-    return std::vector<Value>{depth_pyramid(v.at("depth"))};
-  };
+  pyramid.build = [](Graph&, const Values& v) { return std::vector<Value>{depth_pyramid(v.at("depth"))}; };
   pyramid.reference = [](const Tensors& t) { return std::vector<Tensor>{pyramid_reference(t.at("depth"))}; };
   pyramid.roundings = 1;
   pyramid.no_gradient = "steers where rays look, not what they find";

@@ -21,8 +21,10 @@ constexpr std::uint32_t kSalt = 0x626f756eu;
 Tensors inputs() {
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
-  Tensors t{{"direction", Tensor(Shape{1, 3, kRows, kSamples})}, {"normal", Tensor(Shape{1, 3, kRows, kSamples})},
-            {"object", random_ints({1, 1, kRows, kSamples}, 2, -1, kObjects - 1)}, {"materials", random_tensor({kObjects, 5, 1, 1}, 3, 0.1, 0.9)}};
+  Tensors t{{"direction", Tensor(Shape{1, 3, kRows, kSamples})},
+            {"normal", Tensor(Shape{1, 3, kRows, kSamples})},
+            {"object", random_ints({1, 1, kRows, kSamples}, 2, -1, kObjects - 1)},
+            {"materials", random_tensor({kObjects, 5, 1, 1}, 3, 0.1, 0.9)}};
   for (int p = 0; p < kRows; ++p)
     for (int s = 0; s < kSamples; ++s)
       for (int c = 0; c < 3; ++c) {
@@ -48,7 +50,9 @@ std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
     for (int s = 0; s < kSamples; ++s) {
       const int object = t.at("object").integer[static_cast<std::size_t>(p * kSamples + s)];
       if (object < 0) continue;
-      const auto ray = [&](const char* name) { return Vec3(t.at(name).at(0, 0, p, s), t.at(name).at(0, 1, p, s), t.at(name).at(0, 2, p, s)); };
+      const auto ray = [&](const char* name) {
+        return Vec3(t.at(name).at(0, 0, p, s), t.at(name).at(0, 1, p, s), t.at(name).at(0, 2, p, s));
+      };
       const auto material = [&](int c) { return t.at("materials").at(object, c, 0, 0); };
       const SurfaceReference surface{{material(0), material(1), material(2)}, material(3), material(4)};
       const Frame frame = frame_around(glm::normalize(ray("normal")));
@@ -56,7 +60,8 @@ std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
       if (wo.z <= 0) continue;
       const std::array<double, 4> u = hashed(seed ^ kSalt, static_cast<unsigned>(p), static_cast<unsigned>(s), kNumber);
       const double chance = surface.specular_probability(wo);
-      Vec3 wi{std::sqrt(u[0]) * std::cos(2 * M_PI * u[1]), std::sqrt(u[0]) * std::sin(2 * M_PI * u[1]), std::sqrt(1 - u[0])};
+      Vec3 wi{std::sqrt(u[0]) * std::cos(2 * M_PI * u[1]), std::sqrt(u[0]) * std::sin(2 * M_PI * u[1]),
+              std::sqrt(1 - u[0])};
       if (u[2] < chance) {
         const Vec3 h = visible_normal(wo, surface.alpha(), u[0], u[1]);
         wi = 2 * glm::dot(wo, h) * h - wo;

@@ -23,9 +23,11 @@ struct Samples {
   double lobe = 0;
 };
 
-Samples draw(Probe& probe, int sampler, const SurfaceReference& surface, const Vec3& wo, int count, unsigned seed, double lobe) {
-  const std::vector<double> rows = probe.run("probe_sample", sampler, count, 8,
-                                             {probe.upload(surface.values()), probe.upload({wo.x, wo.y, wo.z})}, seed, probe.real(lobe));
+Samples draw(Probe& probe, int sampler, const SurfaceReference& surface, const Vec3& wo, int count, unsigned seed,
+             double lobe) {
+  const std::vector<double> rows =
+      probe.run("probe_sample", sampler, count, 8, {probe.upload(surface.values()), probe.upload({wo.x, wo.y, wo.z})},
+                seed, probe.real(lobe));
   Samples s;
   const std::size_t n = static_cast<std::size_t>(count);
   for (std::size_t i = 0; i < n; ++i) {
@@ -141,14 +143,18 @@ TEST_P(SamplerTest, WeightAndDensityAreThoseOfTheTextbook) {
               EXPECT_EQ(glm::length(drawn.weight[i]), 0);
               continue;
             }
-            const double across = glm::dot(wo, glm::normalize(wo + wi)), scale = 60 * epsilon + epsilon / (across * across);
+            const double across = glm::dot(wo, glm::normalize(wo + wi)),
+                         scale = 60 * epsilon + epsilon / (across * across);
             const double pdf = exact.pdf(sampler, wo, wi, drawn.lobe);
             const Vec3 weight = exact.f_cos(wo, wi) / pdf;
             worst_pdf = std::max(worst_pdf, std::abs(drawn.pdf[i] / pdf - 1) / scale);
-            for (int k = 0; k < 3; ++k) worst_weight = std::max(worst_weight, std::abs(drawn.weight[i][k] / weight[k] - 1) / scale);
+            for (int k = 0; k < 3; ++k)
+              worst_weight = std::max(worst_weight, std::abs(drawn.weight[i][k] / weight[k] - 1) / scale);
           }
-          EXPECT_LT(worst_weight, 1) << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
-          EXPECT_LT(worst_pdf, 1) << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
+          EXPECT_LT(worst_weight, 1) << "sampler " << sampler << ", view " << c << ", roughness " << roughness
+                                     << ", metallic " << metallic;
+          EXPECT_LT(worst_pdf, 1) << "sampler " << sampler << ", view " << c << ", roughness " << roughness
+                                  << ", metallic " << metallic;
         }
   }
 }
@@ -166,10 +172,12 @@ TEST_P(SamplerTest, FurnaceGivesTheDirectionalAlbedo) {
         const Samples drawn = draw(probe, sampler, s, wo, 100000, 3u, -1.0);
         std::vector<double> weights;
         for (const Vec3& w : drawn.weight) weights.push_back(w.x);
-        const double estimate = mean(weights), error = standard_deviation(weights) / std::sqrt(static_cast<double>(weights.size()));
+        const double estimate = mean(weights),
+                     error = standard_deviation(weights) / std::sqrt(static_cast<double>(weights.size()));
         const double truth = s.directional_albedo(wo, 1500, 192).x;
         // 5 standard errors; the quadrature's own error is below 3e-4.
-        EXPECT_NEAR(estimate, truth, 5 * error + 3e-4) << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
+        EXPECT_NEAR(estimate, truth, 5 * error + 3e-4)
+            << "sampler " << sampler << ", view " << c << ", roughness " << roughness << ", metallic " << metallic;
         if (metallic == 1) {
           EXPECT_LT(estimate, 1 + 5 * error);
         }
@@ -207,8 +215,8 @@ TEST(Ggx, IsReciprocal) {
   }
 }
 
-// The relative error of D in float over the width of the lobe, for half vectors drawn from the lobe and directions rounded
-// to float, against the same source in double: flat, where forms with n.h lose all digits below alpha = 1e-3.
+// The relative error of D in float over the width of the lobe, for half vectors drawn from the lobe and directions
+// rounded to float, against the same source in double: flat, where forms with n.h lose all digits below alpha = 1e-3.
 TEST(Ggx, DensityKeepsItsDigitsInNarrowLobes) {
   Probe single(test_device(), Precision::Single), twice(test_device(Precision::Double), Precision::Double);
   const int count = 20000;
@@ -223,13 +231,16 @@ TEST(Ggx, DensityKeepsItsDigitsInNarrowLobes) {
       // alpha is rounded once, by the float kernel; give both the rounded roughness.
       SurfaceReference rounded = s;
       rounded.roughness = static_cast<float>(s.roughness);
-      const std::vector<double> f = single.run("probe_evaluate", 0, count, 5, {single.upload(rounded.values()), single.upload(a), single.upload(b)});
-      const std::vector<double> d = twice.run("probe_evaluate", 0, count, 5, {twice.upload(rounded.values()), twice.upload(a), twice.upload(b)});
+      const std::vector<double> f = single.run("probe_evaluate", 0, count, 5,
+                                               {single.upload(rounded.values()), single.upload(a), single.upload(b)});
+      const std::vector<double> d =
+          twice.run("probe_evaluate", 0, count, 5, {twice.upload(rounded.values()), twice.upload(a), twice.upload(b)});
       std::vector<double> errors;
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
         if (drawn.wi[i].z > 0) errors.push_back(std::abs(f[i] / d[i] - 1));
       const double middle = median(errors), high = quantile(errors, 0.99);
-      RecordProperty(fmt::format("D_alpha_{}_view_{}", alpha, c), fmt::format("median {:.1e} p99 {:.1e}", middle, high));
+      RecordProperty(fmt::format("D_alpha_{}_view_{}", alpha, c),
+                     fmt::format("median {:.1e} p99 {:.1e}", middle, high));
       // alpha = R^2 costs one rounding, squared twice by D; about ten more in the form itself.
       EXPECT_LT(middle, 4e-7) << "alpha " << alpha << ", view " << c;
       EXPECT_LT(high, 1e-6) << "alpha " << alpha << ", view " << c;
@@ -257,7 +268,9 @@ TEST(Frame, TurnsAndFramesAreExactToRounding) {
       for (double& x : in) x = static_cast<float>(x);
     const std::vector<double> out = probe.run("probe_frame", 0, count, 5, {probe.upload(in)});
     for (int i = 0; i < count; ++i) {
-      const auto at = [&](const std::vector<double>& rows, int row) { return rows[static_cast<std::size_t>(row * count + i)]; };
+      const auto at = [&](const std::vector<double>& rows, int row) {
+        return rows[static_cast<std::size_t>(row * count + i)];
+      };
       ASSERT_NEAR(at(out, 0), std::cos(2 * M_PI * at(in, 0)), 4 * epsilon) << i;
       ASSERT_NEAR(at(out, 1), std::sin(2 * M_PI * at(in, 0)), 4 * epsilon) << i;
       double length = 0;

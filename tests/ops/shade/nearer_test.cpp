@@ -34,7 +34,8 @@ Tensors inputs(bool per_pixel) {
 std::vector<Tensor> reference(const Tensors& t, bool per_pixel, bool difference) {
   Camera camera;
   const Tensor& v = t.at("camera");
-  camera.fx = v.at(0, 0, 0, 0), camera.fy = v.at(0, 1, 0, 0), camera.cx = v.at(0, 2, 0, 0), camera.cy = v.at(0, 3, 0, 0);
+  camera.fx = v.at(0, 0, 0, 0), camera.fy = v.at(0, 1, 0, 0), camera.cx = v.at(0, 2, 0, 0),
+  camera.cy = v.at(0, 3, 0, 0);
   Tensor radiance(Shape{1, 3, kRows, kSamples});
   for (int p = 0; p < kRows; ++p)
     for (int s = 0; s < kSamples; ++s) {
@@ -47,7 +48,8 @@ std::vector<Tensor> reference(const Tensors& t, bool per_pixel, bool difference)
       }
       bool before = t.at("object").integer[i] >= 0;
       if (before && hit >= 0) {
-        const Vec3 seen = camera.unproject(hit % kWidth + 0.5, hit / kWidth + 0.5, t.at("depth").at(0, 0, hit / kWidth, hit % kWidth));
+        const Vec3 seen = camera.unproject(hit % kWidth + 0.5, hit / kWidth + 0.5,
+                                           t.at("depth").at(0, 0, hit / kWidth, hit % kWidth));
         before = t.at("distance").at(0, 0, p, s) < glm::dot(seen - from, d) / glm::dot(d, d);
       }
       for (int c = 0; c < 3; ++c) {
@@ -63,10 +65,14 @@ OP_CASES(nearer) {
   std::vector<OpCase> cases;
   for (const bool per_pixel : {false, true})
     for (const bool difference : {false, true}) {
-      OpCase c{.stem = "nearer", .label = fmt::format("{}_{}", per_pixel ? "pixels" : "rays", difference ? "difference" : "whole"), .kernels = {"nearer"}, .inputs = inputs(per_pixel)};
+      OpCase c{.stem = "nearer",
+               .label = fmt::format("{}_{}", per_pixel ? "pixels" : "rays", difference ? "difference" : "whole"),
+               .kernels = {"nearer"},
+               .inputs = inputs(per_pixel)};
       c.build = [difference](Graph&, const Values& v) {
         const NearerRays rays{v.at("points"), v.at("direction"), v.at("hit"), v.at("object"), v.at("distance")};
-        return std::vector<Value>{nearer(rays, v.at("scene"), v.at("weight"), v.at("beyond"), v.at("depth"), v.at("camera"), difference ? v.at("shows") : Value{})};
+        return std::vector<Value>{nearer(rays, v.at("scene"), v.at("weight"), v.at("beyond"), v.at("depth"),
+                                         v.at("camera"), difference ? v.at("shows") : Value{})};
       };
       c.reference = [=](const Tensors& t) { return reference(t, per_pixel, difference); };
       c.roundings = 4;

@@ -16,11 +16,15 @@
 namespace clerestory {
 namespace {
 
-/// A wall 2 m before the camera whose right half stands forward; the left half is turned to the right, so that some of its
-/// rays end on the right half.
+/// A wall 2 m before the camera whose right half stands forward; the left half is turned to the right, so that some of
+/// its rays end on the right half.
 Tensors wall(int w, int h, double roughness, double metallic, int n = 1) {
-  Tensors t{{"depth", Tensor(Shape{n, 1, h, w}, 2)}, {"normal", Tensor(Shape{n, 3, h, w})}, {"albedo", random_tensor({n, 3, h, w}, 1, 0.2, 0.9)},
-            {"material", Tensor(Shape{n, 2, h, w})}, {"ambient", random_tensor({n, 3, 1, 1}, 2, 0.5, 1)}, {"image", random_tensor({n, 3, h, w}, 3, 0, 2)}};
+  Tensors t{{"depth", Tensor(Shape{n, 1, h, w}, 2)},
+            {"normal", Tensor(Shape{n, 3, h, w})},
+            {"albedo", random_tensor({n, 3, h, w}, 1, 0.2, 0.9)},
+            {"material", Tensor(Shape{n, 2, h, w})},
+            {"ambient", random_tensor({n, 3, 1, 1}, 2, 0.5, 1)},
+            {"image", random_tensor({n, 3, h, w}, 3, 0, 2)}};
   for (int k = 0; k < n; ++k)
     for (int y = 0; y < h; ++y)
       for (int x = 0; x < w; ++x) {
@@ -49,18 +53,24 @@ struct Layer {
     const SurfaceMaps maps{in("depth"), {in("albedo"), in("normal"), in("material")}};
     const Value camera = in("camera"), range = in("range"), ambient = in("ambient"), image = in("image");
     const std::vector<Value> both{image, ambient}, one{ambient};
-    const Surfaces sampling = other_sampling ? Surfaces{maps.surfaces.albedo, maps.surfaces.normal, in("s_material")} : Surfaces{};
-    if (light == "constant") rendered = render(graph, spec, maps, camera, range, one, constant_light_builder(), {}, sampling);
-    if (light == "image") rendered = render(graph, spec, maps, camera, range, both, image_light_builder(), {}, sampling);
-    if (light == "panorama") rendered = render(graph, spec, maps, camera, range, both, panorama_light_builder(), {}, sampling);
-    executor = std::make_unique<Executor>(compile(graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally}, test_device()));
+    const Surfaces sampling =
+        other_sampling ? Surfaces{maps.surfaces.albedo, maps.surfaces.normal, in("s_material")} : Surfaces{};
+    if (light == "constant")
+      rendered = render(graph, spec, maps, camera, range, one, constant_light_builder(), {}, sampling);
+    if (light == "image")
+      rendered = render(graph, spec, maps, camera, range, both, image_light_builder(), {}, sampling);
+    if (light == "panorama")
+      rendered = render(graph, spec, maps, camera, range, both, panorama_light_builder(), {}, sampling);
+    executor = std::make_unique<Executor>(compile(
+        graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally},
+        test_device()));
     for (const auto& [name, tensor] : t)
       if (other_sampling || name != "s_material") executor->feed(name, tensor);
   }
   Picture run(std::uint32_t seed) {
     executor->run(seed);
-    return {executor->fetch(rendered.radiance), executor->fetch(rendered.standard_error), executor->fetch(rendered.uncertainty),
-            executor->fetch(rendered.status), executor->fetch(rendered.tally)};
+    return {executor->fetch(rendered.radiance), executor->fetch(rendered.standard_error),
+            executor->fetch(rendered.uncertainty), executor->fetch(rendered.status), executor->fetch(rendered.tally)};
   }
 };
 
@@ -74,7 +84,8 @@ TEST(Render, ConstantLightGivesTheDirectionalAlbedo) {
     std::vector<Vec3> truth;
     for (int y = 0; y < h; ++y)
       for (int x = 0; x < w; ++x) {
-        const SurfaceReference s{{t["albedo"].at(0, 0, y, x), t["albedo"].at(0, 1, y, x), t["albedo"].at(0, 2, y, x)}, 0.5, metallic};
+        const SurfaceReference s{
+            {t["albedo"].at(0, 0, y, x), t["albedo"].at(0, 1, y, x), t["albedo"].at(0, 2, y, x)}, 0.5, metallic};
         const Vec3 view = -Camera::from_fov(w, h, 70.0).direction(x + 0.5, y + 0.5);
         const Vec3 n{t["normal"].at(0, 0, y, x), t["normal"].at(0, 1, y, x), t["normal"].at(0, 2, y, x)};
         truth.push_back(s.directional_albedo(frame_around(n).to_local(view), 400, 64));
@@ -84,12 +95,14 @@ TEST(Render, ConstantLightGivesTheDirectionalAlbedo) {
       RenderSpec spec{.spp = 1024, .trace = false};
       spec.sampling = {.sampler = detached ? Sampler::VndfCaps : sampler_of(name), .points = Points::Independent};
       const Picture p = Layer(t, spec, "constant", detached).run(4);
-      // All pixels together: a pixel's own error is small by luck where none of its few directions below the surface fell.
+      // All pixels together: a pixel's own error is small by luck where none of its few directions below the surface
+      // fell.
       double difference = 0, variance = 0;
       for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x)
           for (int c = 0; c < 3; ++c) {
-            difference += p.radiance.at(0, c, y, x) - truth[static_cast<std::size_t>(y * w + x)][c] * t["ambient"].at(0, c, 0, 0);
+            difference +=
+                p.radiance.at(0, c, y, x) - truth[static_cast<std::size_t>(y * w + x)][c] * t["ambient"].at(0, c, 0, 0);
             variance += 3 * std::pow(p.standard_error.at(0, c, y, x), 2);  // channels of a pixel move together
           }
       // 4 standard errors, and the quadrature's 1e-4 a value.
@@ -112,10 +125,12 @@ TEST(Render, SobolPointsSpreadLess) {
     Tensor sum(Shape{1, 3, h, w}), squares(Shape{1, 3, h, w});
     for (int s = 0; s < seeds; ++s) {
       const Picture p = layer.run(static_cast<std::uint32_t>(s));
-      for (std::size_t i = 0; i < sum.real.size(); ++i) sum.real[i] += p.radiance.real[i], squares.real[i] += std::pow(p.radiance.real[i], 2);
+      for (std::size_t i = 0; i < sum.real.size(); ++i)
+        sum.real[i] += p.radiance.real[i], squares.real[i] += std::pow(p.radiance.real[i], 2);
     }
     double total = 0;
-    for (std::size_t i = 0; i < sum.real.size(); ++i) total += (squares.real[i] - sum.real[i] * sum.real[i] / seeds) / (seeds - 1);
+    for (std::size_t i = 0; i < sum.real.size(); ++i)
+      total += (squares.real[i] - sum.real[i] * sum.real[i] / seeds) / (seeds - 1);
     spread[points == Points::Sobol] = total;
   }
   EXPECT_LT(spread[1], 0.8 * spread[0]);
@@ -132,7 +147,8 @@ TEST(Render, StandardErrorIsTheSpreadOverSeeds) {
     double stated = 0;
     for (int s = 0; s < seeds; ++s) {
       const Picture p = layer.run(static_cast<std::uint32_t>(100 + s));
-      for (std::size_t i = 0; i < means.size(); ++i) means[i].push_back(p.radiance.real[i]), stated += std::pow(p.standard_error.real[i], 2) / seeds;
+      for (std::size_t i = 0; i < means.size(); ++i)
+        means[i].push_back(p.radiance.real[i]), stated += std::pow(p.standard_error.real[i], 2) / seeds;
     }
     double seen = 0;
     for (const std::vector<double>& m : means) seen += std::pow(standard_deviation(m), 2);
@@ -154,7 +170,8 @@ TEST(Render, ChunksDoNotMatter) {
   const Picture slices = Layer(t, spec, "image").run(7);
   for (std::size_t i = 0; i < whole.radiance.real.size(); ++i)
     ASSERT_NEAR(whole.radiance.real[i], slices.radiance.real[i], 8 * 1.2e-7 * std::max(1.0, whole.radiance.real[i]));
-  for (std::size_t i = 0; i < whole.uncertainty.real.size(); ++i) ASSERT_NEAR(whole.uncertainty.real[i], slices.uncertainty.real[i], 1e-6);
+  for (std::size_t i = 0; i < whole.uncertainty.real.size(); ++i)
+    ASSERT_NEAR(whole.uncertainty.real[i], slices.uncertainty.real[i], 1e-6);
 }
 
 TEST(Render, CountsAndUncertainty) {
@@ -212,7 +229,8 @@ TEST(Render, LightFromTheHostIsTheSameLayer) {
   const Picture graph = Layer(t, spec, "image").run(3);
   Device device = test_device();
   const auto fill = [&](const HostRays& rays) {
-    const std::size_t plane = static_cast<std::size_t>(rays.pixel_capacity) * static_cast<std::size_t>(rays.sample_capacity);
+    const std::size_t plane =
+        static_cast<std::size_t>(rays.pixel_capacity) * static_cast<std::size_t>(rays.sample_capacity);
     std::vector<int> hit(plane);
     device.read(rays.hit_pixel.buffer, hit.data(), plane * sizeof(int), rays.hit_pixel.offset * sizeof(int));
     std::vector<float> radiance(3 * plane, NAN);  // beyond the chunk nothing may be read
@@ -220,10 +238,12 @@ TEST(Render, LightFromTheHostIsTheSameLayer) {
       for (int p = 0; p < rays.chunk.pixels; ++p)
         for (int s = 0; s < rays.chunk.samples; ++s) {
           const std::size_t at = static_cast<std::size_t>(p * rays.sample_capacity + s);
-          const double value = hit[at] < 0 ? t["ambient"].at(0, c, 0, 0) : t["image"].at(0, c, hit[at] / w, hit[at] % w);
+          const double value =
+              hit[at] < 0 ? t["ambient"].at(0, c, 0, 0) : t["image"].at(0, c, hit[at] / w, hit[at] % w);
           radiance[static_cast<std::size_t>(c) * plane + at] = static_cast<float>(value);
         }
-    device.write(rays.radiance.buffer, radiance.data(), radiance.size() * sizeof(float), rays.radiance.offset * sizeof(float));
+    device.write(rays.radiance.buffer, radiance.data(), radiance.size() * sizeof(float),
+                 rays.radiance.offset * sizeof(float));
     device.finish();
   };
   const HostRendered host = render_with_host_light(device, spec, t, 3, fill);
@@ -242,7 +262,8 @@ TEST(Render, GridAndLimits) {
   const Picture cosine = Layer(t, spec, "constant").run(1);
   // A rough surface under constant light: the grid's quadrature is good to a few percent.
   for (std::size_t i = 0; i < grid.radiance.real.size(); ++i)
-    ASSERT_NEAR(grid.radiance.real[i], cosine.radiance.real[i], 0.03 * cosine.radiance.real[i] + 6 * cosine.standard_error.real[i]);
+    ASSERT_NEAR(grid.radiance.real[i], cosine.radiance.real[i],
+                0.03 * cosine.radiance.real[i] + 6 * cosine.standard_error.real[i]);
   spec.sampling.sampler = Sampler::Grid8x16, spec.spp = 64;
   EXPECT_THROW(Layer(t, spec, "constant"), Error);
   EXPECT_THROW(Layer(t, {.spp = 1}, "constant"), Error);
@@ -257,7 +278,8 @@ TEST(Render, SpeedsAreMeasured) {
   const LayerSpeed layer = layer_speed(test_device(), 80, 60, {.spp = 16}, 1);
   EXPECT_GT(layer.million_samples_per_second, 0);
   EXPECT_GT(layer.peak_bytes, 0u);
-  EXPECT_TRUE(std::ranges::any_of(layer.kernels, [](const KernelProfile& k) { return k.kernel.find("sample_brdf") != std::string::npos; }));
+  EXPECT_TRUE(std::ranges::any_of(
+      layer.kernels, [](const KernelProfile& k) { return k.kernel.find("sample_brdf") != std::string::npos; }));
 }
 
 // What the layer is sized for: 640 x 480 pixels, 64 samples, 19.7 million rays, within 1 GiB.

@@ -23,7 +23,8 @@ Rows points(int count, unsigned seed, unsigned pixel, unsigned block = 0, Precis
 
 double uniformity(const std::vector<double>& a, const std::vector<double>& b, int cells) {
   std::vector<double> observed(static_cast<std::size_t>(cells * cells), 0);
-  const std::vector<double> expected(observed.size(), static_cast<double>(a.size()) / static_cast<double>(observed.size()));
+  const std::vector<double> expected(observed.size(),
+                                     static_cast<double>(a.size()) / static_cast<double>(observed.size()));
   for (std::size_t i = 0; i < a.size(); ++i)
     observed[static_cast<std::size_t>(static_cast<int>(a[i] * cells) * cells + static_cast<int>(b[i] * cells))] += 1;
   return chi_square_test(observed, expected).p_value;
@@ -46,7 +47,8 @@ TEST(Rng, IsUniformInPairsOfDimensionsAndNeighbours) {
 TEST(Rng, KeysDecorrelate) {
   const int count = 1 << 16;
   const double significance = sidak_significance(1e-3, 4 * 3);
-  const Rows here = points(count, 1, 0), pixel = points(count, 1, 1), seed = points(count, 2, 0), block = points(count, 1, 0, 1);
+  const Rows here = points(count, 1, 0), pixel = points(count, 1, 1), seed = points(count, 2, 0),
+             block = points(count, 1, 0, 1);
   for (std::size_t a = 0; a < 4; ++a) {
     EXPECT_GT(uniformity(here[a], pixel[a], 16), significance);
     EXPECT_GT(uniformity(here[a], seed[a], 16), significance);
@@ -75,7 +77,8 @@ TEST(Sobol, FillsElementaryIntervals) {
             const int y = static_cast<int>(rows[5][static_cast<std::size_t>(i)] * (1 << (m - a)));
             boxes.insert(x << (m - a) | y);
           }
-          ASSERT_EQ(boxes.size(), static_cast<std::size_t>(count)) << "2^" << m << " points, shape " << a << ", block " << block;
+          ASSERT_EQ(boxes.size(), static_cast<std::size_t>(count))
+              << "2^" << m << " points, shape " << a << ", block " << block;
         }
         for (std::size_t d = 4; d < 8; ++d) {  // every dimension alone
           std::set<int> strata;

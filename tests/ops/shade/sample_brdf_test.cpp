@@ -28,13 +28,16 @@ Tensors maps(unsigned seed) {
   for (int b = 0; b < kBatch; ++b)
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
-        const Vec3 v = glm::normalize(-camera().direction(x + 0.5, y + 0.5) + 0.6 * Vec3(normal(random), normal(random), normal(random)));
+        const Vec3 v = glm::normalize(-camera().direction(x + 0.5, y + 0.5) +
+                                      0.6 * Vec3(normal(random), normal(random), normal(random)));
         for (int c = 0; c < 3; ++c) n.at(b, c, y, x) = 1.3 * v[c];  // not unit: maps that were resized are not
       }
   for (int c = 0; c < 3; ++c) n.at(1, c, 2, 3) = -(c == 2);
   Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, seed + 1, 1, 3);
   depth.at(0, 0, 1, 1) = 0;
-  return {{"normal", n}, {"depth", depth}, {"albedo", random_tensor({kBatch, 3, kHeight, kWidth}, seed + 2, 0, 1)},
+  return {{"normal", n},
+          {"depth", depth},
+          {"albedo", random_tensor({kBatch, 3, kHeight, kWidth}, seed + 2, 0, 1)},
           {"material", random_tensor({kBatch, 2, kHeight, kWidth}, seed + 3, 0.4, 1)},
           {"camera", camera_tensor(std::vector<Camera>(kBatch, camera()))}};
 }
@@ -75,9 +78,11 @@ struct Drawn {
 /// What sample_brdf gives, from a rule that draws (pixel, sample) -> local direction in a frame of the normal.
 template <class Draw, class Weigh>
 std::vector<Tensor> reference(const Tensors& t, bool li_frame, Draw draw, Weigh weigh) {
-  Tensor direction(Shape{1, 3, kRows, 16}), weight(Shape{1, 3, kRows, 16}), pdf(Shape{1, 1, kRows, 16}), status(Shape{1, 1, kRows, 1});
+  Tensor direction(Shape{1, 3, kRows, 16}), weight(Shape{1, 3, kRows, 16}), pdf(Shape{1, 1, kRows, 16}),
+      status(Shape{1, 1, kRows, 1});
   for (int p = 0; p < kRows; ++p) {
-    const Vec3 raw = pixel_of(t.at("normal"), p), view = -camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5);
+    const Vec3 raw = pixel_of(t.at("normal"), p),
+               view = -camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5);
     const bool deep = t.at("depth").real[static_cast<std::size_t>(p)] > 0;
     status.at(0, 0, p, 0) = !deep ? 1 : glm::dot(raw, view) > 0 ? 0 : 2;
     if (status.at(0, 0, p, 0) != 0) continue;
@@ -113,16 +118,21 @@ Drawn grid(int, int s) { return {hemisphere_direction(s / 16, s % 16), 1 / (128 
 OP_CASES(sample_brdf) {
   OpCase ours = sample_case("grid", {.sampler = Sampler::Grid8x16}, false);
   ours.reference = [](const Tensors& t) {
-    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) { return surface_of(t, "", p).f_cos(wo, wi); });
+    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) {
+      return surface_of(t, "", p).f_cos(wo, wi);
+    });
   };
   OpCase theirs = sample_case("grid_li2020", {.sampler = Sampler::Grid8x16, .brdf = BrdfModel::Li2020}, false);
   theirs.reference = [](const Tensors& t) {
-    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) { return li2020_f_cos(surface_of(t, "", p), wo, wi); });
+    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) {
+      return li2020_f_cos(surface_of(t, "", p), wo, wi);
+    });
   };
   OpCase detached = sample_case("uniform_detached", {.sampler = Sampler::Uniform, .points = Points::Independent}, true);
   detached.reference = [seed = detached.seed](const Tensors& t) {
     const auto draw = [&](int p, int s) {
-      const std::array<double, 4> random = hashed(seed ^ 0x62726466u, static_cast<unsigned>(p), static_cast<unsigned>(s), 0);
+      const std::array<double, 4> random =
+          hashed(seed ^ 0x62726466u, static_cast<unsigned>(p), static_cast<unsigned>(s), 0);
       const double u = random[0], v = random[1], r = std::sqrt(u * (2 - u));
       return Drawn{{r * std::cos(2 * M_PI * v), r * std::sin(2 * M_PI * v), 1 - u}, 0.5 / M_PI};
     };
@@ -151,8 +161,10 @@ TEST(SampleBrdf, NamesAndLimits) {
 constexpr int kPixels = 5, kSamples = 48, kCount = 60;
 
 Tensors sums_inputs() {
-  Tensors t{{"weight", random_tensor({1, 3, kPixels, kSamples}, 1, 0, 2)}, {"radiance", random_tensor({1, 3, kPixels, kSamples}, 2, 0, 5)},
-            {"pdf", random_tensor({1, 1, kPixels, kSamples}, 3, 0.1, 2)}, {"u", random_tensor({1, 1, kPixels, kSamples}, 4, 0, 1)},
+  Tensors t{{"weight", random_tensor({1, 3, kPixels, kSamples}, 1, 0, 2)},
+            {"radiance", random_tensor({1, 3, kPixels, kSamples}, 2, 0, 5)},
+            {"pdf", random_tensor({1, 1, kPixels, kSamples}, 3, 0.1, 2)},
+            {"u", random_tensor({1, 1, kPixels, kSamples}, 4, 0, 1)},
             {"hit", random_ints({1, 1, kPixels, kSamples}, 5, -1, 3)}};
   for (int s = 0; s < kSamples; s += 7) t["pdf"].at(0, 0, 2, s) = 0;
   return t;
@@ -162,7 +174,9 @@ std::vector<Tensor> sums_reference(const Tensors& t, bool traced) {
   Tensor mean(Shape{1, 3, kPixels, 1}), squares = mean, tally(Shape{1, 5, kPixels, 1});
   for (int p = 0; p < kPixels; ++p) {
     for (int c = 0; c < 3; ++c) {
-      const auto x = [&](int s) { return t.at("pdf").at(0, 0, p, s) == 0 ? 0.0 : t.at("weight").at(0, c, p, s) * t.at("radiance").at(0, c, p, s); };
+      const auto x = [&](int s) {
+        return t.at("pdf").at(0, 0, p, s) == 0 ? 0.0 : t.at("weight").at(0, c, p, s) * t.at("radiance").at(0, c, p, s);
+      };
       double sum = 0;
       for (int s = 0; s < kSamples; ++s) sum += x(s);
       for (int s = 0; s < kSamples; ++s) squares.at(0, c, p, 0) += std::pow(x(s) - sum / kSamples, 2);
@@ -182,9 +196,13 @@ std::vector<Tensor> sums_reference(const Tensors& t, bool traced) {
 OP_CASES(accumulate_samples) {
   std::vector<OpCase> cases;
   for (const bool traced : {false, true}) {
-    OpCase c{.stem = "accumulate_samples", .label = traced ? "traced" : "untraced", .kernels = {"accumulate_samples"}, .inputs = sums_inputs()};
+    OpCase c{.stem = "accumulate_samples",
+             .label = traced ? "traced" : "untraced",
+             .kernels = {"accumulate_samples"},
+             .inputs = sums_inputs()};
     c.build = [traced](Graph&, const Values& v) {
-      const SampleSums s = accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"), traced ? v.at("u") : Value{}, traced ? v.at("hit") : Value{}, kCount);
+      const SampleSums s = accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"),
+                                              traced ? v.at("u") : Value{}, traced ? v.at("hit") : Value{}, kCount);
       return std::vector<Value>{s.mean, s.squares, s.tally};
     };
     c.reference = [traced](const Tensors& t) { return sums_reference(t, traced); };
@@ -194,7 +212,8 @@ OP_CASES(accumulate_samples) {
   }
   OpCase finish{.stem = "accumulate_samples", .label = "finish", .kernels = {"finish_samples"}};
   finish.inputs = {{"squares", random_tensor({2, 3, 4, 5}, 6, 0, 9)}, {"tally", random_tensor({2, 5, 4, 5}, 7, 5, 6)}};
-  for (int n = 0; n < 2; ++n) finish.inputs["tally"].at(n, 1, 0, 0) = finish.inputs["tally"].at(n, 2, 0, 0);  // nothing left
+  for (int n = 0; n < 2; ++n)
+    finish.inputs["tally"].at(n, 1, 0, 0) = finish.inputs["tally"].at(n, 2, 0, 0);  // nothing left
   finish.build = [](Graph&, const Values& v) {
     const SampleStatistics s = finish_samples(v.at("squares"), v.at("tally"), 64, 2);
     return std::vector<Value>{s.standard_error, s.uncertainty};

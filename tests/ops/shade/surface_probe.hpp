@@ -18,7 +18,8 @@ class Probe {
   template <class... Args>
   std::vector<double> run(const char* kernel, int sampler, int count, int out_rows, const std::vector<Buffer>& in,
                           const Args&... more) {
-    const Buffer out = device_.allocate(static_cast<std::size_t>(count) * static_cast<std::size_t>(out_rows) * real_size(precision_));
+    const Buffer out =
+        device_.allocate(static_cast<std::size_t>(count) * static_cast<std::size_t>(out_rows) * real_size(precision_));
     std::vector<Arg> args(in.begin(), in.end());
     args.emplace_back(out), args.emplace_back(count);
     (args.emplace_back(more), ...);
