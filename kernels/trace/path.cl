@@ -1,8 +1,8 @@
 // The path tracer: maps of what a camera sees, and radiance that arrives along rays.
 //
-// Unidirectional paths with next-event estimation: at every vertex one point on an emitter (a triangle by its power, then
-// uniform by area; or, for
-// panes, a direction by the brightness of the sky behind them) and one direction of the surface model, joined by the balance heuristic (Veach and Guibas 1995).
+// Unidirectional paths with next-event estimation: at every vertex a point on an emitter (a triangle by its power, then
+// uniform by area; for panes also a direction by the brightness of the sky behind them; several points where the path
+// first lands) and one direction of the surface model, joined by the balance heuristic (Veach and Guibas 1995).
 // Russian roulette from the third vertex on keeps the estimate unbiased. A window pane is an emitter whose radiance
 // depends on the direction. Primary rays run through pixel centres, every sample of a pixel alike: the re-rendering
 // layer shades one point per pixel, and this is the picture it must equal.
@@ -79,7 +79,8 @@ static LightSample sample_through_panes(const Scene *s, real3 start, real u, rea
 
 // Light that one sampled point of an emitter sends over the surface towards the viewer, one of `count` of them, weighted
 // against one direction of the surface. u: how, which light, where.
-static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 wo, real p, real count, real3 u) {
+static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 wo, real p, real count,
+                          real3 u) {
   const real3 none = (real3)(R(0));
   const real3 start = at->position + at->face * OFFSET;
   LightSample light;
@@ -101,7 +102,8 @@ static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 
 
 // One path: radiance that arrives at o along -d, given what the ray hits first. with_emission: whether an emitter hit
 // first counts. max_depth: most scatterings.
-static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, int with_emission, int light_samples, int max_depth) {
+static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, int with_emission, int light_samples,
+                           int max_depth) {
   real3 radiance = (real3)(R(0)), throughput = (real3)(R(1));
   real density = R(0);        // of the direction that led here
   int count = light_samples;  // at the vertex before
@@ -186,7 +188,8 @@ static inline real3 pose_inverse_direction(global const real *p, real3 v) {
 
 // view: fx, fy, cx, cy, then a pose. out: {height, width, 8} as trace_samples writes it.
 kernel void trace_view(SCENE_ARGUMENTS, global const real *view, const int width, const int height, const uint seed,
-                       const int first, const int count, const int light_samples, const int max_depth, global real *out) {
+                       const int first, const int count, const int light_samples, const int max_depth,
+                       global real *out) {
   const int x = (int)get_global_id(0), y = (int)get_global_id(1);
   if (x >= width || y >= height) return;
   SCENE_OF_ARGUMENTS(scene)
