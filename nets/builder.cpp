@@ -51,7 +51,8 @@ Value batch_norm_layer(const Scope& scope, const Feature& x, bool relu) {
   return normalise_channels(x.value, norm.moments, norm.gamma, norm.beta, relu, norm.epsilon);
 }
 
-Value norm_conv_layer(const Scope& norm, const Scope& scope, const Feature& x, int out, int kernel, int stride, int pad) {
+Value norm_conv_layer(const Scope& norm, const Scope& scope, const Feature& x, int out, int kernel, int stride,
+                      int pad) {
   return conv(x.value, batch_norm(norm, x), he_weight(scope, x.value, out, kernel), {}, {.stride = stride, .pad = pad});
 }
 

@@ -12,13 +12,16 @@ struct Scope {
   bool training = false;  // batch statistics and their updates, instead of running statistics
   std::string name;
 
-  Scope operator/(const std::string& child) const { return {graph, training, name.empty() ? child : name + "." + child}; }
+  Scope operator/(const std::string& child) const {
+    return {graph, training, name.empty() ? child : name + "." + child};
+  }
   Value state(const std::string& child, const Shape& shape, const Init& init) const {
     return graph.state((*this / child).name, shape, init);
   }
 };
 
-/// Convolution with its states: weight {out, in, k, k} ~ normal of deviation sqrt(2 / fan_in) (He et al. 2015), no bias.
+/// Convolution with its states: weight {out, in, k, k} ~ normal of deviation sqrt(2 / fan_in) (He et al. 2015), no
+/// bias.
 Value conv_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad);
 /// The same with bias; weight and bias uniform in +-1/sqrt(fan_in), PyTorch's default.
 Value conv_bias_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad);
@@ -31,9 +34,10 @@ struct Feature {
 Feature feature_of(const Scope& scope, Value value);
 /// Batch normalisation (states weight, bias, running_mean, running_var), then ReLU if `relu`.
 Value batch_norm_layer(const Scope& scope, const Feature& x, bool relu);
-/// Batch normalisation of x (states of `norm`), ReLU, convolution (state of `scope`) without bias: DenseNet's order. The
-/// convolution normalises what it reads, so that the normalised tensor exists in no memory.
-Value norm_conv_layer(const Scope& norm, const Scope& scope, const Feature& x, int out, int kernel, int stride, int pad);
+/// Batch normalisation of x (states of `norm`), ReLU, convolution (state of `scope`) without bias: DenseNet's order.
+/// The convolution normalises what it reads, so that the normalised tensor exists in no memory.
+Value norm_conv_layer(const Scope& norm, const Scope& scope, const Feature& x, int out, int kernel, int stride,
+                      int pad);
 /// Group normalisation (states weight, bias), then ReLU.
 Value group_norm_relu_layer(const Scope& scope, Value x, int groups);
 

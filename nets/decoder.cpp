@@ -23,7 +23,8 @@ Value decoder(const Scope& scope, const std::array<Value, 5>& levels, const Deco
     const Value skip = levels[4 - i];
     const int h = skip.shape().h, w = skip.shape().w;
     // Up-sampling acts on each channel by itself: the parts are written straight into the concatenation.
-    const Value larger = concat(std::array{resize_bilinear(resize_bilinear(x, h, w), 2 * h, 2 * w), resize_bilinear(skip, 2 * h, 2 * w)});
+    const Value larger = concat(
+        std::array{resize_bilinear(resize_bilinear(x, h, w), 2 * h, 2 * w), resize_bilinear(skip, 2 * h, 2 * w)});
     x = step(scope / fmt::format("c{}", i + 1), larger, size[i], kGroups[i]);
   }
   x = pad_replicate(resize_bilinear(x, height, width), {1, 1, 1, 1});

@@ -36,8 +36,9 @@ std::array<Value, 5> densenet(const Scope& parent, Value image, const DensenetSi
   const Value first = conv_layer(scope / "conv0", image, size.first, 7, 2, 3);
   levels[0] = batch_norm_layer(scope / "norm0", feature_of(scope, first), true);
   for (int b = 1; b <= 4; ++b) {
-    const Feature block = dense_block(scope / fmt::format("denseblock{}", b), feature_of(scope, levels[static_cast<std::size_t>(b - 1)]),
-                                      size.layers[static_cast<std::size_t>(b - 1)], size.growth);
+    const Feature block =
+        dense_block(scope / fmt::format("denseblock{}", b), feature_of(scope, levels[static_cast<std::size_t>(b - 1)]),
+                    size.layers[static_cast<std::size_t>(b - 1)], size.growth);
     levels[static_cast<std::size_t>(b)] = b < 4 ? transition(scope / fmt::format("transition{}", b), block)
                                                 : batch_norm_layer(scope / "norm5", block, false);
   }

@@ -27,11 +27,15 @@ NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets&
   const Value scale_term = squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask);
   if (weights.perceptual > 0) {
     const Scope vgg = scope / "vgg";
-    albedo = add(albedo, perceptual_distance(vgg, maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * weights.perceptual);
-    normal = add(normal, perceptual_distance(vgg, maps.normal, truth.normal, truth.geometry_mask), 0.5 * weights.perceptual);
+    albedo =
+        add(albedo, perceptual_distance(vgg, maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * weights.perceptual);
+    normal =
+        add(normal, perceptual_distance(vgg, maps.normal, truth.normal, truth.geometry_mask), 0.5 * weights.perceptual);
     for (const int map : {0, 1})
-      material = add(material, perceptual_distance(vgg, slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
-                     0.25 * weights.perceptual);
+      material = add(
+          material,
+          perceptual_distance(vgg, slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
+          0.25 * weights.perceptual);
   }
   NamedValues terms;
   Value total;

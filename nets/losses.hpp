@@ -8,7 +8,8 @@
 
 namespace clerestory {
 
-/// What the maps are compared with. Masks {n, 1, h, w} weigh pixels; scale_mask {n, 1, 1, 1} is 1 where log_scale is known.
+/// What the maps are compared with. Masks {n, 1, h, w} weigh pixels; scale_mask {n, 1, 1, 1} is 1 where log_scale is
+/// known.
 struct MapTargets {
   Value albedo, normal, material, depth, log_scale;
   Value albedo_mask, geometry_mask, material_mask, scale_mask;

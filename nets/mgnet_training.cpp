@@ -9,8 +9,10 @@ MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTra
   const auto per_picture = [&](const char* name) { return graph.input(name, {options.batch, 1, 1, 1}); };
   const Value image = map("image", 3);
   MapTargets truth;
-  truth.albedo = map("albedo", 3), truth.normal = map("normal", 3), truth.material = map("material", 2), truth.depth = map("depth", 1);
-  truth.albedo_mask = map("albedo_mask", 1), truth.geometry_mask = map("geometry_mask", 1), truth.material_mask = map("material_mask", 1);
+  truth.albedo = map("albedo", 3), truth.normal = map("normal", 3), truth.material = map("material", 2),
+  truth.depth = map("depth", 1);
+  truth.albedo_mask = map("albedo_mask", 1), truth.geometry_mask = map("geometry_mask", 1),
+  truth.material_mask = map("material_mask", 1);
   truth.log_scale = per_picture("log_scale"), truth.scale_mask = per_picture("scale_mask");
   const Value rate = graph.input("learning_rate", {}), step = graph.input("step", {});
 

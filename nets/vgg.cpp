@@ -8,7 +8,8 @@ namespace clerestory {
 
 Value vgg_features(const Scope& scope, Value image) {
   // Index of each convolution in torchvision's list, and its channels; 0 channels: a pooling.
-  constexpr std::pair<int, int> kLayers[]{{0, 64}, {2, 64}, {4, 0}, {5, 128}, {7, 128}, {9, 0}, {10, 256}, {12, 256}, {14, 256}};
+  constexpr std::pair<int, int> kLayers[]{{0, 64}, {2, 64},   {4, 0},    {5, 128}, {7, 128},
+                                          {9, 0},  {10, 256}, {12, 256}, {14, 256}};
   Value x = image;
   for (const auto& [index, channels] : kLayers) {
     if (channels == 0) {

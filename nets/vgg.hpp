@@ -1,5 +1,5 @@
-// VGG16 (Simonyan and Zisserman 2015) up to relu3_3: the frozen features of the perceptual loss. They mean something only
-// with ImageNet's weights; nobody builds this without a file of them.
+// VGG16 (Simonyan and Zisserman 2015) up to relu3_3: the frozen features of the perceptual loss. They mean something
+// only with ImageNet's weights; nobody builds this without a file of them.
 #pragma once
 #include "nets/builder.hpp"
 

@@ -1,7 +1,7 @@
 // Functions of one number, and their adjoints, chosen by -D FUNCTION. y may be x, dx may be dy.
-// UNIT and SIGNED_UNIT are MGNet's output activations: clamp(1.01 sigmoid(x), 0, 1) and clamp(1.01 tanh(x), -1, 1), which
-// reach their ends at finite x; their derivative beyond is 0. sigmoid(x) = e / (1 + e) with e = exp(-|x|) never overflows;
-// derivatives are taken from the outputs, s (1 - s) and 1 - t^2, so that saturation gives 0 and not NaN.
+// UNIT and SIGNED_UNIT are MGNet's output activations: clamp(1.01 sigmoid(x), 0, 1) and clamp(1.01 tanh(x), -1, 1),
+// which reach their ends at finite x; their derivative beyond is 0. sigmoid(x) = e / (1 + e) with e = exp(-|x|) never
+// overflows; derivatives are taken from the outputs, s (1 - s) and 1 - t^2, so that saturation gives 0 and not NaN.
 #include "lib/lanes.clh"
 
 #define RELU 0

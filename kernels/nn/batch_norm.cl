@@ -65,12 +65,13 @@ kernel void normalise_channels(IN(x), IN(moments), IN(gamma), IN(beta), OUT(y), 
   }
 }
 
-// One pass over dy and x gives, per channel, with g = dy where the ReLU was open and t = x - mean, s = 1/sqrt(var + eps):
+// One pass over dy and x gives, per channel, with g = dy where the ReLU was open, t = x - mean, s = 1/sqrt(var + eps):
 //   dx = gamma s g;  dbeta = sum g;  dgamma = s sum g t;  dmean = -gamma s dbeta;  dvar = -gamma s^3 / 2 sum g t
-// The moments' own dependence on x is theirs to add (channel_moments_adjoint), once per feature instead of once per layer.
-// dmoments: {1, C, 1, 2}. Rows: one channel. dx may be dy.
+// The moments' own dependence on x is theirs to add (channel_moments_adjoint), once per feature instead of once per
+// layer. dmoments: {1, C, 1, 2}. Rows: one channel. dx may be dy.
 kernel void normalise_channels_adjoint(IN(dy), IN(x), IN(moments), IN(gamma), IN(beta), OUT(dx), OUT(dgamma),
-                                       OUT(dbeta), OUT(dmoments), const real epsilon, const int batch, const int plane) {
+                                       OUT(dbeta), OUT(dmoments), const real epsilon, const int batch,
+                                       const int plane) {
   const int c = (int)get_group_id(0);
   GROUP_SCRATCH(scratch);
   const real mean = AT(moments, 0)[2 * c];
@@ -101,7 +102,8 @@ kernel void normalise_channels_adjoint(IN(dy), IN(x), IN(moments), IN(gamma), IN
   }
 }
 
-// running = (1 - momentum) running + momentum batch, with the unbiased variance, as PyTorch keeps it: unbias = count / (count - 1).
+// running = (1 - momentum) running + momentum batch, with the unbiased variance, as PyTorch keeps it: unbias = count /
+// (count - 1).
 kernel void update_running(IN(moments), OUT(running_mean), OUT(running_variance), const real momentum,
                            const real unbias, const int channels) {
   const int c = (int)get_global_id(0);

@@ -1,7 +1,8 @@
 // Group normalisation [Wu and He 2018, arXiv 1803.08494], then ReLU when RELU is 1:
-//   y = gamma_c (x - mean) s + beta_c,  s = 1 / sqrt(variance + epsilon), mean and biased variance over the group's channels
-// and plane, for each picture. x, y: {N, C, H, W}; gamma, beta: {1, C, 1, 1}; moments: {N, G, 1, 2} = (mean, s).
-// Rows: one group of one picture, `channels` * plane numbers that lie side by side and stay in the cache between passes.
+//   y = gamma_c (x - mean) s + beta_c,  s = 1 / sqrt(variance + epsilon),
+// mean and biased variance over the group's channels and plane, for each picture. x, y: {N, C, H, W}; gamma, beta:
+// {1, C, 1, 1}; moments: {N, G, 1, 2} = (mean, s). Rows: one group of one picture, `channels` * plane numbers that lie
+// side by side and stay in the cache between passes.
 #include "lib/lanes.clh"
 
 kernel void group_normalise(IN(x), IN(gamma), IN(beta), OUT(y), OUT(moments), const real epsilon, const int channels,

@@ -1,7 +1,7 @@
-// Losses between a predicted and a true map, averaged over a mask: L = factor sum_mask e / sum mask; 0 where the mask is
-// empty. e per pixel, chosen by -D LOSS:
+// Losses between a predicted and a true map, averaged over a mask: L = factor sum_mask e / sum mask; 0 where the mask
+// is empty. e per pixel, chosen by -D LOSS:
 //   SQUARED  sum_c (a - b)^2
-//   LOG      sum_c (ln(1 + a') - ln(1 + b))^2, a' = max(0, s a) with a scale s per picture when SCALED is 1, else a' = max(0, a)
+//   LOG      sum_c (ln(1 + a') - ln(1 + b))^2, a' = max(0, s a); a scale s per picture when SCALED is 1, else s = 1
 //   COSINE   |1 - a . b|
 // a, b: {N, C, H, W}; mask: {N, 1, H, W}, weights >= 0 (an averaged mask has fractions); pixels of weight 0 count for
 // nothing whatever they hold. s: {N, 1, 1, 1}, detached.
@@ -22,7 +22,8 @@
 
 // Sums of mask * e and of mask over one block of pixels: sums[2 row], sums[2 row + 1]; row = n * blocks + block.
 // `scale` is read only when SCALED.
-kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int channels, const int plane, const int block) {
+kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int channels, const int plane,
+                     const int block) {
   const int first = (int)get_group_id(0) * block, n = (int)get_group_id(1);
   const int length = min(block, plane - first);
   GROUP_SCRATCH(scratch);
@@ -57,7 +58,8 @@ kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int cha
   }
 }
 
-// loss = factor * sum / count over all rows, and share = factor / count for the adjoint (0 for an empty mask). One work-item.
+// loss = factor * sum / count over all rows, and share = factor / count for the adjoint (0 for an empty mask). One
+// work-item.
 kernel void map_loss_total(IN(sums), OUT(loss), OUT(share), const real factor, const int rows) {
   if (get_global_id(0) > 0) return;
   real sum = R(0), count = R(0);
@@ -82,7 +84,8 @@ kernel void map_loss_adjoint(IN(dloss), IN(a), IN(b), IN(mask), IN(scale), IN(sh
     for (int c = 0; c < channels; ++c)
       dot_product += lanes_load(AT(a, n) + (ulong)c * plane + first + i, left) *
                      lanes_load(AT(b, n) + (ulong)c * plane + first + i, left);
-    const lanes sign_of = WHERE(dot_product < R(1), (lanes)(R(-1)), WHERE(dot_product > R(1), (lanes)(R(1)), (lanes)(R(0))));
+    const lanes sign_of =
+        WHERE(dot_product < R(1), (lanes)(R(-1)), WHERE(dot_product > R(1), (lanes)(R(1)), (lanes)(R(0))));
 #endif
     for (int c = 0; c < channels; ++c) {
       const ulong at = (ulong)c * plane + first + i;

@@ -1,6 +1,6 @@
 // Resampling of planes: {N, C, H, W} -> {N, C, h, w}. Rows of a work-group: `rows` rows of each of `planes` planes.
-// Bilinear with align_corners: output i reads the input at i (in - 1) / (out - 1), computed in integers, so that no rounding
-// decides between neighbours. A size of 1 reads input 0.
+// Bilinear with align_corners: output i reads the input at i (in - 1) / (out - 1), computed in integers, so that no
+// rounding decides between neighbours. A size of 1 reads input 0.
 #include "lib/lanes.clh"
 
 // Where output i of `outs` falls among `ins` inputs: between *at and *at + 1, at `fraction` of the way.
@@ -16,9 +16,9 @@ static inline real position(const int i, const int ins, const int outs, int *at)
   for (int c = (int)get_group_id(1) * planes; c < min(((int)get_group_id(1) + 1) * planes, channels); ++c)
 #define FOR_LANES(x, w) for (int x = (int)get_local_id(0); x < (w); x += GROUP)
 
-// Lines in local memory have room for whole vectors: no tails. Doubling a size makes 16 neighbours read every number twice
-// (or, backwards, every other number) but for the few vectors where the ratio, which is not quite 2, skips one: a fixed
-// shuffle of one or two loads, which costs a fraction of a gather. `pattern` tells which it is, per vector.
+// Lines in local memory have room for whole vectors: no tails. Doubling a size makes 16 neighbours read every number
+// twice (or, backwards, every other number) but for the few vectors where the ratio, which is not quite 2, skips one: a
+// fixed shuffle of one or two loads, which costs a fraction of a gather. `pattern` tells which it is, per vector.
 #if GROUP == 1
 #define LINE_LOAD(p) vload16(0, p)
 #define LINE_STORE(v, p) vstore16(v, 0, p)
@@ -33,7 +33,7 @@ static inline int pattern_of(local const int *at) {
 }
 
 #define AT_LANE(k) p[at[k] + shift]
-#define GATHER16                                                                                                    \
+#define GATHER16                                                                                                       \
   (real16)(AT_LANE(0), AT_LANE(1), AT_LANE(2), AT_LANE(3), AT_LANE(4), AT_LANE(5), AT_LANE(6), AT_LANE(7), AT_LANE(8), \
            AT_LANE(9), AT_LANE(10), AT_LANE(11), AT_LANE(12), AT_LANE(13), AT_LANE(14), AT_LANE(15))
 
@@ -65,9 +65,9 @@ static inline lanes read_line(local const real *p, local const int *at, const in
 }
 #endif
 
-// Each input row is brought to the new width once, and two such lines are blended for each output row: input row r stays in
-// half r % 2 of `lines` until row r + 2 takes its place. lines, fractions, ats: local memory of 2 `pitch`, pitch, pitch
-// numbers; pitch is w in whole vectors.
+// Each input row is brought to the new width once, and two such lines are blended for each output row: input row r
+// stays in half r % 2 of `lines` until row r + 2 takes its place. lines, fractions, ats: local memory of 2 `pitch`,
+// pitch, pitch numbers; pitch is w in whole vectors.
 kernel void resize_bilinear(IN(x), OUT(y), const int channels, const int height, const int width, const int h,
                             const int w, const int rows, const int planes, const int pitch, local real *lines,
                             local real *fractions, local int *ats) {
@@ -128,8 +128,8 @@ static inline real reader_weight(const int o, const int i, const int ins, const 
 #define LINE_OF(c) (lines + ((c) - (int)get_group_id(1) * planes) * line_pitch)
 
 // dx: each input gathers from its readers, at most `most_y` x `most_x` of them: first their rows, then along the sum.
-// lines, weights, firsts: local memory of planes line_pitch (w + most_x + 32 in whole vectors), most_x pitch, pitch numbers; pitch is W
-// in whole vectors.
+// lines, weights, firsts: local memory of planes line_pitch (w + most_x + 32 in whole vectors), most_x pitch, pitch
+// numbers; pitch is W in whole vectors.
 kernel void resize_bilinear_adjoint(IN(dy), OUT(dx), const int channels, const int height, const int width, const int h,
                                     const int w, const int most_y, const int most_x, const int rows, const int planes,
                                     const int line_pitch, const int pitch, local real *lines, local real *weights,
@@ -163,9 +163,10 @@ kernel void resize_bilinear_adjoint(IN(dy), OUT(dx), const int channels, const i
         local real *line = LINE_OF(c) + BEFORE;
         FOR_ROW(i, w) {
           const int left = w - i;
-          LINE_STORE((weight[0] * lanes_load(from + row[0] + i, left) + weight[1] * lanes_load(from + row[1] + i, left)) +
-                         (weight[2] * lanes_load(from + row[2] + i, left) + weight[3] * lanes_load(from + row[3] + i, left)),
-                     line + i);
+          LINE_STORE(
+              (weight[0] * lanes_load(from + row[0] + i, left) + weight[1] * lanes_load(from + row[1] + i, left)) +
+                  (weight[2] * lanes_load(from + row[2] + i, left) + weight[3] * lanes_load(from + row[3] + i, left)),
+              line + i);
         }
       }
       GROUP_BARRIER;

@@ -18,9 +18,9 @@ Tensor golden_image() {
 
 /// Golden values are stored in float: 2^-24 of an element, and double's own rounding is far below.
 constexpr double kStored = 0x1p-23;
-/// How far float may lie from double: errors grow through 121 normalised layers, and ReLUs that a rounding opens or closes
-/// move gradients by whole units. PyTorch's own float run, measured when the golden values were made, is the yardstick; the
-/// worst tensor of the same kind, doubled as both draw such roundings at random.
+/// How far float may lie from double: errors grow through 121 normalised layers, and ReLUs that a rounding opens or
+/// closes move gradients by whole units. PyTorch's own float run, measured when the golden values were made, is the
+/// yardstick; the worst tensor of the same kind, doubled as both draw such roundings at random.
 double float_error(const GoldenNet& net, const std::string& kind) {
   return 2 * std::stod(net.golden().metadata.at("float_error_" + kind));
 }
@@ -43,7 +43,8 @@ struct Network {
     const std::vector<Value> gradients = gradient(outputs, seeds, wrt);
     for (std::size_t i = 0; i < wrt.size(); ++i) {
       const bool is_image = i + 1 == wrt.size();
-      results["gradient." + (is_image ? "image" : static_cast<const StateOp&>(*wrt[i].node->op).state_name)] = gradients[i];
+      results["gradient." + (is_image ? "image" : static_cast<const StateOp&>(*wrt[i].node->op).state_name)] =
+          gradients[i];
     }
     net.fill_states();
     net.run(results, {{"image", golden_image()}}, true);
@@ -56,8 +57,10 @@ TEST(Densenet, TrainsAsInPytorchInDouble) {
   for (const auto& [name, tensor] : n.net.golden().tensors) {
     if (name.starts_with("inference")) continue;
     // Statistics of eight numbers and variances near epsilon amplify double's rounding by far less than float's 2^29.
-    if (name.starts_with("state.")) n.net.expect_state(name.substr(6), name, 2 * kStored), ++states;
-    else n.net.expect_elements(name, name, 2 * kStored), gradients += name.starts_with("gradient");
+    if (name.starts_with("state."))
+      n.net.expect_state(name.substr(6), name, 2 * kStored), ++states;
+    else
+      n.net.expect_elements(name, name, 2 * kStored), gradients += name.starts_with("gradient");
   }
   EXPECT_GT(gradients, 20);
   EXPECT_GT(states, 4);

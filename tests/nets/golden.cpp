@@ -24,8 +24,10 @@ Tensor golden_weight(const std::string& name, const Shape& shape) {
   if (name.starts_with("scale")) return t;
   const double fan_in = static_cast<double>(shape.item());
   for (double& u : t.real) {
-    if (weight && !norm) u = static_cast<float>(u * std::sqrt(24 / fan_in));
-    else u = (norm && weight ? 1 : 0) + 0.25 * u;
+    if (weight && !norm)
+      u = static_cast<float>(u * std::sqrt(24 / fan_in));
+    else
+      u = (norm && weight ? 1 : 0) + 0.25 * u;
   }
   return t;
 }
@@ -57,7 +59,8 @@ void GoldenNet::fill_states() {
   }
 }
 
-void GoldenNet::run(const std::map<std::string, Value>& results, const std::map<std::string, Tensor>& feeds, bool updates) {
+void GoldenNet::run(const std::map<std::string, Value>& results, const std::map<std::string, Tensor>& feeds,
+                    bool updates) {
   std::vector<Value> outputs;
   for (const auto& [name, value] : results) outputs.push_back(value);
   Executor executor(compile(graph, outputs, device, {.precision = precision}, updates), states_);

@@ -1,5 +1,5 @@
-// Golden values of whole networks, made by experiments/peers/golden_nets.py with PyTorch in double precision. Weights and
-// inputs follow a formula that both sides compute.
+// Golden values of whole networks, made by experiments/peers/golden_nets.py with PyTorch in double precision. Weights
+// and inputs follow a formula that both sides compute.
 #pragma once
 #include <map>
 #include <string>
@@ -23,7 +23,8 @@ class GoldenNet {
   Device device;
   Precision precision;
 
-  /// Sets every state by the formula: He-scaled convolutions, norms about 1, biases about 0, running statistics 0 and 1.
+  /// Sets every state by the formula: He-scaled convolutions, norms about 1, biases about 0, running statistics 0
+  /// and 1.
   void fill_states();
   /// Compiles with updates and runs once.
   void run(const std::map<std::string, Value>& results, const std::map<std::string, Tensor>& feeds, bool updates);

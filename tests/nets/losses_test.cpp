@@ -13,7 +13,8 @@ namespace {
 TEST(Losses, PerceptualDistanceIsPytorchs) {
   constexpr Shape kMap{2, 3, 20, 24}, kMask{2, 1, 20, 24};
   GoldenNet net("vgg16.safetensors", Precision::Double);
-  const Value image = net.graph.input("image", kMap), truth = net.graph.input("truth", kMap), mask = net.graph.input("mask", kMask);
+  const Value image = net.graph.input("image", kMap), truth = net.graph.input("truth", kMap),
+              mask = net.graph.input("mask", kMask);
   const Scope scope{net.graph, false, "vgg"};
   const Value distance = perceptual_distance(scope, image, truth, mask);
   const std::map<std::string, Value> results{{"features", vgg_features(scope, image)},
@@ -31,7 +32,8 @@ TEST(Losses, PerceptualDistanceIsPytorchs) {
 /// Loss terms of the compact net on a formula's batch, with these weights, by name.
 std::map<std::string, double> terms(const LossWeights& weights) {
   GoldenNet net("vgg16.safetensors", Precision::Single);
-  const MgnetTraining training = mgnet_training(net.graph, mgnet_size("compact"), {.batch = 1, .height = 32, .width = 32, .weights = weights});
+  const MgnetTraining training =
+      mgnet_training(net.graph, mgnet_size("compact"), {.batch = 1, .height = 32, .width = 32, .weights = weights});
   std::map<std::string, Tensor> feeds;
   const auto put = [&](const std::string& name, const Shape& s, double offset) {
     feeds[name] = formula(name, s);

@@ -1,10 +1,9 @@
 // MGNet against PyTorch on the same weights, its sizes, and what one training step promises.
-#include "nets/mgnet_training.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "nets/mgnet_training.hpp"
 #include "tests/nets/golden.hpp"
 
 namespace clerestory {
@@ -60,10 +59,14 @@ std::map<std::string, Tensor> golden_batch() {
 
 TEST(Mgnet, TrainsAsInPytorchInDouble) {
   GoldenNet net("mgnet_compact.safetensors", Precision::Double);
-  const MgnetTraining training = mgnet_training(net.graph, mgnet_size("compact"), {.batch = kBatch, .height = kHeight, .width = kWidth});
+  const MgnetTraining training =
+      mgnet_training(net.graph, mgnet_size("compact"), {.batch = kBatch, .height = kHeight, .width = kWidth});
   const Maps& maps = training.maps;
-  std::map<std::string, Value> results{{"map.albedo", maps.albedo}, {"map.material", maps.material}, {"map.normal", maps.normal},
-                                       {"map.depth", maps.depth}, {"map.log_scale", maps.log_scale}};
+  std::map<std::string, Value> results{{"map.albedo", maps.albedo},
+                                       {"map.material", maps.material},
+                                       {"map.normal", maps.normal},
+                                       {"map.depth", maps.depth},
+                                       {"map.log_scale", maps.log_scale}};
   for (const auto& [name, value] : training.losses) results["loss." + name] = value;
   const std::vector<Value> parameters = net.graph.parameters();
   const std::vector<Value> gradients = gradient(training.losses.front().second, parameters);
@@ -87,7 +90,8 @@ TEST(Mgnet, TrainsAsInPytorchInDouble) {
 /// Steps in one go, and in two with states carried over, agree bit for bit; and the loss falls.
 TEST(Mgnet, GoesOnFromItsStatesBitForBit) {
   Graph graph;
-  const MgnetTraining training = mgnet_training(graph, mgnet_size("compact"), {.batch = kBatch, .height = 32, .width = 32});
+  const MgnetTraining training =
+      mgnet_training(graph, mgnet_size("compact"), {.batch = kBatch, .height = 32, .width = 32});
   const Device device = Device::open();
   const Plan plan = compile(graph, {training.losses.front().second}, device, {}, true);
   const auto steps = [&](const std::shared_ptr<States>& states, int first, int last) {

@@ -53,8 +53,10 @@ class Run {
 
   void feed(const std::string& name, const Tensor& tensor) {
     if (case_.states.count(name)) return states_->set(name, tensor);
-    if (wrap_ && tensor.type() == Type::Real) executor_->feed(name, padded(tensor));
-    else executor_->feed(name, tensor);
+    if (wrap_ && tensor.type() == Type::Real)
+      executor_->feed(name, padded(tensor));
+    else
+      executor_->feed(name, tensor);
   }
 
   /// Outputs in order, then states by name.
@@ -69,8 +71,10 @@ class Run {
   }
 
   void move(const std::string& name, const Tensor& tensor) {
-    if (case_.states.count(name)) moved_[name] = tensor;
-    else feed(name, tensor);
+    if (case_.states.count(name))
+      moved_[name] = tensor;
+    else
+      feed(name, tensor);
   }
 
   const std::vector<Value>& outputs() const { return outputs_; }
@@ -124,8 +128,8 @@ class Run {
   void add_gradients(const Values& values) {
     std::vector<Value> from, seeds, wrt;
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      cotangents_.push_back(outputs_[i].type() == Type::Real ? rounded_to_float(random_tensor(outputs_[i].shape(), 77 + i))
-                                                             : Tensor());
+      cotangents_.push_back(
+          outputs_[i].type() == Type::Real ? rounded_to_float(random_tensor(outputs_[i].shape(), 77 + i)) : Tensor());
       if (outputs_[i].type() == Type::Int) continue;
       from.push_back(outputs_[i]), seeds.push_back(graph_.constant(cotangents_.back()));
     }
@@ -209,7 +213,8 @@ void check_differences(const OpCase& c, const std::vector<Tensor>& gradients, co
       }
       const double difference = (sides[1] - sides[0]) / (2 * c.step);
       const double error = std::abs(difference - adjoint.real[i]) / scale;
-      if (!(error <= worst)) worst = error, at = fmt::format("element {}: adjoint {}, difference {}", i, adjoint.real[i], difference);
+      if (!(error <= worst))
+        worst = error, at = fmt::format("element {}: adjoint {}, difference {}", i, adjoint.real[i], difference);
     }
     run.move(name, base);
     EXPECT_LE(worst, c.gradient_tolerance) << c.stem << "/" << c.label << ": gradient of " << name << ", " << at;
@@ -247,7 +252,8 @@ class OpTest : public testing::Test {
 /// True when the kernels of this stem have one body for CPUs and one for groups of work-items (kernels/lib/lanes.clh).
 bool walks_rows(const std::string& stem) {
   for (const std::string& file : kernel_files())
-    if (file.ends_with("/" + stem + ".cl") && kernel_source(file).find("define GROUP_SCRATCH") != std::string::npos) return true;
+    if (file.ends_with("/" + stem + ".cl") && kernel_source(file).find("define GROUP_SCRATCH") != std::string::npos)
+      return true;
   return false;
 }
 
@@ -331,7 +337,8 @@ void check_op(const OpCase& declared) {
     Run wrapped(c, precision, {}, true);
     std::vector<Tensor> inside = wrapped();
     std::vector<Tensor> beside = got;
-    beside.erase(beside.begin() + static_cast<long>(outputs), beside.begin() + static_cast<long>(outputs + c.differentiate.size()));
+    beside.erase(beside.begin() + static_cast<long>(outputs),
+                 beside.begin() + static_cast<long>(outputs + c.differentiate.size()));
     expect_same_bits(inside, beside, fmt::format("{} in {}, as slices of bigger tensors", name, text(precision)));
 
     ASSERT_EQ(beside.size(), want.size()) << name << ": the reference gives another number of tensors";
@@ -350,8 +357,10 @@ void check_op(const OpCase& declared) {
                              is_gradient ? i - outputs : i));
   }
   if (gradients)
-    check_differences(c, {twin.begin() + static_cast<long>(outputs), twin.begin() + static_cast<long>(outputs + c.differentiate.size())},
-                      cotangents);
+    check_differences(
+        c,
+        {twin.begin() + static_cast<long>(outputs), twin.begin() + static_cast<long>(outputs + c.differentiate.size())},
+        cotangents);
 }
 
 }  // namespace clerestory

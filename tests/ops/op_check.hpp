@@ -1,6 +1,6 @@
 // One description of an op drives all that is tested about it: values, precision, gradients, determinism, strides.
-// A test file declares its cases with OP_CASES; each becomes a test of its own ("Op.<stem>/<label>"), and registry_test.cpp
-// reads the same declarations to find kernels that nobody covers.
+// A test file declares its cases with OP_CASES; each becomes a test of its own ("Op.<stem>/<label>"), and
+// registry_test.cpp reads the same declarations to find kernels that nobody covers.
 #pragma once
 #include <functional>
 #include <map>
@@ -21,10 +21,11 @@ struct OpCase {
   /// Kernels that this case must be seen to launch, in single and in double precision.
   std::vector<std::string> kernels = {};
   Tensors inputs = {};
-  Tensors states = {};  // values, before the run, of the states that build() names; they are rounded to float, as inputs are
+  Tensors states =
+      {};  // values, before the run, of the states that build() names; they are rounded to float, as inputs are
   std::function<std::vector<Value>(Graph&, const Values&)> build = {};
-  /// The same in plain C++ in double, without a look at the kernel: outputs in order, then, when the op has updates, the
-  /// new values of `states` in the order of their names. Gets inputs and states in one map.
+  /// The same in plain C++ in double, without a look at the kernel: outputs in order, then, when the op has updates,
+  /// the new values of `states` in the order of their names. Gets inputs and states in one map.
   std::function<std::vector<Tensor>(const Tensors&)> reference = {};
 
   /// |value - reference| <= roundings * epsilon * magnitude. Roundings: about the longest chain of operations behind
@@ -64,7 +65,7 @@ bool declare_cases(std::vector<OpCase> cases);
 }  // namespace clerestory
 
 /// OP_CASES(group_norm) { return {OpCase{...}, ...}; }
-#define OP_CASES(name)                                                                              \
-  static std::vector<::clerestory::OpCase> op_cases_of_##name();                                    \
-  static const bool op_cases_declared_##name = ::clerestory::declare_cases(op_cases_of_##name());   \
+#define OP_CASES(name)                                                                            \
+  static std::vector<::clerestory::OpCase> op_cases_of_##name();                                  \
+  static const bool op_cases_declared_##name = ::clerestory::declare_cases(op_cases_of_##name()); \
   static std::vector<::clerestory::OpCase> op_cases_of_##name()

@@ -1,5 +1,5 @@
-// Every kernel of the ops is launched by a declared case in both precisions (check_op demands that of each case's list),
-// every case has a reference, and a gradient or a reason for having none.
+// Every kernel of the ops is launched by a declared case in both precisions (check_op demands that of each case's
+// list), every case has a reference, and a gradient or a reason for having none.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -46,7 +46,8 @@ TEST(Registry, EveryKernelHasACase) {
     EXPECT_TRUE(covered.count(kernel)) << "no OpCase names kernel " << kernel << " of " << file;
     EXPECT_EQ(kernels.count(kernel), 1u) << kernel << " is a kernel of two files; profiles go by name";
   }
-  for (const std::string& kernel : covered) EXPECT_TRUE(kernels.count(kernel)) << "a case names " << kernel << ", which is no kernel";
+  for (const std::string& kernel : covered)
+    EXPECT_TRUE(kernels.count(kernel)) << "a case names " << kernel << ", which is no kernel";
 }
 
 TEST(Registry, EveryCaseIsComplete) {
@@ -57,7 +58,8 @@ TEST(Registry, EveryCaseIsComplete) {
     EXPECT_TRUE(names.insert(name).second) << name << " is declared twice";
     EXPECT_TRUE(c.reference) << name << " has no reference";
     EXPECT_FALSE(c.kernels.empty()) << name << " launches no kernel";
-    EXPECT_NE(c.differentiate.empty(), c.no_gradient.empty()) << name << ": either inputs to differentiate, or the reason for none";
+    EXPECT_NE(c.differentiate.empty(), c.no_gradient.empty())
+        << name << ": either inputs to differentiate, or the reason for none";
   }
 }
 
@@ -71,7 +73,8 @@ TEST(Registry, EveryOpHasACase) {
     // A header without a kernel of its stem is a helper of ops, not an op.
     const std::string stem = entry.path().stem().string();
     const std::filesystem::path room = entry.path().parent_path().filename();
-    const std::filesystem::path kernel = std::filesystem::path(CLERESTORY_SOURCE_DIR) / "kernels" / room / (stem + ".cl");
+    const std::filesystem::path kernel =
+        std::filesystem::path(CLERESTORY_SOURCE_DIR) / "kernels" / room / (stem + ".cl");
     if (!std::filesystem::exists(kernel)) continue;
     EXPECT_TRUE(stems.count(stem)) << "op " << entry.path() << " has no OpCase";
     ++seen;

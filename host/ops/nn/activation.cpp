@@ -19,8 +19,8 @@ struct ActivationAdjointOp : Op {  // dy, x -> dx
   void launch(Launch& l) const override {
     const Shape& s = l.out().shape;
     const Blocks blocks = row_blocks(l.device, s.item());
-    l.run_with(defines(l, function), kFile, "activate_adjoint", row_range(l.device, blocks.count, s.n), l.in(0), l.in(1),
-               l.out(), static_cast<int>(s.item()), blocks.length);
+    l.run_with(defines(l, function), kFile, "activate_adjoint", row_range(l.device, blocks.count, s.n), l.in(0),
+               l.in(1), l.out(), static_cast<int>(s.item()), blocks.length);
   }
   int overwrites() const override { return 0; }
 };

@@ -15,7 +15,8 @@ struct ScheduleOp : Op {  // learning rate, step -> {1, 1, 1, 2}
   std::string name() const override { return "adam_schedule"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     for (const Value& v : in)
-      if (v.shape().count() != 1) throw Error(ErrorKind::Failed, "rate and step are one number each", "adam", v.shape().text());
+      if (v.shape().count() != 1)
+        throw Error(ErrorKind::Failed, "rate and step are one number each", "adam", v.shape().text());
     return {{{1, 1, 1, 2}, Type::Real}};
   }
   void launch(Launch& l) const override {
@@ -31,7 +32,8 @@ struct AdamOp : Op {  // gradient, parameter, first moment, second moment, sched
 
   std::vector<Signature> infer(std::span<const Value> in) const override {
     if (!(in[0].shape() == in[1].shape()))
-      throw Error(ErrorKind::Failed, "the gradient has another shape", "adam", in[0].shape().text(), in[1].shape().text());
+      throw Error(ErrorKind::Failed, "the gradient has another shape", "adam", in[0].shape().text(),
+                  in[1].shape().text());
     return {};
   }
 
@@ -41,9 +43,9 @@ struct AdamOp : Op {  // gradient, parameter, first moment, second moment, sched
     if (one_run) s = {1, 1, 1, static_cast<int>(s.count())};
     const int item = static_cast<int>(s.item());
     const Blocks blocks = row_blocks(l.device, item);
-    l.run_with(row_defines(l.device), kFile, "adam_update", row_range(l.device, blocks.count, s.n), l.in(0), l.in(1), l.in(2),
-               l.in(3), l.in(4), Launch::Real{options.beta1}, Launch::Real{options.beta2}, Launch::Real{options.epsilon},
-               item, blocks.length);
+    l.run_with(row_defines(l.device), kFile, "adam_update", row_range(l.device, blocks.count, s.n), l.in(0), l.in(1),
+               l.in(2), l.in(3), l.in(4), Launch::Real{options.beta1}, Launch::Real{options.beta2},
+               Launch::Real{options.epsilon}, item, blocks.length);
   }
 
   std::vector<int> writes() const override { return {1, 2, 3}; }

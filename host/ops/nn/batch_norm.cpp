@@ -11,7 +11,8 @@ Shape per_channel(const Shape& x, int numbers) { return {1, x.c, 1, numbers}; }
 
 void expect_shape(const Value& v, const Shape& expected, const char* what) {
   if (!(v.shape() == expected))
-    throw Error(ErrorKind::Failed, std::string(what) + " has another shape", "batch_norm", v.shape().text(), expected.text());
+    throw Error(ErrorKind::Failed, std::string(what) + " has another shape", "batch_norm", v.shape().text(),
+                expected.text());
 }
 
 struct MomentsAdjointOp : Op {  // dmoments, x, moments -> dx
@@ -21,8 +22,8 @@ struct MomentsAdjointOp : Op {  // dmoments, x, moments -> dx
     const Shape& s = l.out().shape;
     const int plane = static_cast<int>(s.plane());
     const Blocks blocks = row_blocks(l.device, plane);
-    l.run_with(row_defines(l.device), kFile, "channel_moments_adjoint", row_range(l.device, blocks.count, s.c, s.n), l.in(0),
-               l.in(1), l.in(2), l.out(), s.n, plane, blocks.length);
+    l.run_with(row_defines(l.device), kFile, "channel_moments_adjoint", row_range(l.device, blocks.count, s.c, s.n),
+               l.in(0), l.in(1), l.in(2), l.out(), s.n, plane, blocks.length);
   }
 };
 
@@ -55,8 +56,8 @@ struct NormaliseAdjointOp : Op {  // dy, x, moments, gamma, beta -> dx, dgamma, 
   }
   void launch(Launch& l) const override {
     const Shape& s = l.out().shape;
-    l.run_with(defines(l, relu), kFile, "normalise_channels_adjoint", row_range(l.device, s.c), l.in(0), l.in(1), l.in(2),
-               l.in(3), l.in(4), l.out(0), l.out(1), l.out(2), l.out(3), Launch::Real{epsilon}, s.n,
+    l.run_with(defines(l, relu), kFile, "normalise_channels_adjoint", row_range(l.device, s.c), l.in(0), l.in(1),
+               l.in(2), l.in(3), l.in(4), l.out(0), l.out(1), l.out(2), l.out(3), Launch::Real{epsilon}, s.n,
                static_cast<int>(s.plane()));
   }
   int overwrites() const override { return 0; }
@@ -84,8 +85,8 @@ struct NormaliseOp : Op {  // x, moments, gamma, beta -> y
     const Shape& s = l.out().shape;
     const int plane = static_cast<int>(s.plane());
     const Blocks blocks = row_blocks(l.device, plane);
-    l.run_with(defines(l, relu), kFile, "normalise_channels", row_range(l.device, blocks.count, s.c, s.n), l.in(0), l.in(1),
-               l.in(2), l.in(3), l.out(), Launch::Real{epsilon}, plane, blocks.length);
+    l.run_with(defines(l, relu), kFile, "normalise_channels", row_range(l.device, blocks.count, s.c, s.n), l.in(0),
+               l.in(1), l.in(2), l.in(3), l.out(), Launch::Real{epsilon}, plane, blocks.length);
   }
   int overwrites() const override { return 0; }
 };

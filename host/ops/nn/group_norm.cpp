@@ -39,7 +39,8 @@ struct GroupNormOp : Op {  // x, gamma, beta -> y, moments
     const Shape& s = in[0].shape();
     const Shape parameter{1, s.c, 1, 1};
     if (groups < 1 || s.c % groups != 0)
-      throw Error(ErrorKind::Failed, "channels do not divide into groups", "group_norm", s.text(), fmt::format("a multiple of {}", groups));
+      throw Error(ErrorKind::Failed, "channels do not divide into groups", "group_norm", s.text(),
+                  fmt::format("a multiple of {}", groups));
     if (!(in[1].shape() == parameter) || !(in[2].shape() == parameter))
       throw Error(ErrorKind::Failed, "gamma or beta has another shape", "group_norm",
                   in[1].shape().text() + " and " + in[2].shape().text(), parameter.text());

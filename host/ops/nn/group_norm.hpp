@@ -4,8 +4,8 @@
 
 namespace clerestory {
 
-/// x {N, C, H, W} normalised over each of `groups` runs of C / groups channels, times gamma plus beta {1, C, 1, 1}, then
-/// ReLU if `relu`.
+/// x {N, C, H, W} normalised over each of `groups` runs of C / groups channels, times gamma plus beta {1, C, 1, 1},
+/// then ReLU if `relu`.
 Value group_norm(Value x, Value gamma, Value beta, int groups, bool relu, double epsilon = 1e-5);
 
 }  // namespace clerestory

@@ -15,8 +15,10 @@ Defines defines(const Launch& l, Loss loss, bool scaled) {
 void check_shapes(std::span<const Value> in) {
   const Shape& s = in[0].shape();
   const Shape mask{s.n, 1, s.h, s.w}, scale{s.n, 1, 1, 1};
-  if (!(in[1].shape() == s)) throw Error(ErrorKind::Failed, "the truth has another shape", "map_loss", in[1].shape().text(), s.text());
-  if (!(in[2].shape() == mask)) throw Error(ErrorKind::Failed, "the mask has another shape", "map_loss", in[2].shape().text(), mask.text());
+  if (!(in[1].shape() == s))
+    throw Error(ErrorKind::Failed, "the truth has another shape", "map_loss", in[1].shape().text(), s.text());
+  if (!(in[2].shape() == mask))
+    throw Error(ErrorKind::Failed, "the mask has another shape", "map_loss", in[2].shape().text(), mask.text());
   if (in.size() > 3 && !(in[3].shape() == scale))
     throw Error(ErrorKind::Failed, "the scale has another shape", "map_loss", in[3].shape().text(), scale.text());
 }
@@ -31,8 +33,8 @@ struct MapLossAdjointOp : Op {  // dloss, share, prediction, truth, mask [, scal
     const int plane = static_cast<int>(s.plane());
     const Blocks blocks = row_blocks(l.device, plane);
     const bool scaled = l.inputs.size() > 5;
-    l.run_with(defines(l, loss, scaled), kFile, "map_loss_adjoint", row_range(l.device, blocks.count, s.n), l.in(0), l.in(2),
-               l.in(3), l.in(4), l.in(scaled ? 5 : 4), l.in(1), l.out(), s.c, plane, blocks.length);
+    l.run_with(defines(l, loss, scaled), kFile, "map_loss_adjoint", row_range(l.device, blocks.count, s.n), l.in(0),
+               l.in(2), l.in(3), l.in(4), l.in(scaled ? 5 : 4), l.in(1), l.out(), s.c, plane, blocks.length);
   }
 };
 
@@ -60,8 +62,8 @@ struct MapLossOp : Op {  // prediction, truth, mask [, scale] -> loss, share
     const int plane = static_cast<int>(s.plane());
     const Blocks blocks = row_blocks(l.device, plane);
     const bool scaled = l.inputs.size() > 3;
-    l.run_with(defines(l, loss, scaled), kFile, "map_loss", row_range(l.device, blocks.count, s.n), l.in(0), l.in(1), l.in(2),
-               l.in(scaled ? 3 : 2), l.workspace, s.c, plane, blocks.length);
+    l.run_with(defines(l, loss, scaled), kFile, "map_loss", row_range(l.device, blocks.count, s.n), l.in(0), l.in(1),
+               l.in(2), l.in(scaled ? 3 : 2), l.workspace, s.c, plane, blocks.length);
     l.run_with(defines(l, loss, scaled), kFile, "map_loss_total", Range{}, l.workspace, l.out(0), l.out(1),
                Launch::Real{factor}, s.n * blocks.count);
   }
@@ -80,8 +82,8 @@ struct ScaleOp : Op {
   }
   void launch(Launch& l) const override {
     const Shape& s = l.in(0).shape;
-    l.run_with(defines(l, Loss::Squared, false), kFile, "least_squares_scale", row_range(l.device, s.n), l.in(0), l.in(1),
-               l.in(2), l.out(), s.c, static_cast<int>(s.plane()));
+    l.run_with(defines(l, Loss::Squared, false), kFile, "least_squares_scale", row_range(l.device, s.n), l.in(0),
+               l.in(1), l.in(2), l.out(), s.c, static_cast<int>(s.plane()));
   }
 };
 

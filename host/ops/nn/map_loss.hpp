@@ -1,5 +1,6 @@
-// Masked losses between maps, each one number (kernels/nn/map_loss.cl). The mask {N, 1, H, W} weighs pixels; the mean is over
-// the whole batch, factor * sum_mask e / sum mask, and 0 for an empty mask. Gradients go to the prediction alone.
+// Masked losses between maps, each one number (kernels/nn/map_loss.cl). The mask {N, 1, H, W} weighs pixels; the mean
+// is over the whole batch, factor * sum_mask e / sum mask, and 0 for an empty mask. Gradients go to the prediction
+// alone.
 #pragma once
 #include "host/graph/graph.hpp"
 

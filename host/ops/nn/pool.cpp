@@ -15,7 +15,8 @@ struct AveragePoolAdjointOp : Op {  // dy -> dx
   std::string name() const override { return "average_pool_adjoint"; }
   std::vector<Signature> infer(std::span<const Value>) const override { return {{input, Type::Real}}; }
   void launch(Launch& l) const override {
-    l.run_with(row_defines(l.device), kFile, "average_pool_adjoint", per_plane(l, input), l.in(0), l.out(), input.h, input.w);
+    l.run_with(row_defines(l.device), kFile, "average_pool_adjoint", per_plane(l, input), l.in(0), l.out(), input.h,
+               input.w);
   }
 };
 
@@ -42,8 +43,8 @@ struct MaxPoolAdjointOp : Op {  // dy, which -> dx
   std::string name() const override { return "max_pool_adjoint"; }
   std::vector<Signature> infer(std::span<const Value>) const override { return {{input, Type::Real}}; }
   void launch(Launch& l) const override {
-    l.run_with(row_defines(l.device), kFile, "max_pool_adjoint", per_plane(l, input), l.in(0), l.in(1), l.out(), input.h,
-               input.w, spec.window, spec.pad);
+    l.run_with(row_defines(l.device), kFile, "max_pool_adjoint", per_plane(l, input), l.in(0), l.in(1), l.out(),
+               input.h, input.w, spec.window, spec.pad);
   }
 };
 
@@ -64,8 +65,8 @@ struct MaxPoolOp : Op {  // x -> y, which
   }
   void launch(Launch& l) const override {
     const Shape& s = l.in(0).shape;
-    l.run_with(row_defines(l.device), kFile, "max_pool", per_plane(l, s), l.in(0), l.out(0), l.out(1), s.h, s.w, spec.window,
-               spec.pad);
+    l.run_with(row_defines(l.device), kFile, "max_pool", per_plane(l, s), l.in(0), l.out(0), l.out(1), s.h, s.w,
+               spec.window, spec.pad);
   }
 };
 

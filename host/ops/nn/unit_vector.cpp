@@ -21,7 +21,8 @@ struct UnitVectorAdjointOp : Op {  // dn, t -> dt
 struct UnitVectorOp : Op {
   std::string name() const override { return "unit_vector"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    if (in[0].shape().c != 3) throw Error(ErrorKind::Failed, "vectors have three channels", "unit_vector", in[0].shape().text());
+    if (in[0].shape().c != 3)
+      throw Error(ErrorKind::Failed, "vectors have three channels", "unit_vector", in[0].shape().text());
     return {{in[0].shape(), Type::Real}};
   }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {

@@ -16,7 +16,8 @@ struct ConcatOp : Op {
     for (const Value& v : in) {
       const Shape& part = v.shape();
       if (part.n != s.n || part.h != s.h || part.w != s.w)
-        throw Error(ErrorKind::Failed, "parts differ in more than channels", "concat", part.text(), in[0].shape().text());
+        throw Error(ErrorKind::Failed, "parts differ in more than channels", "concat", part.text(),
+                    in[0].shape().text());
       s.c += part.c;
     }
     return {{s, Type::Real}};

@@ -18,7 +18,8 @@ struct PadAdjointOp : Op {  // dy -> dx
   }
   void launch(Launch& l) const override {
     const Shape &out = l.in(0).shape, &s = l.out().shape;
-    l.run_with(row_defines(l.device), kFile, "pad_replicate_adjoint", row_range(l.device, s.c, s.n), l.in(0), l.out(), s.h, s.w, out.h, out.w, p.top, p.left);
+    l.run_with(row_defines(l.device), kFile, "pad_replicate_adjoint", row_range(l.device, s.c, s.n), l.in(0), l.out(),
+               s.h, s.w, out.h, out.w, p.top, p.left);
   }
 };
 
@@ -27,7 +28,8 @@ struct PadOp : Op {
   explicit PadOp(const Padding& padding) : p(padding) {}
   std::string name() const override { return "pad"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    if (p.top < 0 || p.bottom < 0 || p.left < 0 || p.right < 0) throw Error(ErrorKind::Failed, "padding is negative", "pad");
+    if (p.top < 0 || p.bottom < 0 || p.left < 0 || p.right < 0)
+      throw Error(ErrorKind::Failed, "padding is negative", "pad");
     Shape s = in[0].shape();
     s.h += p.top + p.bottom, s.w += p.left + p.right;
     return {{s, Type::Real}};
@@ -37,7 +39,8 @@ struct PadOp : Op {
   }
   void launch(Launch& l) const override {
     const Shape &s = l.in(0).shape, &out = l.out().shape;
-    l.run_with(row_defines(l.device), kFile, "pad_replicate", row_range(l.device, s.c, s.n), l.in(0), l.out(), s.h, s.w, out.h, out.w, p.top, p.left);
+    l.run_with(row_defines(l.device), kFile, "pad_replicate", row_range(l.device, s.c, s.n), l.in(0), l.out(), s.h, s.w,
+               out.h, out.w, p.top, p.left);
   }
 };
 

@@ -19,8 +19,10 @@ struct SumOp : Op {
 
   std::vector<Signature> infer(std::span<const Value> in) const override {
     Shape s = in[0].shape();
-    if (axis == Axis::Plane) s.h = s.w = 1;
-    else (axis == Axis::Channels ? s.c : s.n) = 1;
+    if (axis == Axis::Plane)
+      s.h = s.w = 1;
+    else
+      (axis == Axis::Channels ? s.c : s.n) = 1;
     return {{s, Type::Real}};
   }
 
@@ -35,7 +37,8 @@ struct SumOp : Op {
     if (axis == Axis::Plane)
       l.run_with(row_defines(l.device), kFile, "sum_plane", row_range(l.device, s.c, s.n), l.in(0), l.out(), f, plane);
     else if (axis == Axis::Channels)
-      l.run_with(row_defines(l.device), kFile, "sum_channels", Range::of2(size(plane), size(s.n)), l.in(0), l.out(), f, s.c, plane);
+      l.run_with(row_defines(l.device), kFile, "sum_channels", Range::of2(size(plane), size(s.n)), l.in(0), l.out(), f,
+                 s.c, plane);
     else
       l.run_with(row_defines(l.device), kFile, "sum_batch", Range::of(size(item)), l.in(0), l.out(), f, s.n, item);
   }
@@ -47,7 +50,9 @@ Value sum_to(Value x, const Shape& to, double factor) {
   const Shape from = x.shape();
   const bool fits = (to.n == from.n || to.n == 1) && (to.c == from.c || to.c == 1) &&
                     ((to.h == from.h && to.w == from.w) || to.plane() == 1);
-  if (!fits) throw Error(ErrorKind::Failed, "not a sum of this tensor", "sum_to", to.text(), from.text() + " or 1 along some axes");
+  if (!fits)
+    throw Error(ErrorKind::Failed, "not a sum of this tensor", "sum_to", to.text(),
+                from.text() + " or 1 along some axes");
   const auto along = [&](Axis axis) {
     x = x.graph().make<SumOp>({x}, axis, factor);
     factor = 1;  // the first sum has applied it

@@ -4,7 +4,8 @@
 
 namespace clerestory {
 
-/// factor * (x summed along every axis where `to` has size 1). `to` agrees with x elsewhere; height and width go together.
+/// factor * (x summed along every axis where `to` has size 1). `to` agrees with x elsewhere; height and width go
+/// together.
 Value sum_to(Value x, const Shape& to, double factor = 1);
 /// Sum and mean of all elements; 1x1x1x1.
 Value sum(Value x);

@@ -37,14 +37,16 @@ struct BilinearAdjointOp : Op {  // dy -> dx
   std::vector<Signature> infer(std::span<const Value>) const override { return {{input, Type::Real}}; }
   void launch(Launch& l) const override {
     const Shape& out = l.in(0).shape;
-    const int most_y = most_readers(input.h, out.h), most_x = most_readers(input.w, out.w), rows = rows_of(l.device, input.h);
+    const int most_y = most_readers(input.h, out.h), most_x = most_readers(input.w, out.w),
+              rows = rows_of(l.device, input.h);
     const int planes = planes_of(l.device);
     const int pitch = whole_vectors(input.w), line_pitch = whole_vectors(out.w + most_x + 32);
     const std::size_t real = real_size(l.precision);
     l.run_with(row_defines(l.device), kFile, "resize_bilinear_adjoint",
-               row_range(l.device, (input.h + rows - 1) / rows, (input.c + planes - 1) / planes, input.n), l.in(0), l.out(),
-               input.c, input.h, input.w, out.h, out.w, most_y, most_x, rows, planes, line_pitch, pitch, Arg::local(size(planes * line_pitch) * real),
-               Arg::local(size(most_x * pitch) * real), Arg::local(size(pitch) * sizeof(int)));
+               row_range(l.device, (input.h + rows - 1) / rows, (input.c + planes - 1) / planes, input.n), l.in(0),
+               l.out(), input.c, input.h, input.w, out.h, out.w, most_y, most_x, rows, planes, line_pitch, pitch,
+               Arg::local(size(planes * line_pitch) * real), Arg::local(size(most_x * pitch) * real),
+               Arg::local(size(pitch) * sizeof(int)));
   }
 };
 
@@ -52,7 +54,9 @@ struct BilinearOp : Op {
   int h, w;
   BilinearOp(int h_, int w_) : h(h_), w(w_) {}
   std::string name() const override { return "resize_bilinear"; }
-  std::vector<Signature> infer(std::span<const Value> in) const override { return resized(in[0], h, w, "resize_bilinear"); }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    return resized(in[0], h, w, "resize_bilinear");
+  }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     return {g[0].graph().make<BilinearAdjointOp>({g[0]}, node.in_shape(0))};
   }
@@ -61,8 +65,8 @@ struct BilinearOp : Op {
     const int rows = rows_of(l.device, h), planes = planes_of(l.device), pitch = whole_vectors(w);
     const std::size_t real = real_size(l.precision);
     l.run_with(row_defines(l.device), kFile, "resize_bilinear",
-               row_range(l.device, (h + rows - 1) / rows, (s.c + planes - 1) / planes, s.n), l.in(0), l.out(), s.c, s.h, s.w, h,
-               w, rows, planes, pitch, Arg::local(size(2 * pitch) * real), Arg::local(size(pitch) * real),
+               row_range(l.device, (h + rows - 1) / rows, (s.c + planes - 1) / planes, s.n), l.in(0), l.out(), s.c, s.h,
+               s.w, h, w, rows, planes, pitch, Arg::local(size(2 * pitch) * real), Arg::local(size(pitch) * real),
                Arg::local(size(pitch) * sizeof(int)));
   }
 };
@@ -72,7 +76,9 @@ struct SampleOp : Op {
   int h, w;
   SampleOp(bool a, int h_, int w_) : area(a), h(h_), w(w_) {}
   std::string name() const override { return area ? "resize_area" : "resize_nearest"; }
-  std::vector<Signature> infer(std::span<const Value> in) const override { return resized(in[0], h, w, name().c_str()); }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    return resized(in[0], h, w, name().c_str());
+  }
   void launch(Launch& l) const override {
     const Shape& s = l.in(0).shape;
     const Range range{{size(h) * size(w), size(s.c), size(s.n)}, {64, 1, 1}};

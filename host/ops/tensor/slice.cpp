@@ -31,7 +31,8 @@ struct SliceOp : Op {
   std::vector<Signature> infer(std::span<const Value> in) const override {
     Shape s = in[0].shape();
     if (first < 0 || count < 1 || first + count > s.c)
-      throw Error(ErrorKind::Failed, "channels beyond the tensor", "slice", fmt::format("{} from {}", count, first), s.text());
+      throw Error(ErrorKind::Failed, "channels beyond the tensor", "slice", fmt::format("{} from {}", count, first),
+                  s.text());
     s.c = count;
     return {{s, Type::Real}};
   }

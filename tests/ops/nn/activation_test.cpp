@@ -22,7 +22,8 @@ const std::vector<Named> kFunctions{
     {Function::SignedUnit, "signed_unit", [](double x) { return std::clamp(1.01 * std::tanh(x), -1.0, 1.0); }, -4, 4},
     {Function::Exp, "exp", [](double x) { return std::exp(x); }, -3, 3},
     {Function::Log, "log", [](double x) { return std::log(x); }, 0.1, 8},
-    {Function::Softplus, "softplus", [](double x) { return x > 0 ? x + std::log1p(std::exp(-x)) : std::log1p(std::exp(x)); }, -20, 20},
+    {Function::Softplus, "softplus",
+     [](double x) { return x > 0 ? x + std::log1p(std::exp(-x)) : std::log1p(std::exp(x)); }, -20, 20},
     {Function::Square, "square", [](double x) { return x * x; }, -2, 2},
     {Function::Log1p, "log1p", [](double x) { return std::log1p(x); }, 0, 5},
 };
@@ -51,18 +52,21 @@ OP_CASES(activation) {
     cases.push_back(c);
   }
   // Far ends, and both sides of the points where the clamps set in (sigmoid = 1/1.01 at ln 100, tanh at 2.65).
-  const std::vector<double> ends{0, -0.0, 1e-30, -1e-30, 90, -90, 700, -700, 4.6, 4.61, -4.61, 2.64, 2.66, -2.66, 20, -20};
+  const std::vector<double> ends{0,   -0.0, 1e-30, -1e-30, 90,   -90,   700, -700,
+                                 4.6, 4.61, -4.61, 2.64,   2.66, -2.66, 20,  -20};
   for (const Named& f : kFunctions) {
-    if (f.function == Function::Exp || f.function == Function::Log || f.function == Function::Log1p || f.function == Function::Square)
+    if (f.function == Function::Exp || f.function == Function::Log || f.function == Function::Log1p ||
+        f.function == Function::Square)
       continue;
-    cases.push_back({.stem = "activation",
-                     .label = std::string(f.name) + "_ends",
-                     .kernels = {"activate"},
-                     .inputs = {{"x", Tensor({1, 1, 2, 8}, ends)}},
-                     .build = [f](Graph&, const Values& v) { return std::vector<Value>{activate(v.at("x"), f.function)}; },
-                     .reference = [f](const Tensors& t) { return std::vector<Tensor>{mapped(t.at("x"), f.value)}; },
-                     .roundings = 12,
-                     .no_gradient = "the points lie on kinks; the slopes are tested between them"});
+    cases.push_back(
+        {.stem = "activation",
+         .label = std::string(f.name) + "_ends",
+         .kernels = {"activate"},
+         .inputs = {{"x", Tensor({1, 1, 2, 8}, ends)}},
+         .build = [f](Graph&, const Values& v) { return std::vector<Value>{activate(v.at("x"), f.function)}; },
+         .reference = [f](const Tensors& t) { return std::vector<Tensor>{mapped(t.at("x"), f.value)}; },
+         .roundings = 12,
+         .no_gradient = "the points lie on kinks; the slopes are tested between them"});
   }
   return cases;
 }

@@ -30,7 +30,9 @@ Tensor normalised(const Tensor& x, const Tensor& m, const Tensor& gamma, const T
     for (int c = 0; c < x.shape.c; ++c)
       for (int h = 0; h < x.shape.h; ++h)
         for (int w = 0; w < x.shape.w; ++w) {
-          const double v = gamma.at(0, c, 0, 0) * (x.at(n, c, h, w) - m.at(0, c, 0, 0)) / std::sqrt(m.at(0, c, 0, 1) + 1e-5) + beta.at(0, c, 0, 0);
+          const double v =
+              gamma.at(0, c, 0, 0) * (x.at(n, c, h, w) - m.at(0, c, 0, 0)) / std::sqrt(m.at(0, c, 0, 1) + 1e-5) +
+              beta.at(0, c, 0, 0);
           y.at(n, c, h, w) = relu ? std::max(v, 0.0) : v;
         }
   return y;
@@ -73,67 +75,87 @@ OP_CASES(batch_norm) {
                                 {"moments", random_tensor({1, 4, 1, 2}, 4, 0.1, 1)},
                                 {"gamma", random_tensor(kChannel, 5)},
                                 {"beta", random_tensor(kChannel, 6)}},
-                     .build = [relu](Graph&, const Values& v) {
-                       return std::vector<Value>{normalise_channels(v.at("x"), v.at("moments"), v.at("gamma"), v.at("beta"), relu)};
-                     },
-                     .reference = [relu](const Tensors& t) {
-                       return std::vector<Tensor>{normalised(t.at("x"), t.at("moments"), t.at("gamma"), t.at("beta"), relu)};
-                     },
+                     .build =
+                         [relu](Graph&, const Values& v) {
+                           return std::vector<Value>{
+                               normalise_channels(v.at("x"), v.at("moments"), v.at("gamma"), v.at("beta"), relu)};
+                         },
+                     .reference =
+                         [relu](const Tensors& t) {
+                           return std::vector<Tensor>{
+                               normalised(t.at("x"), t.at("moments"), t.at("gamma"), t.at("beta"), relu)};
+                         },
                      .roundings = 10,
                      .differentiate = {"x", "moments", "gamma", "beta"},
                      .gradient_roundings = 60});
   // Both together are batch normalisation: the moments' share of the gradient included.
-  cases.push_back({.stem = "batch_norm",
-                   .label = "whole",
-                   .kernels = {"channel_moments", "channel_moments_adjoint", "normalise_channels", "normalise_channels_adjoint"},
-                   .inputs = {{"x", random_tensor(kShape, 7)}, {"gamma", random_tensor(kChannel, 8)}, {"beta", random_tensor(kChannel, 9)}},
-                   .build = [](Graph&, const Values& v) {
-                     const Value x = v.at("x");
-                     return std::vector<Value>{normalise_channels(x, channel_moments(x), v.at("gamma"), v.at("beta"), true)};
-                   },
-                   .reference = [](const Tensors& t) {
-                     return std::vector<Tensor>{normalised(t.at("x"), moments_of(t.at("x")), t.at("gamma"), t.at("beta"), true)};
-                   },
-                   .roundings = 20,
-                   .differentiate = {"x", "gamma", "beta"},
-                   .gradient_roundings = 100});
+  cases.push_back(
+      {.stem = "batch_norm",
+       .label = "whole",
+       .kernels = {"channel_moments", "channel_moments_adjoint", "normalise_channels", "normalise_channels_adjoint"},
+       .inputs = {{"x", random_tensor(kShape, 7)},
+                  {"gamma", random_tensor(kChannel, 8)},
+                  {"beta", random_tensor(kChannel, 9)}},
+       .build =
+           [](Graph&, const Values& v) {
+             const Value x = v.at("x");
+             return std::vector<Value>{normalise_channels(x, channel_moments(x), v.at("gamma"), v.at("beta"), true)};
+           },
+       .reference =
+           [](const Tensors& t) {
+             return std::vector<Tensor>{
+                 normalised(t.at("x"), moments_of(t.at("x")), t.at("gamma"), t.at("beta"), true)};
+           },
+       .roundings = 20,
+       .differentiate = {"x", "gamma", "beta"},
+       .gradient_roundings = 100});
   // A channel that never varies: variance 0, y = beta.
-  cases.push_back({.stem = "batch_norm",
-                   .label = "constant_channel",
-                   .kernels = {"channel_moments", "normalise_channels"},
-                   .inputs = {{"x", Tensor({2, 4, 3, 3}, 0.7)}, {"gamma", random_tensor(kChannel, 8)}, {"beta", random_tensor(kChannel, 9)}},
-                   .build = [](Graph&, const Values& v) {
-                     const Value x = v.at("x");
-                     return std::vector<Value>{normalise_channels(x, channel_moments(x), v.at("gamma"), v.at("beta"), false)};
-                   },
-                   .reference = [](const Tensors& t) {
-                     return std::vector<Tensor>{normalised(t.at("x"), moments_of(t.at("x")), t.at("gamma"), t.at("beta"), false)};
-                   },
-                   .roundings = 4 * 320,  // the mean's rounding is multiplied by 1 / sqrt(1e-5) = 316
-                   .magnitude = 1,
-                   .no_gradient = "a variance of zero has no two-sided difference at this step; the slope is tested above"});
+  cases.push_back(
+      {.stem = "batch_norm",
+       .label = "constant_channel",
+       .kernels = {"channel_moments", "normalise_channels"},
+       .inputs = {{"x", Tensor({2, 4, 3, 3}, 0.7)},
+                  {"gamma", random_tensor(kChannel, 8)},
+                  {"beta", random_tensor(kChannel, 9)}},
+       .build =
+           [](Graph&, const Values& v) {
+             const Value x = v.at("x");
+             return std::vector<Value>{normalise_channels(x, channel_moments(x), v.at("gamma"), v.at("beta"), false)};
+           },
+       .reference =
+           [](const Tensors& t) {
+             return std::vector<Tensor>{
+                 normalised(t.at("x"), moments_of(t.at("x")), t.at("gamma"), t.at("beta"), false)};
+           },
+       .roundings = 4 * 320,  // the mean's rounding is multiplied by 1 / sqrt(1e-5) = 316
+       .magnitude = 1,
+       .no_gradient = "a variance of zero has no two-sided difference at this step; the slope is tested above"});
   cases.push_back({.stem = "batch_norm",
                    .label = "running",
                    .kernels = {"channel_moments", "update_running", "running_moments"},
                    .inputs = {{"x", random_tensor(kShape, 10)}},
                    .states = {{"mean", random_tensor(kChannel, 11)}, {"variance", random_tensor(kChannel, 12, 0.5, 2)}},
-                   .build = [](Graph& g, const Values& v) {
-                     const Value mean = g.state("mean", kChannel, Init::fixed(0)), variance = g.state("variance", kChannel, Init::fixed(1));
-                     const Value moments = channel_moments(v.at("x"));
-                     update_running(moments, mean, variance, v.at("x").shape().n * v.at("x").shape().plane(), 0.1);
-                     return std::vector<Value>{running_moments(mean, variance)};
-                   },
-                   .reference = [](const Tensors& t) {
-                     const Tensor batch = moments_of(t.at("x"));
-                     const double count = static_cast<double>(t.at("x").shape.n * t.at("x").shape.plane());
-                     Tensor before({1, 4, 1, 2}), mean = t.at("mean"), variance = t.at("variance");
-                     for (int c = 0; c < 4; ++c) {
-                       before.at(0, c, 0, 0) = mean.at(0, c, 0, 0), before.at(0, c, 0, 1) = variance.at(0, c, 0, 0);
-                       mean.at(0, c, 0, 0) = 0.9 * mean.at(0, c, 0, 0) + 0.1 * batch.at(0, c, 0, 0);
-                       variance.at(0, c, 0, 0) = 0.9 * variance.at(0, c, 0, 0) + 0.1 * count / (count - 1) * batch.at(0, c, 0, 1);
-                     }
-                     return std::vector<Tensor>{before, mean, variance};
-                   },
+                   .build =
+                       [](Graph& g, const Values& v) {
+                         const Value mean = g.state("mean", kChannel, Init::fixed(0)),
+                                     variance = g.state("variance", kChannel, Init::fixed(1));
+                         const Value moments = channel_moments(v.at("x"));
+                         update_running(moments, mean, variance, v.at("x").shape().n * v.at("x").shape().plane(), 0.1);
+                         return std::vector<Value>{running_moments(mean, variance)};
+                       },
+                   .reference =
+                       [](const Tensors& t) {
+                         const Tensor batch = moments_of(t.at("x"));
+                         const double count = static_cast<double>(t.at("x").shape.n * t.at("x").shape.plane());
+                         Tensor before({1, 4, 1, 2}), mean = t.at("mean"), variance = t.at("variance");
+                         for (int c = 0; c < 4; ++c) {
+                           before.at(0, c, 0, 0) = mean.at(0, c, 0, 0), before.at(0, c, 0, 1) = variance.at(0, c, 0, 0);
+                           mean.at(0, c, 0, 0) = 0.9 * mean.at(0, c, 0, 0) + 0.1 * batch.at(0, c, 0, 0);
+                           variance.at(0, c, 0, 0) =
+                               0.9 * variance.at(0, c, 0, 0) + 0.1 * count / (count - 1) * batch.at(0, c, 0, 1);
+                         }
+                         return std::vector<Tensor>{before, mean, variance};
+                       },
                    .roundings = 8,
                    .no_gradient = "statistics are written, not differentiated"});
   return cases;

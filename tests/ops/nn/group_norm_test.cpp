@@ -24,7 +24,8 @@ Tensor reference(const Tensor& x, const Tensor& gamma, const Tensor& beta, int g
       each([&](int c, int y, int i) { variance += std::pow(x.at(n, c, y, i) - mean, 2) / count; });
       const double s_inverse = 1 / std::sqrt(static_cast<double>(variance) + 1e-5);
       each([&](int c, int y, int i) {
-        const double v = gamma.at(0, c, 0, 0) * (x.at(n, c, y, i) - static_cast<double>(mean)) * s_inverse + beta.at(0, c, 0, 0);
+        const double v =
+            gamma.at(0, c, 0, 0) * (x.at(n, c, y, i) - static_cast<double>(mean)) * s_inverse + beta.at(0, c, 0, 0);
         out.at(n, c, y, i) = relu ? std::max(v, 0.0) : v;
       });
     }
@@ -33,19 +34,22 @@ Tensor reference(const Tensor& x, const Tensor& gamma, const Tensor& beta, int g
 
 OpCase group_case(const std::string& label, Tensor x, int groups, bool relu) {
   const Shape parameter{1, x.shape.c, 1, 1};
-  return {.stem = "group_norm",
-          .label = label,
-          .kernels = {"group_normalise", "group_normalise_adjoint"},
-          .inputs = {{"x", std::move(x)}, {"gamma", random_tensor(parameter, 2)}, {"beta", random_tensor(parameter, 3)}},
-          .build = [=](Graph&, const Values& v) {
+  return {
+      .stem = "group_norm",
+      .label = label,
+      .kernels = {"group_normalise", "group_normalise_adjoint"},
+      .inputs = {{"x", std::move(x)}, {"gamma", random_tensor(parameter, 2)}, {"beta", random_tensor(parameter, 3)}},
+      .build =
+          [=](Graph&, const Values& v) {
             return std::vector<Value>{group_norm(v.at("x"), v.at("gamma"), v.at("beta"), groups, relu)};
           },
-          .reference = [=](const Tensors& t) {
+      .reference =
+          [=](const Tensors& t) {
             return std::vector<Tensor>{reference(t.at("x"), t.at("gamma"), t.at("beta"), groups, relu)};
           },
-          .roundings = 20,
-          .differentiate = {"x", "gamma", "beta"},
-          .gradient_roundings = 100};
+      .roundings = 20,
+      .differentiate = {"x", "gamma", "beta"},
+      .gradient_roundings = 100};
 }
 
 }  // namespace

@@ -23,9 +23,12 @@ double masked(const Tensor& a, const Tensor& b, const Tensor& mask, const Tensor
         double e = 0;
         for (int c = 0; c < s.c; ++c) {
           const double p = a.at(n, c, y, x), t = b.at(n, c, y, x);
-          if (kind == Kind::Squared) e += (p - t) * (p - t);
-          else if (kind == Kind::Cosine) e += p * t;
-          else e += std::pow(std::log(1 + std::max(0.0, (scale ? scale->at(n, 0, 0, 0) : 1) * p)) - std::log(1 + t), 2);
+          if (kind == Kind::Squared)
+            e += (p - t) * (p - t);
+          else if (kind == Kind::Cosine)
+            e += p * t;
+          else
+            e += std::pow(std::log(1 + std::max(0.0, (scale ? scale->at(n, 0, 0, 0) : 1) * p)) - std::log(1 + t), 2);
         }
         sum += m * (kind == Kind::Cosine ? std::abs(1 - e) : e);
       }
@@ -34,10 +37,14 @@ double masked(const Tensor& a, const Tensor& b, const Tensor& mask, const Tensor
 
 Value loss_of(const Values& v, Kind kind) {
   switch (kind) {
-    case Kind::Squared: return squared_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor);
-    case Kind::Log: return log_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor);
-    case Kind::ScaledLog: return log_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor, v.at("scale"));
-    case Kind::Cosine: return cosine_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor);
+    case Kind::Squared:
+      return squared_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor);
+    case Kind::Log:
+      return log_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor);
+    case Kind::ScaledLog:
+      return log_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor, v.at("scale"));
+    case Kind::Cosine:
+      return cosine_loss(v.at("a"), v.at("b"), v.at("mask"), kFactor);
   }
   return {};
 }
@@ -57,10 +64,11 @@ OpCase loss_case(const std::string& label, Kind kind, Shape s, double low) {
            .kernels = {"map_loss", "map_loss_total", "map_loss_adjoint"},
            .inputs = {{"a", a}, {"b", b}, {"mask", mask}},
            .build = [kind](Graph&, const Values& v) { return std::vector<Value>{loss_of(v, kind)}; },
-           .reference = [kind](const Tensors& t) {
-             const Tensor* scale = kind == Kind::ScaledLog ? &t.at("scale") : nullptr;
-             return std::vector<Tensor>{Tensor({}, masked(t.at("a"), t.at("b"), t.at("mask"), scale, kind))};
-           },
+           .reference =
+               [kind](const Tensors& t) {
+                 const Tensor* scale = kind == Kind::ScaledLog ? &t.at("scale") : nullptr;
+                 return std::vector<Tensor>{Tensor({}, masked(t.at("a"), t.at("b"), t.at("mask"), scale, kind))};
+               },
            .roundings = 24,
            .magnitude = 1,
            .differentiate = {"a"}};
@@ -87,8 +95,12 @@ OpCase scale_case(const std::string& label, Tensor a, Tensor b, Tensor mask) {
           .label = "scale_" + label,
           .kernels = {"least_squares_scale"},
           .inputs = {{"a", std::move(a)}, {"b", std::move(b)}, {"mask", std::move(mask)}},
-          .build = [](Graph&, const Values& v) { return std::vector<Value>{least_squares_scale(v.at("a"), v.at("b"), v.at("mask"))}; },
-          .reference = [](const Tensors& t) { return std::vector<Tensor>{scale_reference(t.at("a"), t.at("b"), t.at("mask"))}; },
+          .build =
+              [](Graph&, const Values& v) {
+                return std::vector<Value>{least_squares_scale(v.at("a"), v.at("b"), v.at("mask"))};
+              },
+          .reference =
+              [](const Tensors& t) { return std::vector<Tensor>{scale_reference(t.at("a"), t.at("b"), t.at("mask"))}; },
           .roundings = 32,
           .no_gradient = "the scale is detached by definition"};
 }

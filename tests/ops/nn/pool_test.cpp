@@ -28,7 +28,8 @@ Tensor maximum(const Tensor& x, const MaxPoolSpec& spec) {
         for (int i = 0; i < s.w; ++i)
           for (int v = 0; v < y.shape.h; ++v)
             for (int u = 0; u < y.shape.w; ++u)
-              if (inside(j - 2 * v + spec.pad) && inside(i - 2 * u + spec.pad)) y.at(n, c, v, u) = std::max(y.at(n, c, v, u), x.at(n, c, j, i));
+              if (inside(j - 2 * v + spec.pad) && inside(i - 2 * u + spec.pad))
+                y.at(n, c, v, u) = std::max(y.at(n, c, v, u), x.at(n, c, j, i));
   return y;
 }
 
@@ -46,15 +47,16 @@ OP_CASES(pool) {
                      .roundings = 4,
                      .differentiate = {"x"}});
     for (const MaxPoolSpec& spec : {MaxPoolSpec{}, MaxPoolSpec{.window = 2, .pad = 0}})
-      cases.push_back({.stem = "pool",
-                       .label = fmt::format("maximum_{}_{}", spec.window, s.text()),
-                       .kernels = {"max_pool", "max_pool_adjoint"},
-                       .inputs = {{"x", random_tensor(s, 2)}},
-                       .build = [spec](Graph&, const Values& v) { return std::vector<Value>{max_pool(v.at("x"), spec)}; },
-                       .reference = [spec](const Tensors& t) { return std::vector<Tensor>{maximum(t.at("x"), spec)}; },
-                       .roundings = 0,
-                       .differentiate = {"x"},
-                       .gradient_roundings = 4});
+      cases.push_back(
+          {.stem = "pool",
+           .label = fmt::format("maximum_{}_{}", spec.window, s.text()),
+           .kernels = {"max_pool", "max_pool_adjoint"},
+           .inputs = {{"x", random_tensor(s, 2)}},
+           .build = [spec](Graph&, const Values& v) { return std::vector<Value>{max_pool(v.at("x"), spec)}; },
+           .reference = [spec](const Tensors& t) { return std::vector<Tensor>{maximum(t.at("x"), spec)}; },
+           .roundings = 0,
+           .differentiate = {"x"},
+           .gradient_roundings = 4});
   }
   return cases;
 }

@@ -30,12 +30,14 @@ OP_CASES(concat) {
                    .label = "three_parts",
                    .kernels = {"concat_part", "slice_take"},
                    .inputs = {{"a", random_tensor({2, 3, 5, 7}, 1)}, {"b", random_tensor({2, 1, 5, 7}, 2)}},
-                   .build = [](Graph&, const Values& v) {
-                     return std::vector<Value>{concat(std::vector<Value>{v.at("a"), v.at("b"), v.at("a")})};
-                   },
-                   .reference = [](const Tensors& t) {
-                     return std::vector<Tensor>{join({t.at("a"), t.at("b"), t.at("a")})};
-                   },
+                   .build =
+                       [](Graph&, const Values& v) {
+                         return std::vector<Value>{concat(std::vector<Value>{v.at("a"), v.at("b"), v.at("a")})};
+                       },
+                   .reference =
+                       [](const Tensors& t) {
+                         return std::vector<Tensor>{join({t.at("a"), t.at("b"), t.at("a")})};
+                       },
                    .roundings = kExact,
                    .differentiate = {"a", "b"},
                    .gradient_roundings = 1});  // a's gradient is one sum
@@ -44,13 +46,15 @@ OP_CASES(concat) {
                    .label = "chain",
                    .kernels = {"concat_part"},
                    .inputs = {{"a", random_tensor({2, 2, 70, 65}, 3)}, {"b", random_tensor({2, 1, 70, 65}, 4)}},
-                   .build = [](Graph&, const Values& v) {
-                     const Value first = concat(std::vector<Value>{v.at("a"), v.at("b")});
-                     return std::vector<Value>{concat(std::vector<Value>{first, v.at("b")})};
-                   },
-                   .reference = [](const Tensors& t) {
-                     return std::vector<Tensor>{join({t.at("a"), t.at("b"), t.at("b")})};
-                   },
+                   .build =
+                       [](Graph&, const Values& v) {
+                         const Value first = concat(std::vector<Value>{v.at("a"), v.at("b")});
+                         return std::vector<Value>{concat(std::vector<Value>{first, v.at("b")})};
+                       },
+                   .reference =
+                       [](const Tensors& t) {
+                         return std::vector<Tensor>{join({t.at("a"), t.at("b"), t.at("b")})};
+                       },
                    .roundings = kExact,
                    .differentiate = {"a", "b"},
                    .gradient_roundings = 1,

@@ -21,7 +21,8 @@ Tensor each(const Tensor& a, const Tensor& b, F f) {
 }
 
 constexpr Shape kFull{2, 3, 5, 7};
-const std::vector<Shape> kBroadcasts{kFull, {1, 3, 5, 7}, {2, 1, 5, 7}, {2, 3, 1, 1}, {1, 3, 1, 1}, {2, 1, 1, 1}, {1, 1, 5, 7}, {1, 1, 1, 1}};
+const std::vector<Shape> kBroadcasts{kFull,        {1, 3, 5, 7}, {2, 1, 5, 7}, {2, 3, 1, 1},
+                                     {1, 3, 1, 1}, {2, 1, 1, 1}, {1, 1, 5, 7}, {1, 1, 1, 1}};
 
 }  // namespace
 
@@ -31,36 +32,42 @@ OP_CASES(elementwise) {
     const Tensors inputs{{"a", random_tensor(kFull, 1)}, {"b", random_tensor(b, 2)}};
     // Gradients of b are sums of up to 210 products.
     const double gradient_roundings = 30;
-    cases.push_back({.stem = "elementwise",
-                     .label = "add_" + b.text(),
-                     .kernels = {"add_scaled"},
-                     .inputs = inputs,
-                     .build = [](Graph&, const Values& v) { return std::vector<Value>{add(v.at("a"), v.at("b"), -0.75)}; },
-                     .reference = [](const Tensors& t) {
-                       return std::vector<Tensor>{each(t.at("a"), t.at("b"), [](double x, double y) { return x - 0.75 * y; })};
-                     },
-                     .roundings = 2,
-                     .differentiate = {"a", "b"},
-                     .gradient_roundings = gradient_roundings});
-    cases.push_back({.stem = "elementwise",
-                     .label = "multiply_" + b.text(),
-                     .kernels = {"multiply"},
-                     .inputs = inputs,
-                     .build = [](Graph&, const Values& v) { return std::vector<Value>{multiply(v.at("a"), v.at("b"))}; },
-                     .reference = [](const Tensors& t) {
-                       return std::vector<Tensor>{each(t.at("a"), t.at("b"), [](double x, double y) { return x * y; })};
-                     },
-                     .roundings = 1,
-                     .differentiate = {"a", "b"},
-                     .gradient_roundings = gradient_roundings});
+    cases.push_back(
+        {.stem = "elementwise",
+         .label = "add_" + b.text(),
+         .kernels = {"add_scaled"},
+         .inputs = inputs,
+         .build = [](Graph&, const Values& v) { return std::vector<Value>{add(v.at("a"), v.at("b"), -0.75)}; },
+         .reference =
+             [](const Tensors& t) {
+               return std::vector<Tensor>{each(t.at("a"), t.at("b"), [](double x, double y) { return x - 0.75 * y; })};
+             },
+         .roundings = 2,
+         .differentiate = {"a", "b"},
+         .gradient_roundings = gradient_roundings});
+    cases.push_back(
+        {.stem = "elementwise",
+         .label = "multiply_" + b.text(),
+         .kernels = {"multiply"},
+         .inputs = inputs,
+         .build = [](Graph&, const Values& v) { return std::vector<Value>{multiply(v.at("a"), v.at("b"))}; },
+         .reference =
+             [](const Tensors& t) {
+               return std::vector<Tensor>{each(t.at("a"), t.at("b"), [](double x, double y) { return x * y; })};
+             },
+         .roundings = 1,
+         .differentiate = {"a", "b"},
+         .gradient_roundings = gradient_roundings});
     cases.push_back({.stem = "elementwise",
                      .label = "expand_" + b.text(),
                      .kernels = {"expand"},
                      .inputs = {{"b", random_tensor(b, 2)}},
                      .build = [](Graph&, const Values& v) { return std::vector<Value>{expand(v.at("b"), kFull, 0.3)}; },
-                     .reference = [](const Tensors& t) {
-                       return std::vector<Tensor>{each(Tensor(kFull), t.at("b"), [](double, double y) { return 0.3 * y; })};
-                     },
+                     .reference =
+                         [](const Tensors& t) {
+                           return std::vector<Tensor>{
+                               each(Tensor(kFull), t.at("b"), [](double, double y) { return 0.3 * y; })};
+                         },
                      .roundings = 2,
                      .differentiate = {"b"},
                      .gradient_roundings = gradient_roundings});
@@ -71,9 +78,11 @@ OP_CASES(elementwise) {
                    .kernels = {"affine"},
                    .inputs = {{"a", random_tensor({2, 2, 97, 101}, 3)}},
                    .build = [](Graph&, const Values& v) { return std::vector<Value>{affine(v.at("a"), 1.7, -0.2)}; },
-                   .reference = [](const Tensors& t) {
-                     return std::vector<Tensor>{each(t.at("a"), Tensor({1, 1, 1, 1}), [](double x, double) { return 1.7 * x - 0.2; })};
-                   },
+                   .reference =
+                       [](const Tensors& t) {
+                         return std::vector<Tensor>{
+                             each(t.at("a"), Tensor({1, 1, 1, 1}), [](double x, double) { return 1.7 * x - 0.2; })};
+                       },
                    .roundings = 3,
                    .differentiate = {"a"},
                    .gradient_roundings = 2,

@@ -14,12 +14,14 @@ Tensor summed(const Tensor& x, const Shape& to, double factor) {
     for (int c = 0; c < x.shape.c; ++c)
       for (int y = 0; y < x.shape.h; ++y)
         for (int i = 0; i < x.shape.w; ++i)
-          out.at(to.n > 1 ? n : 0, to.c > 1 ? c : 0, to.plane() > 1 ? y : 0, to.plane() > 1 ? i : 0) += factor * x.at(n, c, y, i);
+          out.at(to.n > 1 ? n : 0, to.c > 1 ? c : 0, to.plane() > 1 ? y : 0, to.plane() > 1 ? i : 0) +=
+              factor * x.at(n, c, y, i);
   return out;
 }
 
 constexpr Shape kFull{2, 3, 5, 7};
-const std::vector<Shape> kBroadcasts{kFull, {1, 3, 5, 7}, {2, 1, 5, 7}, {2, 3, 1, 1}, {1, 3, 1, 1}, {2, 1, 1, 1}, {1, 1, 5, 7}, {1, 1, 1, 1}};
+const std::vector<Shape> kBroadcasts{kFull,        {1, 3, 5, 7}, {2, 1, 5, 7}, {2, 3, 1, 1},
+                                     {1, 3, 1, 1}, {2, 1, 1, 1}, {1, 1, 5, 7}, {1, 1, 1, 1}};
 
 }  // namespace
 
@@ -45,15 +47,18 @@ OP_CASES(reduce) {
                    .label = "means",
                    .kernels = {"sum_plane", "sum_channels", "sum_batch"},
                    .inputs = {{"x", random_tensor({3, 2, 33, 41}, 5)}},
-                   .build = [](Graph&, const Values& v) {
-                     return std::vector<Value>{mean(v.at("x")), sum(v.at("x")), plane_mean(v.at("x"))};
-                   },
-                   .reference = [](const Tensors& t) {
-                     const Tensor& x = t.at("x");
-                     const double count = static_cast<double>(x.shape.count());
-                     return std::vector<Tensor>{summed(x, {}, 1 / count), summed(x, {}, 1),
-                                                summed(x, {3, 2, 1, 1}, 1.0 / static_cast<double>(x.shape.plane()))};
-                   },
+                   .build =
+                       [](Graph&, const Values& v) {
+                         return std::vector<Value>{mean(v.at("x")), sum(v.at("x")), plane_mean(v.at("x"))};
+                       },
+                   .reference =
+                       [](const Tensors& t) {
+                         const Tensor& x = t.at("x");
+                         const double count = static_cast<double>(x.shape.count());
+                         return std::vector<Tensor>{
+                             summed(x, {}, 1 / count), summed(x, {}, 1),
+                             summed(x, {3, 2, 1, 1}, 1.0 / static_cast<double>(x.shape.plane()))};
+                       },
                    // 85 additions per lane of running sums no larger than 85; the sum is the largest of the outputs.
                    .roundings = 12,
                    .magnitude = 90,

@@ -22,18 +22,15 @@ Tensor part(const Tensor& t, int first, int count) {
 OP_CASES(slice) {
   std::vector<OpCase> cases;
   for (const int first : {0, 2, 4})
-    cases.push_back({.stem = "slice",
-                     .label = "from_" + std::to_string(first),
-                     .kernels = {"slice_take", "slice_adjoint"},
-                     .inputs = {{"x", random_tensor({2, 6, 3, 5}, 5)}},
-                     .build = [first](Graph&, const Values& v) {
-                       return std::vector<Value>{slice(v.at("x"), first, 2)};
-                     },
-                     .reference = [first](const Tensors& t) {
-                       return std::vector<Tensor>{part(t.at("x"), first, 2)};
-                     },
-                     .roundings = kExact,
-                     .differentiate = {"x"}});
+    cases.push_back(
+        {.stem = "slice",
+         .label = "from_" + std::to_string(first),
+         .kernels = {"slice_take", "slice_adjoint"},
+         .inputs = {{"x", random_tensor({2, 6, 3, 5}, 5)}},
+         .build = [first](Graph&, const Values& v) { return std::vector<Value>{slice(v.at("x"), first, 2)}; },
+         .reference = [first](const Tensors& t) { return std::vector<Tensor>{part(t.at("x"), first, 2)}; },
+         .roundings = kExact,
+         .differentiate = {"x"}});
   return cases;
 }
 
