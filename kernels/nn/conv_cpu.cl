@@ -133,6 +133,8 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
   const int2 start = band_start(get_group_id(0), b);
   const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
   const int outputs = min(b.chunk, g.outputs - m0);
+  const int rows = min(b.band_rows, g.grid_h - start.y), columns = min(b.band_columns, g.grid_w - start.x);
+  const int positions = (rows - 1) * b.pitch + columns;
   tap_offsets(offset, g, b);
   for (int c0 = 0; c0 < g.channels; c0 += b.channel_block) {
     const int channels = min(b.channel_block, g.channels - c0);
@@ -141,11 +143,10 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
                  SOURCE_MAP(c0 + c), start, g, b);
     for (int m = 0; m < outputs; m += TILE_M) {
       global const real *tile = AT(weights, 0) + (ulong)(m0 + m) * depth + (ulong)c0 * taps * TILE_M;
-      for (int f = 0; f < b.positions; f += TILE_P)
+      for (int f = 0; f < positions; f += TILE_P)
         multiply_tile(sums + m * b.positions + f, b.positions, tile, panel + f, offset, channels * taps, c0 == 0);
     }
   }
-  const int rows = min(b.band_rows, g.grid_h - start.y), columns = min(b.band_columns, g.grid_w - start.x);
   for (int m = 0; m < outputs; ++m)
     for (int r = 0; r < rows; ++r) {
       const int y = (start.y + r) * g.target_step + g.target_y, x = start.x * g.target_step + g.target_x;
