@@ -63,7 +63,6 @@ RenderSpec render_spec(const RenderSettings& settings) {
 Rendering render_scene(Device& device, const Scene& scene, const RenderSettings& settings) {
   const RenderSpec spec = render_spec(settings);
   Graph graph;
-  if (!spec.trace) graph.left_out("screen-space ray tracing: this light does not ask where rays end");
   const SceneValues values = scene_values(graph, scene);
   const std::vector<Value> inputs =
       settings.light == "constant" ? std::vector{values.ambient} : std::vector{values.photo, values.ambient};

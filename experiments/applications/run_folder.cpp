@@ -16,13 +16,13 @@ void write_radiance(const fs::path& path, const Image& image) {
 
 void write_preview(const fs::path& path, const Image& display) { write_png(path, display, Encoding::Linear); }
 
+}  // namespace
+
 Image channel(const Image& image, int c) {
   Image one(image.width, image.height, 1);
   std::copy(image.plane(c), image.plane(c) + image.pixels(), one.data.begin());
   return one;
 }
-
-}  // namespace
 
 void write_run(const fs::path& folder, const Scene& scene, const std::optional<Rerender>& rerender) {
   write_radiance(folder / "photo.exr", scene.photo);

@@ -12,12 +12,6 @@
 namespace clerestory {
 namespace {
 
-Image channel(const Image& image, int c) {
-  Image one(image.width, image.height, 1);
-  std::copy(image.plane(c), image.plane(c) + image.pixels(), one.data.begin());
-  return one;
-}
-
 Image mean_of_channels(const Image& image) {
   Image mean(image.width, image.height, 1);
   for (int c = 0; c < image.channels; ++c)
