@@ -5,9 +5,8 @@
 #include <cmath>
 
 namespace clerestory {
-namespace {
 
-Device open_for(Precision precision) {
+Device device_for(Precision precision) {
   Device device = Device::open();
   if (precision == Precision::Single || device.has_double()) return device;
   for (const DeviceInfo& info : list_devices())
@@ -32,8 +31,6 @@ Tensor golden_weight(const std::string& name, const Shape& shape) {
   return t;
 }
 
-}  // namespace
-
 Tensor formula(const std::string& name, const Shape& shape) {
   std::uint32_t h = 2166136261u;
   for (const char c : name) h = (h ^ static_cast<unsigned char>(c)) * 16777619u;
@@ -49,7 +46,9 @@ Tensor formula(const std::string& name, const Shape& shape) {
 }
 
 GoldenNet::GoldenNet(const std::string& file, Precision p)
-    : device(open_for(p)), precision(p), file_(read_safetensors(std::string(CLERESTORY_TEST_DATA) + "/nets/" + file)) {}
+    : device(device_for(p)),
+      precision(p),
+      file_(read_safetensors(std::string(CLERESTORY_TEST_DATA) + "/nets/" + file)) {}
 
 void GoldenNet::fill_states() {
   states_ = std::make_shared<States>(device, precision);

@@ -12,6 +12,12 @@ namespace clerestory {
 
 /// Numbers in [-0.5, 0.5), exact in float: 24 bits of a hash of (name, index).
 Tensor formula(const std::string& name, const Shape& shape);
+/// A state's value by the formula: He-scaled convolutions, norms about 1, biases about 0, moments 0, running statistics
+/// 0 and 1.
+Tensor golden_weight(const std::string& name, const Shape& shape);
+
+/// The default device, or another one when it has no doubles and they are asked for.
+Device device_for(Precision precision);
 
 /// A network of golden weights on the test device, and its results beside the stored ones.
 class GoldenNet {
@@ -23,9 +29,7 @@ class GoldenNet {
   Device device;
   Precision precision;
 
-  /// Sets every state by the formula: He-scaled convolutions, norms about 1, biases about 0, running statistics 0
-  /// and 1.
-  void fill_states();
+  void fill_states();  // with golden weights
   /// Compiles with updates and runs once.
   void run(const std::map<std::string, Value>& results, const std::map<std::string, Tensor>& feeds, bool updates);
 
