@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/error.hpp"
+#include "host/io/datasets.hpp"
 #include "host/math/statistics.hpp"
 
 namespace clerestory {
@@ -56,6 +57,18 @@ void Scene::check(const std::string& where) const {
 bool Scene::has_metal() const {
   const float* metallic = material.plane(1);
   return std::any_of(metallic, metallic + material.pixels(), [](float m) { return m > 0; });
+}
+
+Scene scene_of(const RoomView& view, const std::string& where) {
+  if (!view.camera || !view.emission) throw usage_error("not a generated view: no camera or no emission", where);
+  Scene scene;
+  scene.camera = *view.camera, scene.photo = view.image, scene.albedo = view.albedo, scene.normal = view.normal;
+  scene.depth = view.depth, scene.material = view.material;
+  const std::size_t n = scene.photo.pixels();
+  const std::vector<float>& emitted = view.emission->data;
+  for (std::size_t i = 0; i < n; ++i)
+    scene.material.data[2 * n + i] = emitted[i] > 0 || emitted[n + i] > 0 || emitted[2 * n + i] > 0 ? 1.0f : 0.0f;
+  return scene;
 }
 
 Image emission_flags(const Image& photo) {

@@ -8,6 +8,8 @@
 
 namespace clerestory {
 
+struct RoomView;  // host/io/datasets.hpp
+
 /// All images have the photograph's size and unit. Frames: architecture of the README (camera space, axial metres).
 struct Scene {
   Camera camera;
@@ -25,6 +27,10 @@ struct Scene {
   void check(const std::string& where) const;
   bool has_metal() const;  // any pixel with metallic > 0
 };
+
+/// A generated view as a scene; its emission makes the flags. Throws usage_error naming `where` when the view has no
+/// camera or no emission.
+Scene scene_of(const RoomView& view, const std::string& where);
 
 /// 1 where the photograph is saturated as a lamp or window would be: all channels at least 0.98 in a 4-connected region
 /// of more than 0.02 % of the picture; {1 channel}.

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "experiments/cli.hpp"
-#include "experiments/studies/layer_study.hpp"
+#include "experiments/studies/study.hpp"
 
 namespace clerestory {
 

@@ -6,12 +6,12 @@
 #include <set>
 
 #include "experiments/run_directory_report.hpp"
+#include "experiments/studies/strip.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/plot.hpp"
-#include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
 #include "host/report/table.hpp"
@@ -32,20 +32,6 @@ struct Method {
 struct Errors {
   double glossy = 0, rough = 0;  // relMSE, eps 0.01
 };
-
-Scene scene_of(const RoomView& view) {
-  if (!view.camera || !view.emission)
-    throw usage_error("the study needs generated views with camera and emission", "data");
-  Scene scene;
-  scene.camera = *view.camera, scene.photo = view.image, scene.albedo = view.albedo, scene.normal = view.normal;
-  scene.depth = view.depth, scene.material = view.material;
-  const std::size_t n = scene.photo.pixels();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Image& e = *view.emission;
-    scene.material.data[2 * n + i] = e.data[i] > 0 || e.data[n + i] > 0 || e.data[2 * n + i] > 0 ? 1.0f : 0.0f;
-  }
-  return scene;
-}
 
 /// relMSE over shaded pixels that do not emit; glossy: roughness below `limit`. A kind without pixels gives NaN.
 Errors errors_of(const Scene& scene, const Image& picture, const Image& truth, double limit) {
@@ -149,7 +135,7 @@ class LayerStudy {
     const std::int64_t of_view = static_cast<std::int64_t>(methods.size()) * seeds,
                        first = static_cast<std::int64_t>(v) * of_view;
     if (step_ >= first + of_view) return;
-    const Scene scene = scene_of(read_view(views_[v]));
+    const Scene scene = scene_of(read_view(views_[v]), views_[v].string());
     RenderSettings reference;
     reference.spp = static_cast<int>(config_.integer("study.truth_spp"));
     const Image truth = render(scene, reference, 0x7fffffff).radiance;
@@ -159,7 +145,7 @@ class LayerStudy {
     const int equal = std::max(2, static_cast<int>(std::lround(of_grid / per_sample)));
 
     MetricsWriter writer(run_.metrics_path());
-    std::vector<std::pair<std::string, Image>> strip{{"truth", truth}};
+    std::vector<Image> strip{scene.photo, truth};  // then grid, Li et al., ours at equal time
     for (std::size_t m = 0; m < methods.size(); ++m)
       for (std::int64_t s = 0; s < seeds; ++s) {
         const std::int64_t step = first + static_cast<std::int64_t>(m) * seeds + s + 1;
@@ -178,26 +164,10 @@ class LayerStudy {
         writer.write(step, record.values);
         records_.push_back(record);
         if (s == 0 && (methods[m].name == "grid" || methods[m].name == "li2020" || methods[m].name == "equal"))
-          strip.emplace_back(methods[m].name, r.radiance);
+          strip.push_back(r.radiance);
         progress.advance();
       }
-    if (v < 4 && strip.size() == 4) write_strip(fmt::format("view{}.png", v), scene, strip);
-  }
-
-  /// Input, truth, grid, Li et al., ours at equal time, side by side.
-  void write_strip(const std::string& name, const Scene& scene,
-                   const std::vector<std::pair<std::string, Image>>& pictures) {
-    const int w = scene.width(), h = scene.height(), columns = static_cast<int>(pictures.size()) + 1;
-    const double exposure = exposure_of(scene.photo.data);
-    Image strip(columns * w, h, 3);
-    for (int k = 0; k < columns; ++k) {
-      const Image shown =
-          show_radiance(k == 0 ? scene.photo : pictures[static_cast<std::size_t>(k - 1)].second, exposure);
-      for (int c = 0; c < 3; ++c)
-        for (int y = 0; y < h; ++y)
-          for (int x = 0; x < w; ++x) strip.at(c, y, k * w + x) = shown.at(c, y, x);
-    }
-    write_png(run_.artifact(name), strip, Encoding::Linear);
+    if (v < 4 && strip.size() == 5) write_strip(run_.artifact(fmt::format("view{}.png", v)), strip);
   }
 
   /// Mean over views for each seed, then mean and deviation over seeds.
@@ -260,36 +230,7 @@ class LayerStudy {
 
 }  // namespace
 
-Schema study_schema() {
-  Schema schema;
-  schema.section("run", "Where results go.")
-      .text("run.root", "runs", "Folder of run directories")
-      .aside()
-      .text("run.experiment", "study", "First part of the run directory")
-      .aside()
-      .text("run.variant", "main", "Second part")
-      .aside()
-      .integer("run.seed", 0, "Seed in the directory's name")
-      .aside()
-      .text("run.device", "", "OpenCL device; empty: the default")
-      .aside();
-  schema.section("study", "What is compared.")
-      .text("study.kind", "layer", "Which study", {"layer"})
-      .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
-      .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
-      .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
-      .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
-      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"});
-  schema.section("data", "Generated rooms, one view each.")
-      .integer("data.rooms", 6, "Rooms", {1, 1000})
-      .integer("data.width", 160, "Pixels", {16, 4096})
-      .integer("data.height", 120, "Pixels", {16, 4096})
-      .integer("data.spp", 64, "Samples a pixel of the pictures", {1, 65536})
-      .integer("data.seed", 9000, "Seed of the rooms");
-  return schema;
-}
-
-std::string run_study(const Config& config, const std::vector<std::string>& command) {
+std::string run_layer_study(const Config& config, const std::vector<std::string>& command) {
   return LayerStudy(config, command).run();
 }
 

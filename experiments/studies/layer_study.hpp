@@ -8,11 +8,7 @@
 
 namespace clerestory {
 
-/// Keys of a study's config: `study.kind` says which.
-Schema study_schema();
-
-/// Runs the study that the config names into its run directory: finished ones are skipped, partial ones go on. Returns
-/// the directory.
-std::string run_study(const Config& config, const std::vector<std::string>& command);
+/// study.kind = "layer". Returns the run directory.
+std::string run_layer_study(const Config& config, const std::vector<std::string>& command);
 
 }  // namespace clerestory

@@ -1,6 +1,7 @@
 // Distribution functions of statistics.hpp.
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "host/error.hpp"
 #include "host/math/statistics.hpp"
@@ -76,5 +77,34 @@ double gamma_q(double a, double x) {
 
 double chi_square_cdf(double x, double degrees) { return x <= 0 ? 0 : gamma_p(degrees / 2, x / 2); }
 double chi_square_p_value(double x, double degrees) { return x <= 0 ? 1 : gamma_q(degrees / 2, x / 2); }
+
+// Finite sums in the angle atan(t / sqrt(degrees)): Abramowitz & Stegun 26.7.3, 26.7.4.
+double student_two_sided_p(double t, int degrees) {
+  if (degrees < 1 || std::isnan(t))
+    throw usage_error("argument out of range", "Student's t", fmt::format("t = {}, degrees = {}", t, degrees),
+                      "1 degree or more");
+  const double angle = std::atan2(std::abs(t), std::sqrt(static_cast<double>(degrees)));
+  const double cosine = std::cos(angle), square = cosine * cosine;
+  const bool odd = degrees % 2 == 1;
+  double term = odd ? cosine : 1, total = degrees == 1 ? 0 : term;
+  for (int k = 1; k <= (odd ? (degrees - 3) / 2 : degrees / 2 - 1); ++k) {
+    term *= square * (odd ? 2.0 * k / (2 * k + 1) : (2 * k - 1) / (2.0 * k));
+    total += term;
+  }
+  const double inside = odd ? 2 / std::numbers::pi * (angle + std::sin(angle) * total) : std::sin(angle) * total;
+  return 1 - inside;
+}
+
+double student_limit(double share, int degrees) {
+  if (!(share > 0 && share < 1))
+    throw usage_error("argument out of range", "Student's t", fmt::format("share = {}", share), "between 0 and 1");
+  double low = 0, high = 1;
+  while (student_two_sided_p(high, degrees) > 1 - share) high *= 2;
+  while (high - low > 4 * epsilon * high) {
+    const double middle = 0.5 * (low + high);
+    (student_two_sided_p(middle, degrees) > 1 - share ? low : high) = middle;
+  }
+  return high;
+}
 
 }  // namespace clerestory

@@ -56,6 +56,11 @@ double gamma_q(double a, double x);
 double chi_square_cdf(double x, double degrees);
 double chi_square_p_value(double x, double degrees);
 
+/// Student's t distribution of `degrees` >= 1: the two-sided p-value P(|T| >= |t|), to an absolute 1e-14, and the t
+/// inside which a share (0 < share < 1) of |T| lies.
+double student_two_sided_p(double t, int degrees);
+double student_limit(double share, int degrees);
+
 struct ChiSquareTest {
   double statistic = 0, p_value = 1;
   int degrees = 0, pooled = 0;  // cells pooled because they expect too few

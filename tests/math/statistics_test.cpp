@@ -126,6 +126,24 @@ TEST(Statistics, ChiSquareTable) {
   EXPECT_EQ(chi_square_cdf(-1, 3), 0);
 }
 
+TEST(Statistics, StudentsDistribution) {
+  // Closed forms of one and two degrees, tabulated points of others, the normal distribution far out.
+  for (const double t : {0.0, 0.3, -1.0, 4.0, 60.0}) {
+    EXPECT_NEAR(student_two_sided_p(t, 1), 1 - 2 / M_PI * std::atan(std::abs(t)), 8 * eps);
+    EXPECT_NEAR(student_two_sided_p(t, 2), 1 - std::abs(t) / std::sqrt(2 + t * t), 8 * eps);
+  }
+  EXPECT_NEAR(student_limit(0.95, 3), 3.182446, 5e-7);
+  EXPECT_NEAR(student_limit(0.95, 4), 2.776445, 5e-7);
+  EXPECT_NEAR(student_limit(0.95, 10), 2.228139, 5e-7);
+  EXPECT_NEAR(student_limit(0.99, 5), 4.032143, 5e-7);
+  // Against the normal distribution: p grows by phi(z) (z^3 + z) / 2 / degrees = 6.6e-8, to first order.
+  EXPECT_NEAR(student_two_sided_p(3, 1000000), normal_two_sided_p(3) + 0.0044318 * 30 / 2 / 1e6, 1e-11);
+  for (const int degrees : {1, 2, 7, 15, 30})
+    EXPECT_NEAR(student_two_sided_p(student_limit(0.9975, degrees), degrees), 0.0025, 1e-14);
+  EXPECT_THROW(student_two_sided_p(1, 0), Error);
+  EXPECT_THROW(student_limit(1, 5), Error);
+}
+
 TEST(Statistics, ChiSquareTestPoolsAndDetects) {
   // By hand: (8-10)^2/10 + (12-10)^2/10 + pool (4-4)^2/4.
   const ChiSquareTest fair = chi_square_test(Doubles{8, 12, 1, 3}, Doubles{10, 10, 2, 2});

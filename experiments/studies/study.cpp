@@ -1,0 +1,47 @@
+#include "experiments/studies/study.hpp"
+
+#include "experiments/studies/layer_study.hpp"
+#include "experiments/studies/truth_study.hpp"
+
+namespace clerestory {
+
+Schema study_schema() {
+  Schema schema;
+  schema.section("run", "Where results go.")
+      .text("run.root", "runs", "Folder of run directories")
+      .aside()
+      .text("run.experiment", "study", "First part of the run directory")
+      .aside()
+      .text("run.variant", "main", "Second part")
+      .aside()
+      .integer("run.seed", 0, "Seed in the directory's name")
+      .aside()
+      .text("run.device", "", "OpenCL device; empty: the default")
+      .aside();
+  schema.section("study", "What is compared.")
+      .text("study.kind", "layer", "Which study", {"layer", "truth"})
+      .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
+      .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
+      .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
+      .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
+      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"});
+  schema.section("truth", "The layer under true light against the tracer (kind truth).")
+      .integer("truth.batches", 16, "Independent estimates of each picture", {2, 1000})
+      .integer("truth.layer_spp", 512, "Samples a pixel of one of the layer's", {2, 65536})
+      .integer("truth.picture_spp", 256, "Samples a pixel of one of the tracer's", {1, 65536})
+      .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
+      .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
+  schema.section("data", "Generated rooms, one view each.")
+      .integer("data.rooms", 6, "Rooms", {1, 1000})
+      .integer("data.width", 160, "Pixels", {16, 4096})
+      .integer("data.height", 120, "Pixels", {16, 4096})
+      .integer("data.spp", 64, "Samples a pixel of the pictures", {1, 65536})
+      .integer("data.seed", 9000, "Seed of the rooms");
+  return schema;
+}
+
+std::string run_study(const Config& config, const std::vector<std::string>& command) {
+  return config.text("study.kind") == "truth" ? run_truth_study(config, command) : run_layer_study(config, command);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,17 @@
+// `clerestory run`: studies, each a config, a run directory and a table.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/io/config.hpp"
+
+namespace clerestory {
+
+/// Keys of a study's config: `study.kind` says which.
+Schema study_schema();
+
+/// Runs the study that the config names into its run directory: finished ones are skipped, partial ones go on. Returns
+/// the directory.
+std::string run_study(const Config& config, const std::vector<std::string>& command);
+
+}  // namespace clerestory

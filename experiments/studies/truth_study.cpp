@@ -1,0 +1,312 @@
+#include "experiments/studies/truth_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "experiments/run_directory_report.hpp"
+#include "experiments/studies/strip.hpp"
+#include "experiments/studies/truth_light.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/metrics.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+#include "host/report/table.hpp"
+#include "tracer/generate.hpp"
+#include "tracer/views.hpp"
+
+namespace clerestory {
+namespace {
+
+std::uint32_t seed_of(std::uint64_t seed, std::uint64_t stream) {
+  return static_cast<std::uint32_t>(Random(seed).fork(stream).bits());
+}
+
+std::vector<double> values_of(const Image& image) { return {image.data.begin(), image.data.end()}; }
+
+void subtract(std::vector<double>& from, const std::vector<float>& what) {
+  for (std::size_t i = 0; i < from.size(); ++i) from[i] -= what[i];
+}
+
+/// What is summed over batches for the picture with emitters.
+struct Stated {
+  std::vector<double> mean, variance;
+
+  explicit Stated(std::size_t values) : mean(values, 0), variance(values, 0) {}
+  /// One of n batches with the variance of its mean.
+  template <class Values, class Variance>
+  void add(const Values& values, Variance variance_of, double n) {
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += values[i] / n, variance[i] += variance_of(i) / (n * n);
+  }
+  Image picture(const Scene& scene) const {
+    Image image(scene.width(), scene.height(), 3);
+    std::transform(mean.begin(), mean.end(), image.data.begin(), [](double v) { return static_cast<float>(v); });
+    return image;
+  }
+};
+
+/// A generated room, its first view, and what the tracer sees there.
+struct TracedRoom {
+  TracedRoom(const Device& device, const RoomAssets& assets, std::uint64_t seed, int width, int height)
+      : room(make_room(seed, Setting::Training, assets)),
+        traced(device, room.scene),
+        camera(choose_views(traced, room, 1, width, height, Random(seed).fork(100)).at(0)),
+        scene(scene_of(traced.maps(camera), camera)) {}
+  Room room;
+  TraceScene traced;
+  Camera camera;
+  Scene scene;
+};
+
+struct LightRow {
+  std::string key, label;
+};
+const std::vector<LightRow>& light_rows() {
+  static const std::vector<LightRow> rows{{"truth", "truth (the tracer)"},
+                                          {"image", "image"},
+                                          {"panorama", "panorama"},
+                                          {"constant", "constant, mean of the photograph"},
+                                          {"best", "constant, the view's best"}};
+  return rows;
+}
+
+class TruthStudy {
+ public:
+  TruthStudy(const Config& config, const std::vector<std::string>& command)
+      : config_(config),
+        run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
+             static_cast<std::uint64_t>(config.integer("run.seed"))),
+        device_(Device::open(config.text("run.device"))),
+        provenance_(begin_provenance(command, device_.fingerprint())) {}
+
+  std::string run() {
+    if (run_.done()) {
+      say("study: done before, skipped: " + run_.path().string());
+      return run_.path().string();
+    }
+    catch_interrupts();
+    const RoomAssets assets = load_assets(default_assets(), Setting::Training);
+    const std::int64_t rooms = config_.integer("data.rooms");
+    records_ = read_metrics(run_.metrics_path());  // one a room
+    const auto done = static_cast<std::int64_t>(records_.size());
+    Progress progress("study", rooms, "rooms", done);
+    for (std::int64_t r = done; r < rooms; ++r) {
+      run_room(r, assets);
+      progress.advance();
+    }
+    finish();
+    return run_.path().string();
+  }
+
+ private:
+  void run_room(std::int64_t r, const RoomAssets& assets) {
+    const std::uint64_t seed = Random(static_cast<std::uint64_t>(config_.integer("data.seed")))
+                                   .fork(static_cast<std::uint64_t>(r))
+                                   .bits();
+    TracedRoom room(device_, assets, seed, static_cast<int>(config_.integer("data.width")),
+                    static_cast<int>(config_.integer("data.height")));
+    const TruthOptions options{static_cast<int>(config_.integer("truth.batches")),
+                               static_cast<int>(config_.integer("truth.layer_spp")),
+                               static_cast<int>(config_.integer("truth.picture_spp")), config_.real("truth.level"),
+                               seed};
+    TruthComparison compared = compare_with_tracer(device_, room.traced, room.scene, options);
+    MetricRecord record{r + 1, 0, {{"whole/stated", compared.whole_by_stated}, {"dropped", compared.dropped}}};
+    for (const auto& [name, a] : {std::pair{"reflected/", compared.reflected}, {"whole/", compared.whole}})
+      for (const auto& [what, value] : {std::pair{"pixels", a.pixels},
+                                        {"values", a.values},
+                                        {"within", a.within},
+                                        {"difference", a.difference},
+                                        {"error", a.error}})
+        record.values.emplace_back(std::string(name) + what, value);
+    compare_lights(r, room, compared, seed, record);
+    MetricsWriter(run_.metrics_path()).write(record.step, record.values);
+    records_.push_back(record);
+  }
+
+  /// From here on pictures have the exposure of generated views: the 95th percentile of luminance is 0.9.
+  void compare_lights(std::int64_t r, TracedRoom& room, TruthComparison& compared, std::uint64_t seed,
+                      MetricRecord& record) {
+    const auto exposure = static_cast<float>(exposure_of(compared.tracer.data));
+    const auto exposed = [exposure](Image image) {
+      for (float& v : image.data) v *= exposure;
+      return image;
+    };
+    Scene& scene = room.scene;
+    const Image truth = exposed(compared.tracer);
+    scene.photo = truth;
+    RenderSettings settings;
+    settings.spp = static_cast<int>(config_.integer("truth.light_spp")), settings.seed = seed_of(seed, 1);
+
+    // Emitting pixels are shown as they are in every picture.
+    const auto shown = [&](Image picture) {
+      for (std::size_t i = 0; i < picture.data.size(); ++i)
+        if (!compared.used[i % picture.pixels()]) picture.data[i] = truth.data[i];
+      return picture;
+    };
+    std::vector<Image> strip{truth, shown(exposed(compared.layer))};
+    const auto note = [&](const std::string& key, const PictureError& e, double seconds) {
+      record.values.emplace_back(key + "/relmse", e.relmse);
+      record.values.emplace_back(key + "/psnr", e.psnr);
+      record.values.emplace_back(key + "/seconds", seconds);
+    };
+    const TruthRendering traced = render_truth(device_, room.traced, scene, settings);
+    Image picture(scene.width(), scene.height(), 3);
+    picture.data = traced.whole.radiance.floats();
+    note("truth", picture_error(exposed(picture), truth, compared.used), traced.seconds);
+    for (const char* light : {"image", "panorama", "constant"}) {
+      settings.light = light;
+      render_scene(device_, scene, settings);  // kernels are built
+      const Rendering rendered = render_scene(device_, scene, settings);
+      note(light, picture_error(rendered.radiance, truth, compared.used), rendered.seconds);
+      strip.push_back(shown(rendered.radiance));
+      if (settings.light == "constant")
+        note("best", best_scaled_error(rendered.radiance, truth, compared.used), rendered.seconds);
+    }
+    write_strip(run_.artifact(fmt::format("room{}_tracer_truth_image_panorama_constant.png", r)), strip);
+  }
+
+  double value(std::size_t room, const std::string& key) const {
+    for (const auto& [name, v] : records_[room].values)
+      if (name == key) return v;
+    throw Error(ErrorKind::Failed, "a record lacks a value", run_.metrics_path().string(), key);
+  }
+  Agreement agreement_of(std::size_t room, const std::string& name) const {
+    return {value(room, name + "/pixels"), value(room, name + "/values"), value(room, name + "/within"),
+            value(room, name + "/difference"), value(room, name + "/error")};
+  }
+
+  /// The table of agreement, and in the provenance what it says.
+  Table agreement_table() {
+    const double level = config_.real("truth.level");
+    const auto batches = static_cast<int>(config_.integer("truth.batches"));
+    Table table;
+    table.title = fmt::format("light = truth against the tracer: {:.2f} % of values are expected within", 100 * level);
+    table.columns = {{"room", "", Best::None, 3},
+                     {"pixels", "", Best::None, 6},
+                     {"emitters left out: within", "%", Best::None, 4},
+                     {"difference", "%, standard error", Best::None, 3},
+                     {"z", "", Best::None, 3},
+                     {"with emitters: within", "%", Best::None, 4},
+                     {"by stated errors", "%", Best::None, 4},
+                     {"difference", "%, standard error", Best::None, 3},
+                     {"z", "", Best::None, 3}};
+    const auto add = [&](const std::string& name, const Agreement& a, const Agreement& b, double stated) {
+      table.add({name, Measure{a.pixels}, Measure{100 * a.share()},
+                 Measure{100 * a.difference, 100 * a.error, batches}, Measure{a.z()}, Measure{100 * b.share()},
+                 Measure{100 * stated}, Measure{100 * b.difference, 100 * b.error, batches}, Measure{b.z()}});
+    };
+    std::vector<Agreement> reflected, whole;
+    std::vector<double> stated;
+    for (std::size_t r = 0; r < records_.size(); ++r) {
+      reflected.push_back(agreement_of(r, "reflected")), whole.push_back(agreement_of(r, "whole"));
+      stated.push_back(value(r, "whole/stated"));
+      add(fmt::format("{}", r), reflected.back(), whole.back(), stated.back());
+    }
+    const Agreement all = together(reflected);
+    add("all", all, together(whole), mean(stated));
+    const double least = least_share(all, level);
+    provenance_.facts["light = truth, emitters left out"] = fmt::format(
+        "{:.3f} % of {:.0f} values within the limits; chance leaves {:.3f} % and hardly less than {:.3f} %: {}",
+        100 * all.share(), all.values, 100 * level, 100 * least, all.share() >= least ? "equal" : "not equal");
+    return table;
+  }
+
+  Table light_table() const {
+    Table table;
+    table.title = fmt::format("Lights, {} samples a pixel: mean and deviation over rooms",
+                              config_.integer("truth.light_spp"));
+    table.columns = {{"light", "", Best::None, 3},
+                     {"relMSE", "eps 0.01", Best::None, 3},
+                     {"PSNR", "dB", Best::None, 4},
+                     {"time", "s a view", Best::None, 3}};
+    for (const LightRow& row : light_rows()) {
+      std::vector<double> of[3];
+      for (std::size_t r = 0; r < records_.size(); ++r) {
+        of[0].push_back(value(r, row.key + "/relmse")), of[1].push_back(value(r, row.key + "/psnr"));
+        of[2].push_back(value(r, row.key + "/seconds"));
+      }
+      table.add({row.label, measure_of(of[0]), measure_of(of[1]), measure_of(of[2])});
+    }
+    return table;
+  }
+
+  void finish() {
+    const Table agreements = agreement_table(), lights = light_table();
+    write_file(run_.artifact("agreement.table.json"), table_json(agreements));
+    write_file(run_.artifact("lights.table.json"), table_json(lights));
+    std::fputs((table_text(agreements) + "\n" + table_text(lights)).c_str(), stdout);
+    double dropped = 0;
+    for (std::size_t r = 0; r < records_.size(); ++r) dropped += value(r, "dropped");
+    provenance_.figures["samples dropped as not finite"] = dropped;
+    provenance_.ended = utc_now();
+    write_provenance(run_ / "provenance.json", provenance_);
+    run_.finish();
+    write_run_directory_report(run_.path());
+  }
+
+  Config config_;
+  RunDirectory run_;
+  Device device_;
+  Provenance provenance_;
+  std::vector<MetricRecord> records_;
+};
+
+}  // namespace
+
+Scene scene_of(const TraceMaps& maps, const Camera& camera) {
+  Scene scene;
+  scene.camera = camera, scene.albedo = maps.albedo, scene.normal = maps.normal, scene.depth = maps.depth;
+  scene.material = Image(camera.width, camera.height, 3);
+  std::copy(maps.roughness.data.begin(), maps.roughness.data.end(), scene.material.plane(0));
+  std::copy(maps.metallic.data.begin(), maps.metallic.data.end(), scene.material.plane(1));
+  std::transform(maps.emitter.begin(), maps.emitter.end(), scene.material.plane(2),
+                 [](int emitter) { return emitter >= 0 ? 1.0f : 0.0f; });
+  return scene;
+}
+
+TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Scene& scene,
+                                    const TruthOptions& options) {
+  const std::size_t pixels = scene.albedo.pixels();
+  const auto n = static_cast<double>(options.batches);
+  Batches our_reflected, our_whole, their_reflected, their_whole;
+  Stated ours(3 * pixels), theirs(3 * pixels);
+  TruthComparison result;
+  RenderSettings settings;
+  settings.spp = options.layer_spp;
+  settings.points = "independent";  // the standard error of Sobol's points is stated too large
+  for (int k = 0; k < options.batches; ++k) {
+    stop_if_interrupted("study");
+    settings.seed = seed_of(options.seed, 10 + 2 * static_cast<std::uint64_t>(k));
+    const TruthRendering layer = render_truth(device, traced, scene, settings);
+    ours.add(
+        layer.whole.radiance.real, [&](std::size_t i) { return std::pow(layer.whole.standard_error.real[i], 2); }, n);
+    our_reflected.push_back(layer.reflected.radiance.real), our_whole.push_back(layer.whole.radiance.real);
+
+    const std::uint32_t seed = seed_of(options.seed, 11 + 2 * static_cast<std::uint64_t>(k));
+    const TracePicture all = traced.picture(scene.camera, options.picture_spp, seed);
+    const TracePicture direct = traced.picture(scene.camera, options.picture_spp, seed, 1);
+    theirs.add(all.mean.data, [&](std::size_t i) { return static_cast<double>(all.variance.data[i]); }, n);
+    their_whole.push_back(values_of(all.mean));
+    their_reflected.push_back(their_whole.back());
+    subtract(their_reflected.back(), direct.mean.data);
+
+    result.dropped += layer.dropped + static_cast<double>(all.dropped.count + direct.dropped.count) +
+                      render_counts(layer.whole.status, layer.whole.tally).dropped;
+    if (k > 0) continue;
+    for (std::size_t i = 0; i < pixels; ++i)
+      result.used.push_back(layer.whole.status.real[i] == 0 && scene.material.data[2 * pixels + i] == 0);
+  }
+  result.reflected = agreement(our_reflected, their_reflected, result.used, options.level);
+  result.whole = agreement(our_whole, their_whole, result.used, options.level);
+  result.whole_by_stated =
+      share_by_stated(ours.mean, ours.variance, theirs.mean, theirs.variance, result.used, options.level);
+  result.layer = ours.picture(scene), result.tracer = theirs.picture(scene);
+  return result;
+}
+
+std::string run_truth_study(const Config& config, const std::vector<std::string>& command) {
+  return TruthStudy(config, command).run();
+}
+
+}  // namespace clerestory
