@@ -1,8 +1,11 @@
 #include "nets/losses.hpp"
 
+#include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/map_loss.hpp"
 #include "host/ops/nn/pool.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reduce.hpp"
+#include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/slice.hpp"
 #include "nets/vgg.hpp"
 
@@ -16,6 +19,17 @@ Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Val
   };
   const Value a = features(prediction), b = features(truth);
   return squared_loss(a, b, average_pool(average_pool(mask)), 1.0 / a.shape().c);
+}
+
+Value log_depth_loss(Value prediction, Value truth, Value mask) {
+  constexpr double share_removed = 0.85, floor = 0.01;
+  const auto log_of = [&](Value depth) { return activate(affine(depth, 1, floor), Function::Log); };
+  const Value predicted = log_of(prediction), wanted = log_of(truth);
+  const Shape one{truth.shape().n, 1, 1, 1};
+  const Value pixels = affine(sum_to(mask, one), 1, 1e-6);  // an empty mask has the mean 0
+  const Value inverse = activate(scale(activate(pixels, Function::Log), -1), Function::Exp);
+  const Value mean = detach(multiply(sum_to(multiply(subtract(predicted, wanted), mask), one), inverse));
+  return squared_loss(predicted, add(wanted, expand(mean, truth.shape()), share_removed), mask);
 }
 
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
@@ -48,6 +62,8 @@ NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets&
   term("normal", normal, weights.normal);
   term("material", material, weights.material);
   term("depth", depth, weights.depth);
+  if (weights.log_depth > 0)
+    term("log_depth", log_depth_loss(maps.depth, truth.depth, truth.geometry_mask), weights.log_depth);
   term("scale", scale_term, weights.scale);
   if (!total) throw usage_error("every term has a weight of zero: nothing to train", "loss");
   terms.insert(terms.begin(), {"loss", total});

@@ -17,11 +17,14 @@ struct MapTargets {
 
 /// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
 struct LossWeights {
-  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0;
+  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0;
 };
 
 /// Masked mean squared distance of VGG16's relu3_3 features of two maps (one or three channels) times the mask.
 Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask);
+
+/// <(e - 0.85 mean e)^2>_m with e = ln(D' + 0.01) - ln(D + 0.01), the mean over each picture's mask detached.
+Value log_depth_loss(Value prediction, Value truth, Value mask);
 
 /// The terms by name, each 1x1x1x1, weighted; "loss" is first and is their sum. With <.>_m a masked mean and perc the
 /// perceptual distance:
@@ -29,6 +32,9 @@ Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Val
 ///   normal    0.5 (<|1 - n'.n|>_m + w perc)
 ///   material  0.5 (<(R' - R)^2 + (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels
 ///   depth     <(ln(1 + max(0, s D')) - ln(1 + D))^2>_m, s the least-squares scale of each picture, detached
+///   log_depth log_depth_loss, beyond the paper (Eigen et al. 2014): sees relative error however near the surface; what
+///             is left of the mean holds the scale, which the term above lets drift to where the output's clamp has no
+///             gradient
 ///   scale     <(l' - l)^2>, beyond the paper: ln of the scene's scale
 using NamedValues = std::vector<std::pair<std::string, Value>>;
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights);

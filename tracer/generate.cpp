@@ -30,6 +30,9 @@ void check(const GenerateOptions& o) {
   range("--size (width)", o.width, 16, 4096);
   range("--size (height)", o.height, 16, 4096);
   range("--spp", o.spp, 1, 1 << 20);
+  if (!(o.clamp >= 0 && o.clamp <= 1e6)) {
+    throw usage_error("out of range", "--clamp", fmt::format("{}", o.clamp), "0 to 1e6; 0 sets no bound");
+  }
   range("--shard (of)", o.shards, 1, 1000000);
   range("--shard", o.shard, 0, o.shards - 1);
   if (o.out.empty()) throw usage_error("a folder is needed", "--out");
@@ -46,6 +49,7 @@ json recipe(const GenerateOptions& o) {
           {"width", o.width},
           {"height", o.height},
           {"spp", o.spp},
+          {"clamp", o.clamp},
           {"seed", o.seed},
           {"balls", o.balls},
           {"split", o.split},
@@ -105,6 +109,8 @@ void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
 }
 
+constexpr int kPilotSpp = 4;
+
 class RoomWriter {
  public:
   RoomWriter(const Device& device, const GenerateOptions& options, int index, const RoomAssets& assets)
@@ -124,7 +130,7 @@ class RoomWriter {
     const Camera& camera = cameras_[static_cast<std::size_t>(view)];
     const std::uint32_t seed =
         static_cast<std::uint32_t>(Random::mix(seed_ ^ (0x5eedu + static_cast<std::uint64_t>(view))));
-    TracePicture picture = scene_.picture(camera, options_.spp, seed);
+    TracePicture picture = picture_of(camera, seed);
     note(picture.dropped, id, seed, summary);
 
     RoomView out = maps_of(camera);
@@ -140,6 +146,14 @@ class RoomWriter {
   }
 
  private:
+  /// The bound on indirect light is stated against white, so a few samples find the exposure first.
+  TracePicture picture_of(const Camera& camera, std::uint32_t seed) {
+    if (options_.clamp <= 0) return scene_.picture(camera, options_.spp, seed);
+    const double exposure = exposure_of(scene_.picture(camera, kPilotSpp, seed + 1).mean);
+    return scene_.picture(camera, options_.spp, seed, kMaxDepth, kLightSamples,
+                          static_cast<float>(options_.clamp / exposure));
+  }
+
   RoomView maps_of(const Camera& camera) {
     TraceMaps maps = scene_.maps(camera);
     RoomView out;

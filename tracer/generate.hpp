@@ -14,6 +14,7 @@ struct GenerateOptions {
   std::filesystem::path out;
   int rooms = 1, views = 5;  // views per room
   int width = 160, height = 120, spp = 64;
+  double clamp = 0;           // most one indirect contribution adds, in units of the picture's white; 0: no bound
   std::uint64_t seed = 0;     // rooms of different seeds share nothing
   int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
   bool balls = false;

@@ -244,14 +244,17 @@ Material Palette::metal() { return random_.one_of(metals_); }
 
 Material Palette::body() {
   if (stone_only_) return make(MaterialClass::Stone);
-  if (body_choice_ < 0.5f) return woods_[0];
-  if (body_choice_ < 0.85f) return make(MaterialClass::GlossPaint);
+  if (body_choice_ < 0.45f) return woods_[0];
+  if (body_choice_ < 0.75f) return make(MaterialClass::GlossPaint);
+  if (body_choice_ < 0.87f) return metals_[0];  // steel fronts: metal is not only what is thin
   return make(MaterialClass::Plastic);
 }
 
 Material Palette::top() {
   if (stone_only_ || random_.chance(0.2f)) return make(MaterialClass::Stone);
-  return random_.chance(0.75f) ? random_.one_of(woods_) : make(MaterialClass::GlossPaint);
+  const float choice = random_.unit();
+  if (choice < 0.7f) return random_.one_of(woods_);
+  return choice < 0.92f ? make(MaterialClass::GlossPaint) : metals_[0];
 }
 
 Material Palette::planks(const Material& wood) {

@@ -143,7 +143,8 @@ TraceMaps TraceScene::maps(const Camera& camera) {
   return maps;
 }
 
-TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth, int light_samples) {
+TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth, int light_samples,
+                                 float most_indirect) {
   if (spp < 1) throw usage_error("at least one sample per pixel", "spp", std::to_string(spp), "1 or more");
   const std::array<float, 16> view = view_numbers(camera);
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
@@ -157,8 +158,8 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
   TracePicture picture;
   for (int first = 0; first < spp; first += kPass) {
     const int count = std::min(kPass, spp - first);
-    const std::vector<Arg> args =
-        arguments({on_device, camera.width, camera.height, seed, first, count, light_samples, max_depth, out});
+    const std::vector<Arg> args = arguments(
+        {on_device, camera.width, camera.height, seed, first, count, light_samples, max_depth, most_indirect, out});
     device_.launch_with(kernel, range, args);
     device_.read(out, pass.data(), pass.size() * sizeof(float));
     const DroppedSamples dropped = count_dropped(pass);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <vector>
 
 #include "host/cl/device.hpp"
@@ -64,8 +65,11 @@ class TraceScene {
 
   TraceMaps maps(const Camera& camera);
   /// Path-traced picture with `spp` samples per pixel, all through the pixel's centre. Same seed, same bits.
+  /// most_indirect: most radiance that one contribution of a path by way of other surfaces may add; what is finite
+  /// trades the specks of rare bright paths for a picture that is a little too dark.
   TracePicture picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth = kMaxDepth,
-                       int light_samples = kLightSamples);
+                       int light_samples = kLightSamples,
+                       float most_indirect = std::numeric_limits<float>::infinity());
 
   /// Mean radiance that arrives at points[i] from directions[i] (pointing away from the point, any length).
   /// All three buffers are float, planar {3, stride}; `count` <= stride rays are traced. Ray i's random numbers are

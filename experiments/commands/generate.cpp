@@ -78,6 +78,10 @@ void add_generate_command(CommandLine& line) {
       .option("--rooms", "N", "number of rooms", o.rooms)
       .option("--views", "N", "views of each room", o.views)
       .option("--size", "WxH", "pixels of a view", options->size)
+      .option(
+          "--clamp", "X",
+          "most that one indirect contribution adds to a pixel, white = 0.9; fewer specks, a little too dark; 0: off",
+          o.clamp)
       .option("--shard", "I/N", "make only rooms I, I + N, I + 2N, ...", options->shard)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
       .choice("--setting", "what rooms may show; held_out: only what training rooms never do", options->setting,

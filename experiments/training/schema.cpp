@@ -66,6 +66,8 @@ Schema make_schema() {
   s.real("loss.normal", 1, "1 - cosine of normals", {0, none});
   s.real("loss.material", 1, "squared error of roughness and metallic", {0, none});
   s.real("loss.depth", 1, "log-space squared error of depth after one scale per image", {0, none});
+  s.real("loss.log_depth", 0, "squared error of ln depth, most of each image's mean removed (Eigen et al. 2014)",
+         {0, none});
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
   s.real("loss.perceptual", 0.02, "VGG16 feature distance, where weights are given", {0, none});
   s.text("loss.perceptual_weights", "", "ImageNet weights of VGG16 as safetensors; empty: no perceptual term");
@@ -158,6 +160,7 @@ TrainingOptions training_options(const Config& c) {
   o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2");
   o.w_albedo = c.real("loss.albedo"), o.w_normal = c.real("loss.normal"), o.w_material = c.real("loss.material");
   o.w_depth = c.real("loss.depth"), o.w_scale = c.real("loss.scale");
+  o.w_log_depth = c.real("loss.log_depth");
   o.perceptual_weights = c.text("loss.perceptual_weights");
   o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
   o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");

@@ -21,6 +21,14 @@ typedef struct {
   uint seed, pixel, sample;
 } Key;
 
+typedef struct {
+  int with_emission;   // whether an emitter hit first counts
+  int light_samples;   // where the path first lands
+  int max_depth;       // most scatterings
+  real spread;         // width of a pixel one metre along the first ray; 0: a point
+  real most_indirect;  // most that one contribution by way of other surfaces may add; Inf keeps the estimate unbiased
+} PathOptions;
+
 // Density by solid angle of choosing the point of an emitter that lies along unit d, at squared distance d2 and seen
 // under cosine c: by area, and for panes by the sky's direction too.
 static inline real light_pdf(const Scene *s, int emitter, real d2, real c, real3 d) {
@@ -100,24 +108,28 @@ static real3 direct_light(const Scene *s, const Surface *at, Frame frame, real3 
   return is_blocked(&s->bvh, start, light.wi, R(0), light.distance * (R(1) - OFFSET)) ? none : f;
 }
 
-// One path: radiance that arrives at o along -d, given what the ray hits first. with_emission: whether an emitter hit
-// first counts. max_depth: most scatterings.
-static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, int with_emission, int light_samples,
-                           int max_depth) {
+static inline real3 held_to(real3 l, real most) {
+  const real largest = fmax(l.x, fmax(l.y, l.z));
+  return largest > most ? l * (most / largest) : l;
+}
+
+// One path: radiance that arrives at o along -d, given what the ray hits first.
+static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, const PathOptions *options) {
   real3 radiance = (real3)(R(0)), throughput = (real3)(R(1));
   real density = R(0);        // of the direction that led here
-  int count = light_samples;  // at the vertex before
+  int count = options->light_samples;  // at the vertex before
   for (int vertex = 0; hit.triangle >= 0; ++vertex) {
-    const Surface at = surface_at(s, hit, o, d);
-    if (at.emitter >= 0 && (vertex > 0 || with_emission)) {
+    const Surface at = surface_at(s, hit, o, d, vertex == 0 ? options->spread : R(0));
+    if (at.emitter >= 0 && (vertex > 0 || options->with_emission)) {
       real weight = R(1);
       if (vertex > 0) {
         const real other = light_pdf(s, at.emitter, hit.t * hit.t, -dot3(at.face, d), d);
         weight = density / (density + (real)count * other);
       }
-      radiance += throughput * emitted(s, at.emitter, d) * weight;
+      const real3 l = throughput * emitted(s, at.emitter, d) * weight;
+      radiance += vertex > 1 ? held_to(l, options->most_indirect) : l;
     }
-    if (vertex == max_depth) break;
+    if (vertex == options->max_depth) break;
     const Frame frame = frame_of(at.normal);
     const real3 wo = to_local(frame, -d);
     if (!(wo.z > R(0))) break;  // a smooth normal that faces away
@@ -125,10 +137,11 @@ static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, i
     const real alpha = alpha_of(at.material.roughness);
 
     // What is seen directly gets all light samples; light that comes by way of other surfaces one.
-    count = s->light_count == 0 ? 0 : vertex == 0 ? light_samples : min(light_samples, 1);
+    count = s->light_count == 0 ? 0 : vertex == 0 ? options->light_samples : min(options->light_samples, 1);
     for (int i = 0; i < count; ++i) {
       const real4 u = random4(key.seed, key.pixel, key.sample, BLOCKS * vertex + 1 + i);
-      radiance += throughput * direct_light(s, &at, frame, wo, p, (real)count, u.xyz);
+      const real3 l = throughput * direct_light(s, &at, frame, wo, p, (real)count, u.xyz);
+      radiance += vertex > 0 ? held_to(l, options->most_indirect) : l;
     }
 
     const real4 v = random4(key.seed, key.pixel, key.sample, BLOCKS * vertex);
@@ -152,14 +165,14 @@ static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, i
 // Samples first .. first + count - 1 of a ray: sums and sums of squares of r, g, b, samples dropped as not finite, and
 // the first of these (-1). out: 8 numbers.
 static void trace_samples(const Scene *s, real3 o, real3 d, real t_min, uint seed, uint pixel, int first, int count,
-                          int with_emission, int light_samples, int max_depth, global real *out) {
+                          const PathOptions *options, global real *out) {
   const Hit hit = nearest_hit(&s->bvh, o, d, t_min, FAR);
   real3 sum = (real3)(R(0)), squares = (real3)(R(0));
   int dropped = 0, first_dropped = -1;
   for (int i = 0; i < count; ++i) {
     Key key;
     key.seed = seed, key.pixel = pixel, key.sample = (uint)(first + i);
-    const real3 l = path_radiance(s, hit, o, d, key, with_emission, light_samples, max_depth);
+    const real3 l = path_radiance(s, hit, o, d, key, options);
     if (isfinite(l.x + l.y + l.z)) {
       sum += l;
       squares += l * l;
@@ -186,17 +199,22 @@ static inline real3 pose_inverse_direction(global const real *p, real3 v) {
                  p[2] * v.x + p[6] * v.y + p[10] * v.z);
 }
 
+// Width of a pixel one metre along its ray (z = -1), metres.
+static inline real pixel_spread(Camera c, real3 ray) { return rsqrt(c.fx * c.fy * dot3(ray, ray)); }
+
 // view: fx, fy, cx, cy, then a pose. out: {height, width, 8} as trace_samples writes it.
 kernel void trace_view(SCENE_ARGUMENTS, global const real *view, const int width, const int height, const uint seed,
                        const int first, const int count, const int light_samples, const int max_depth,
-                       global real *out) {
+                       const float most_indirect, global real *out) {
   const int x = (int)get_global_id(0), y = (int)get_global_id(1);
   if (x >= width || y >= height) return;
   SCENE_OF_ARGUMENTS(scene)
   const real3 o = pose_point(view + 4, (real3)(R(0)));
-  const real3 d = unit3(pose_direction(view + 4, pixel_ray(camera_at(view), x, y)));
+  const real3 ray = pixel_ray(camera_at(view), x, y);
+  const real3 d = unit3(pose_direction(view + 4, ray));
   const int pixel = y * width + x;
-  trace_samples(&scene, o, d, R(0), seed, (uint)pixel, first, count, 1, light_samples, max_depth, out + pixel * 8);
+  const PathOptions options = {1, light_samples, max_depth, pixel_spread(camera_at(view), ray), most_indirect};
+  trace_samples(&scene, o, d, R(0), seed, (uint)pixel, first, count, &options, out + pixel * 8);
 }
 
 // points, directions: planar {3, stride}, read from `at` on, of any length; mapped to the world by `pose`.
@@ -212,7 +230,8 @@ kernel void trace_rays(SCENE_ARGUMENTS, global const real *points, global const 
   const real3 o = pose_point(pose, (real3)(points[k], points[stride + k], points[2 * stride + k]));
   const real3 d = unit3(pose_direction(
       pose, (real3)(directions[k], directions[stride + k], directions[2 * stride + k])));
-  trace_samples(&scene, o, d, OFFSET, seed, (uint)k, first, count, with_emission, light_samples, max_depth, out + i * 8);
+  const PathOptions options = {with_emission, light_samples, max_depth, R(0), R(INFINITY)};
+  trace_samples(&scene, o, d, OFFSET, seed, (uint)k, first, count, &options, out + i * 8);
 }
 
 // What rays hit: t (distance; 0 where nothing is), u, v, triangle (-1). Planar points and directions as above.
@@ -242,7 +261,7 @@ kernel void trace_maps(SCENE_ARGUMENTS, global const real *view, const int width
   real values[14] = {0};
   values[12] = values[13] = R(-1);
   if (hit.triangle >= 0) {
-    const Surface at = surface_at(&scene, hit, o, d);
+    const Surface at = surface_at(&scene, hit, o, d, pixel_spread(camera_at(view), ray));
     const real3 n = pose_inverse_direction(view + 4, at.normal);
     values[0] = hit.t / sqrt(dot3(ray, ray));  // ray.z = -1
     values[1] = n.x, values[2] = n.y, values[3] = n.z;

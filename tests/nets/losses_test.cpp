@@ -51,6 +51,45 @@ std::map<std::string, double> terms(const LossWeights& weights) {
   return values;
 }
 
+TEST(Losses, LogDepthAgainstItsDefinitionAndGradient) {
+  constexpr Shape kMap{2, 1, 3, 5};
+  constexpr std::size_t pixels = 15;
+  Tensor prediction = formula("prediction", kMap), truth = formula("truth", kMap), mask = formula("mask", kMap);
+  for (std::size_t i = 0; i < 2 * pixels; ++i) {
+    prediction.real[i] = 0.5 + 0.49 * prediction.real[i], truth.real[i] = 0.5 + 0.5 * truth.real[i];
+    mask.real[i] = mask.real[i] > -0.3;
+  }
+  prediction.real[0] = 0, truth.real[1] = 0, truth.real[2] = 1;  // the ends of the range
+  for (const bool empty : {false, true}) {
+    if (empty) std::fill_n(mask.real.begin() + pixels, pixels, 0.0);  // the second picture has no depth
+    const auto errors = [&](std::size_t i) {
+      return std::log(prediction.real[i] + 0.01) - std::log(truth.real[i] + 0.01);
+    };
+    std::vector<double> left(2 * pixels);
+    double loss = 0, count = 0;
+    for (std::size_t picture = 0; picture < 2; ++picture) {
+      double sum = 0, own = 0;
+      for (std::size_t i = picture * pixels; i < (picture + 1) * pixels; ++i)
+        sum += mask.real[i] * errors(i), own += mask.real[i];
+      for (std::size_t i = picture * pixels; i < (picture + 1) * pixels; ++i) {
+        left[i] = errors(i) - 0.85 * sum / std::max(own, 1.0);
+        loss += mask.real[i] * left[i] * left[i];
+      }
+      count += own;
+    }
+    Graph graph;
+    const Value p = graph.input("prediction", kMap), t = graph.input("truth", kMap), m = graph.input("mask", kMap);
+    const Value value = log_depth_loss(p, t, m);
+    const std::vector<Tensor> results =
+        evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, Device::open(),
+                 {{"prediction", prediction}, {"truth", truth}, {"mask", mask}}, {.precision = Precision::Double});
+    // The mean is taken over 1e-6 pixels more than there are.
+    EXPECT_NEAR(results[0].real[0], loss / count, 1e-6 * loss / count);
+    for (std::size_t i = 0; i < 2 * pixels; ++i)  // the mean is a constant to the gradient
+      EXPECT_NEAR(results[1].real[i], 2 * mask.real[i] * left[i] / count / (prediction.real[i] + 0.01), 2e-5) << i;
+  }
+}
+
 TEST(Losses, TermsAreWeightedAndAddUp) {
   const auto plain = terms({}), weighted = terms({.albedo = 2, .normal = 0.5, .material = 0, .depth = 1, .scale = 3});
   double sum = 0;
@@ -67,6 +106,10 @@ TEST(Losses, TermsAreWeightedAndAddUp) {
   EXPECT_GT(perceptual.at("normal"), plain.at("normal"));
   EXPECT_GT(perceptual.at("material"), plain.at("material"));
   EXPECT_EQ(perceptual.at("depth"), plain.at("depth"));
+  EXPECT_EQ(plain.count("log_depth"), 0u);
+  const auto relative = terms({.log_depth = 2});
+  EXPECT_GT(relative.at("log_depth"), 0);
+  EXPECT_NEAR(relative.at("loss"), plain.at("loss") + relative.at("log_depth"), 8 * 0x1p-23 * relative.at("loss"));
 }
 
 }  // namespace

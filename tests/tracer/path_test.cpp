@@ -277,6 +277,27 @@ TEST(Path, VarianceIsThatOfThePixelsMean) {
   EXPECT_NEAR(measured_total / stated_total, 1, 0.25);
 }
 
+TEST(Path, ABoundOnIndirectLightOnlyDarkens) {
+  const Room room = make_box_room(2);
+  TraceScene scene(test_device(), room.scene);
+  Camera camera = Camera::from_fov(16, 12, 70);
+  look_at(camera, {1.5, 1.5, 1.5}, {0, 0.8, 0});
+  const auto picture = [&](float most) { return scene.picture(camera, 64, 9, kMaxDepth, kLightSamples, most); };
+  const TracePicture free = scene.picture(camera, 64, 9), loose = picture(1e30f), tight = picture(0.05f),
+                     none = picture(0.f);
+  EXPECT_EQ(free.mean.data, loose.mean.data);
+  const TracePicture direct = scene.picture(camera, 64, 9, 1);
+  double tighter = 0, freely = 0;
+  for (std::size_t i = 0; i < free.mean.data.size(); ++i) {
+    EXPECT_LE(none.mean.data[i], tight.mean.data[i]);
+    EXPECT_LE(tight.mean.data[i], free.mean.data[i]);
+    // Nothing is left but what lights send to the first surface: the same samples, summed with zeros between.
+    EXPECT_NEAR(none.mean.data[i], direct.mean.data[i], 1e-5f * direct.mean.data[i]);
+    tighter += static_cast<double>(tight.variance.data[i]), freely += static_cast<double>(free.variance.data[i]);
+  }
+  EXPECT_LT(tighter, freely);
+}
+
 TEST(Path, NoSamplesIsAnError) {
   TraceScene scene(test_device(), make_box_room(2).scene);
   EXPECT_THROW(scene.picture(Camera::from_fov(8, 8, 70), 0, 1), Error);
