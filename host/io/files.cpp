@@ -1,6 +1,7 @@
 #include "host/io/files.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -23,6 +24,37 @@ std::string reason(int code) { return std::generic_category().message(code); }
 fs::path temporary_for(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
   return path.parent_path() / fmt::format(".{}.{}-{}.tmp", path.filename().string(), ::getpid(), counter++);
+}
+
+bool is_temporary_for(const fs::path& path, const std::string& name) {
+  const std::string before = "." + path.filename().string() + ".", after = ".tmp";
+  if (!name.starts_with(before) || !name.ends_with(after) || name.size() <= before.size() + after.size()) return false;
+  return name.find_first_not_of("0123456789-", before.size()) == name.size() - after.size();
+}
+
+// A writer holds its temporary locked for as long as it lives; one that nobody holds was left by a process that was
+// killed.
+void remove_if_abandoned(const fs::path& temporary) {
+  const int file = ::open(temporary.c_str(), O_RDWR | O_CLOEXEC);
+  if (file < 0) return;
+  if (::flock(file, LOCK_EX | LOCK_NB) == 0) ::unlink(temporary.c_str());
+  ::close(file);
+}
+
+void remove_abandoned_temporaries(const fs::path& path) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (is_temporary_for(path, entry->path().filename().string())) remove_if_abandoned(entry->path());
+}
+
+// Locked, and still there: between its making and its locking another process may have taken it for abandoned. Where
+// the file system knows no locks, none is ever taken for abandoned.
+bool keep_locked(int file) {
+  while (::flock(file, LOCK_EX) != 0 && errno == EINTR) {
+  }
+  struct stat status {};
+  return ::fstat(file, &status) != 0 || status.st_nlink > 0;
 }
 
 }  // namespace
@@ -74,18 +106,24 @@ void make_directories(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw usage_error("is a file", folder.string(), {}, "a folder");
 }
 
-AtomicFile::AtomicFile(const fs::path& path) : path_(path), temporary_(temporary_for(path)) {
+AtomicFile::AtomicFile(const fs::path& path) : path_(path) {
   if (!path.has_filename()) throw usage_error("is not the name of a file", path.string());
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) throw usage_error("is a folder", path.string(), {}, "a file");
-  descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) throw usage_error("cannot be written: " + reason(errno), path.string());
+  for (;;) {
+    temporary_ = temporary_for(path);
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) throw usage_error("cannot be written: " + reason(errno), path.string());
+    if (keep_locked(descriptor_)) break;
+    ::close(descriptor_);
+  }
+  remove_abandoned_temporaries(path);
 }
 
 AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;  // committed
-  ::close(descriptor_);
   ::unlink(temporary_.c_str());
+  ::close(descriptor_);
 }
 
 void AtomicFile::write(const void* data, std::size_t bytes) {
@@ -103,13 +141,11 @@ void AtomicFile::commit() {
   // full disk only here.
   if (::fsync(descriptor_) != 0 && errno != EINVAL)
     throw Error(ErrorKind::Failed, "writing failed: " + reason(errno), path_.string());
-  const int closed = ::close(descriptor_);
+  // The rename comes before the close, which ends the lock.
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0)
+    throw Error(ErrorKind::Failed, "writing failed: " + reason(errno), path_.string());
+  ::close(descriptor_);
   descriptor_ = -1;
-  if (closed != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0) {
-    const std::string why = reason(errno);
-    ::unlink(temporary_.c_str());
-    throw Error(ErrorKind::Failed, "writing failed: " + why, path_.string());
-  }
 }
 
 void write_file(const fs::path& path, std::string_view bytes) {

@@ -35,7 +35,8 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t limit = s
 /// Creates a folder and those above it. Throws usage_error when a file stands in the way or the place is not writable.
 void make_directories(const std::filesystem::path& folder);
 
-/// A file being written: appears under its name on commit(), fsynced; without commit nothing remains.
+/// A file being written: appears under its name on commit(), fsynced; without commit nothing remains. What a killed
+/// process left of the same file is removed.
 class AtomicFile {
  public:
   /// The folder must exist. Throws usage_error when `path` is a folder or its folder cannot be written.

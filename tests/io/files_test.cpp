@@ -3,6 +3,8 @@
 
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <thread>
@@ -45,6 +47,34 @@ TEST_F(Files, RefusesPlacesThatCannotBeWritten) {
   make_directories(folder / "a/b/c");
   make_directories(folder / "a/b/c");
   EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b/c"));
+}
+
+/// A process that dies in the middle of writing `path`, as by kill -9.
+void killed_while_writing(const std::filesystem::path& path) {
+  const pid_t child = fork();
+  if (child == 0) {
+    AtomicFile file(path);
+    file.write("half of");
+    raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+}
+
+TEST_F(Files, RemovesWhatAKilledWriterLeft) {
+  killed_while_writing(folder / "f");
+  ASSERT_EQ(entries(), 1u) << "a killed process cannot clear up";
+  put(".f.notes.tmp", "not ours");
+  put(".g.12-3.tmp", "of another file");
+  AtomicFile other(folder / "f");  // at work, in this process or in any other
+  write_file(folder / "f", "whole");
+  EXPECT_EQ(entries(), 4u) << "f, its other writer's, and those of other names";
+  EXPECT_EQ(read_file(folder / ".f.notes.tmp"), "not ours");
+  other.write("later");
+  other.commit();
+  EXPECT_EQ(read_file(folder / "f"), "later");
+  EXPECT_EQ(entries(), 3u);
 }
 
 TEST_F(Files, KeepsTheOldFileUntilCommit) {
