@@ -165,41 +165,53 @@ SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& ob
   return with;
 }
 
-void insert(const InsertOptions& options) {
-  if (options.objects.empty())
-    throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
-  const auto start = std::chrono::steady_clock::now();
-  const Scene scene = read_run(options.run);
-  Device device = Device::open(options.device);
-  const auto objects = std::make_shared<TraceObjects>(device, place_objects(scene, options.objects));
-  const SceneWithObjects with = put_before(device, scene, *objects, options.objects);
-  const double seen = sum(with.shows.data) / static_cast<double>(with.shows.pixels());
-  if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
+Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& list,
+                      const RenderSettings& settings, int bounces) {
+  const auto objects = std::make_shared<TraceObjects>(device, place_objects(scene, list));
+  Insertion result{put_before(device, scene, *objects, list), {}, 0};
+  const SceneWithObjects& with = result.with;
 
   Graph graph;
   const SceneValues v = scene_values(graph, with.scene);
   const Shape map1{1, 1, scene.height(), scene.width()}, map3{1, 3, scene.height(), scene.width()};
   const Value depth = graph.input("scene depth", map1), normal = graph.input("scene normal", map3);
   const Value shows = graph.input("shows", map1), skip = graph.input("skip", map1, Type::Int);
-  const Value materials = graph.input("materials", {static_cast<int>(options.objects.size()), 5, 1, 1});
+  const Value materials = graph.input("materials", {static_cast<int>(list.size()), 5, 1, 1});
   const ObjectsLightInputs inputs{
       v.photo, v.ambient, depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera),
       shows,   materials};
-  const RenderSpec spec = render_spec(options.render);
+  const RenderSpec spec = render_spec(settings);
   const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs.list(),
-                                   objects_light(objects, spec.ssrt, options.bounces), {depth, normal, skip});
+                                   objects_light(objects, spec.ssrt, bounces), {depth, normal, skip});
 
-  Executor executor(compile(graph, {rendered.radiance, rendered.standard_error}, device));
+  Executor executor(compile(graph, {rendered.radiance}, device));
   feed_scene(executor, with.scene);
   executor.feed("scene depth", tensor_of(scene.depth)), executor.feed("scene normal", tensor_of(scene.normal));
   executor.feed("range", depth_range(tensor_of(scene.depth)));
   const std::array<double, 3> ambient = ambient_of(scene);  // of the scene, not of the picture with objects
   executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
   executor.feed("shows", tensor_of(with.shows)), executor.feed("skip", skip_map(with.shows));
-  executor.feed("materials", material_table(options.objects));
-  executor.run(options.render.seed);
+  executor.feed("materials", material_table(list));
+  device.finish();
+  const auto start = std::chrono::steady_clock::now();
+  executor.run(settings.seed);
+  device.finish();
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.composite = composite_of(scene, with.shows, executor.fetch_floats(rendered.radiance));
+  return result;
+}
 
-  const Image composite = composite_of(scene, with.shows, executor.fetch_floats(rendered.radiance));
+void insert(const InsertOptions& options) {
+  if (options.objects.empty())
+    throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
+  const auto start = std::chrono::steady_clock::now();
+  const Scene scene = read_run(options.run);
+  Device device = Device::open(options.device);
+  const Insertion inserted = insert_into(device, scene, options.objects, options.render, options.bounces);
+  const Image& composite = inserted.composite;
+  const double seen = sum(inserted.with.shows.data) / static_cast<double>(composite.pixels());
+  if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
+
   const fs::path out = options.out.empty() ? options.run : options.out;
   make_directories(out);
   write_exr(out / "composite.exr", composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
@@ -209,7 +221,7 @@ void insert(const InsertOptions& options) {
   provenance.seeds["render"] = options.render.seed;
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;
-  provenance.facts["samples"] = fmt::format("{}", spec.spp);
+  provenance.facts["samples"] = fmt::format("{}", render_spec(options.render).spp);
   provenance.ended = utc_now();
   write_provenance(out / "insert.json", provenance);
   if (options.out.empty()) write_run_report(options.run);

@@ -46,4 +46,13 @@ struct SceneWithObjects {
 SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects,
                             const std::vector<InsertedObject>& list);
 
+/// The scene with objects under `light = image`.
+struct Insertion {
+  SceneWithObjects with;
+  Image composite;     // 3: photograph + what the objects change; their own pixels show what they reflect
+  double seconds = 0;  // of rendering, after the plan was made
+};
+Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& objects,
+                      const RenderSettings& settings, int bounces);
+
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 #include "experiments/studies/study.hpp"
 
+#include "experiments/studies/balls_study.hpp"
 #include "experiments/studies/layer_study.hpp"
 #include "experiments/studies/truth_study.hpp"
 
@@ -19,7 +20,7 @@ Schema study_schema() {
       .text("run.device", "", "OpenCL device; empty: the default")
       .aside();
   schema.section("study", "What is compared.")
-      .text("study.kind", "layer", "Which study", {"layer", "truth"})
+      .text("study.kind", "layer", "Which study", {"layer", "truth", "balls"})
       .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
@@ -31,6 +32,8 @@ Schema study_schema() {
       .integer("truth.picture_spp", 256, "Samples a pixel of one of the tracer's", {1, 65536})
       .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
       .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
+  schema.section("balls", "Balls put into rooms (kind balls).")
+      .integer("balls.spp", 256, "Samples a pixel", {2, 65536});
   schema.section("data", "Generated rooms, one view each.")
       .integer("data.rooms", 6, "Rooms", {1, 1000})
       .integer("data.width", 160, "Pixels", {16, 4096})
@@ -41,7 +44,10 @@ Schema study_schema() {
 }
 
 std::string run_study(const Config& config, const std::vector<std::string>& command) {
-  return config.text("study.kind") == "truth" ? run_truth_study(config, command) : run_layer_study(config, command);
+  const std::string& kind = config.text("study.kind");
+  if (kind == "truth") return run_truth_study(config, command);
+  if (kind == "balls") return run_balls_study(config, command);
+  return run_layer_study(config, command);
 }
 
 }  // namespace clerestory

