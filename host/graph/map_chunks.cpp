@@ -50,15 +50,16 @@ struct PutOp : Op {
   std::string name() const override { return "put"; }
   std::vector<Signature> infer(std::span<const Value>) const override { return {{whole, Type::Real}}; }
   void launch(Launch& l) const override {
+    const int capacity = l.in(0).shape.h, pixels = l.chunk.pixels > 0 ? l.chunk.pixels : capacity;
     for (int n = 0; n < whole.n; ++n)
       l.run("tensor/place.cl", "put",
             Range::of2(static_cast<std::size_t>(whole.plane()), static_cast<std::size_t>(whole.c)), l.in(0), l.out(), n,
-            l.chunk.first_pixel, l.chunk.pixels, l.in(0).shape.h, static_cast<int>(whole.plane()));
+            l.chunk.first_pixel, pixels, capacity, static_cast<int>(whole.plane()));
   }
 };
 
 std::vector<Value> TakeOp::adjoint(const Node& node, std::span<const Value> g) const {
-  return {node.graph->make<PutOp>({g[0]}, node.in_shape(0))};
+  return {put_pixels(g[0], node.in_shape(0))};
 }
 
 struct MapChunksOp : Op {
@@ -158,6 +159,12 @@ struct MapChunksOp : Op {
 }  // namespace
 
 Value take_pixels(Value whole, int capacity) { return whole.graph().make<TakeOp>({whole}, capacity); }
+
+Value put_pixels(Value columns, const Shape& whole) {
+  if (columns.shape().c != whole.c || columns.shape().w != 1)
+    throw Error(ErrorKind::Failed, "columns do not fit the map", "put_pixels", columns.shape().text(), whole.text());
+  return columns.graph().make<PutOp>({columns}, whole);
+}
 
 std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs,
                               const Body& body) {

@@ -25,5 +25,7 @@ std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span
 
 /// Inside a body: the values of a whole map {n, C, h, w} at the chunk's pixels, {1, C, capacity, 1}, zero beyond them.
 Value take_pixels(Value whole, int capacity);
+/// The transpose: a whole map that is zero but for the chunk's pixels. Outside of a body columns are all pixels.
+Value put_pixels(Value columns, const Shape& whole);
 
 }  // namespace clerestory

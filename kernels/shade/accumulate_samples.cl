@@ -89,6 +89,24 @@ kernel void accumulate_samples(IN(weight), IN(radiance), IN(pdf),
   for (int c = 0; c < 5; ++c) AT(tally, 0)[c * pixel_capacity + p] = tallies[c];
 }
 
+// Adjoint of the mean: d weight = radiance g / count and d radiance = weight g / count for the samples that it keeps.
+// g {1, 3, pixels, 1}. squares and tally are statistics, without gradients.
+kernel void accumulate_samples_adjoint(IN(weight), IN(radiance), IN(pdf), IN(g), OUT(d_weight), OUT(d_radiance),
+                                       CHUNK_ARGS, const real count) {
+  const int s = (int)get_global_id(0);
+  const int p = (int)get_global_id(1);
+  if (s >= sample_capacity || p >= pixels) return;
+  const ulong ray = RAY(p, s);
+  global const real *f = AT(weight, 0) + ray, *l = AT(radiance, 0) + ray;
+  int kept = s < samples && AT(pdf, 0)[ray] != R(0);
+  CHANNELS(c) kept = kept && isfinite(f[c * RAY_PLANE] * l[c * RAY_PLANE]);
+  CHANNELS(c) {
+    const real share = AT(g, 0)[c * pixel_capacity + p] / count;
+    AT(d_weight, 0)[c * RAY_PLANE + ray] = kept ? share * l[c * RAY_PLANE] : R(0);
+    AT(d_radiance, 0)[c * RAY_PLANE + ray] = kept ? share * f[c * RAY_PLANE] : R(0);
+  }
+}
+
 // Whole maps: the standard error of a mean of `count` samples, sqrt(squares / freedom / count), freedom = count less
 // the number of chunks of samples; and the mean u over the directions drawn. squares {n, 3}, tally {n, 5}.
 kernel void finish_samples(IN(squares), IN(tally), OUT(standard_error), OUT(uncertainty), const int plane,

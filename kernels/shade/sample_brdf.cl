@@ -107,3 +107,68 @@ kernel void sample_brdf(IN(depth), IN(camera), IN(normal), IN(albedo), IN(materi
   AT(pdf, 0)[ray] = valid ? density : R(0);
   if (s == 0) AT(status, 0)[p] = first_sample > 0 || shaded ? R(0) : has_depth ? R(2) : R(1);
 }
+
+// Detached adjoint: what the weights of rays give to the evaluation maps, as f cos of fixed directions over a fixed pdf.
+// d_surface {1, 8, pixels, samples}: normal 3 (of the map as it is, of any length), albedo 3, roughness, metallic; 0
+// where there is no direction. With S = cos_i t(cos_o) + cos_o t(cos_i), V = 1 / (2 S) and k from D = k^2 / pi
+// (lib/ggx.clh):  dV = -2 V^2 dS,  dk/dh.z = 2 alpha |h|^2 h.z (1 - alpha^2) / q^2,
+// dk/dalpha = |h|^2 (h.x^2 + h.y^2 - alpha^2 h.z^2) / q^2,  q = h.x^2 + h.y^2 + alpha^2 h.z^2.
+kernel void sample_brdf_adjoint(IN(camera), IN(normal), IN(albedo), IN(material), IN(direction), IN(pdf), IN(d_weight),
+                                OUT(d_surface), CHUNK_ARGS, const int w, const int h) {
+  const int s = (int)get_global_id(0);
+  const int p = (int)get_global_id(1);
+  if (s >= sample_capacity || p >= pixels) return;
+  const int plane = w * h;
+  const int n = (first_pixel + p) / plane;
+  const int pixel = first_pixel + p - n * plane;
+  const int j = pixel / w;
+  const ulong ray = RAY(p, s);
+
+  const real3 raw = rgb_at(AT(normal, n), plane, pixel);
+  const Frame frame = frame_of(unit3(raw));
+  const Material m = material_at(AT(albedo, n), AT(material, n), plane, pixel);
+  global const real *d = AT(direction, 0) + ray, *dw = AT(d_weight, 0) + ray;
+  const real3 wo = to_local(frame, -unit3(pixel_ray(camera_at(AT(camera, n)), pixel - j * w, j)));
+  const real3 wi = to_local(frame, (real3)(d[0], d[RAY_PLANE], d[2 * RAY_PLANE]));
+  const real density = AT(pdf, 0)[ray];
+  const real3 arriving = (real3)(dw[0], dw[RAY_PLANE], dw[2 * RAY_PLANE]);
+  const int valid = s < samples && density > R(0) && wi.z > R(0) && wo.z > R(0) &&
+                    fabs(arriving.x) + fabs(arriving.y) + fabs(arriving.z) > R(0);
+  const real3 g = arriving / density;
+
+  const real alpha = alpha_of(m.roughness), a2 = alpha * alpha;
+  const real3 half_way = wi + wo;
+  const real across = half_way.x * half_way.x + half_way.y * half_way.y, hz = half_way.z, h2 = across + hz * hz;
+  const real q = across + a2 * hz * hz;
+  const real k = alpha * h2 / q, dist = k * k * INV_PI;
+  const real dist_k = R(2) * k * INV_PI;
+  const real dist_hz = dist_k * R(2) * k * hz * (R(1) - a2) / q;
+  const real dist_alpha = dist_k * (h2 / q) * ((across - a2 * hz * hz) / q);
+
+  const real ti = smith_t(wi.z, alpha), to = smith_t(wo.z, alpha);
+  const real v = smith_v(wi.z, wo.z, alpha), v_s = R(-2) * v * v;
+  const real v_ci = v_s * (to + wo.z * (wi.z * (R(1) - a2) / ti));
+  const real v_co = v_s * (ti + wi.z * (wo.z * (R(1) - a2) / to));
+  const real v_alpha = v_s * alpha * (wi.z * (R(1) - wo.z * wo.z) / to + wo.z * (R(1) - wi.z * wi.z) / ti);
+
+  const real3 fresnel = schlick(specular_f0(m), half_cosine(wo, wi));
+  const real f_f0 = schlick((real3)(R(0)), half_cosine(wo, wi)).x;  // F = f0 + (1 - f0) times this
+  const real lobe = dist * v * wi.z, lambert = wi.z * INV_PI;
+  const real to_lobe = dot3(g, fresnel);
+  const real d_ci = dot3(g, diffuse_albedo(m)) * INV_PI + to_lobe * dist * (v + wi.z * v_ci);
+  const real d_co = to_lobe * dist * wi.z * v_co;
+  const real d_hz = to_lobe * v * wi.z * dist_hz;
+  const real d_alpha = to_lobe * wi.z * (dist_alpha * v + dist * v_alpha);
+
+  // Along the normal nothing changes but its length.
+  const real3 turned = d_ci * wi + d_co * wo + d_hz * half_way;
+  const real length = sqrt(dot3(raw, raw));
+  const real3 d_normal = to_world(frame, (real3)(turned.x, turned.y, R(0))) / (length > R(0) ? length : R(1));
+  const real3 d_f0 = g * ((R(1) - f_f0) * lobe);
+  const real3 d_albedo = g * ((R(1) - m.metallic) * lambert) + d_f0 * m.metallic;
+  const real d_roughness = alpha > R(1e-4) ? R(2) * m.roughness * d_alpha : R(0);
+  const real d_metallic = dot3(d_f0, m.albedo - R(0.04)) - dot3(g, m.albedo) * lambert;
+
+  const real values[8] = {d_normal.x, d_normal.y, d_normal.z, d_albedo.x, d_albedo.y, d_albedo.z, d_roughness, d_metallic};
+  for (int c = 0; c < 8; ++c) AT(d_surface, 0)[c * RAY_PLANE + ray] = valid ? values[c] : R(0);
+}

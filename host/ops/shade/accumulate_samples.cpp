@@ -8,6 +8,21 @@ namespace {
 
 constexpr auto kFile = "shade/accumulate_samples.cl";
 
+struct AccumulateSamplesAdjointOp : Op {
+  int count;
+  explicit AccumulateSamplesAdjointOp(int c) : count(c) {}
+  std::string name() const override { return "accumulate_samples_adjoint"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    return {{in[0].shape(), Type::Real}, {in[1].shape(), Type::Real}};
+  }
+  void launch(Launch& l) const override {
+    const RayTile t = ray_tile(l, l.out().shape);
+    l.run_with(row_defines(l.device), kFile, "accumulate_samples_adjoint", ray_range(t), l.in(0), l.in(1), l.in(2),
+               l.in(3), l.out(0), l.out(1), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity,
+               t.sample_capacity, Launch::Real{static_cast<double>(count)});
+  }
+};
+
 // Inputs: weight, radiance, pdf, [u, hit].
 struct AccumulateSamplesOp : Op {
   int count;
@@ -24,6 +39,15 @@ struct AccumulateSamplesOp : Op {
                     wanted.text());
     }
     return {{{1, 3, s.h, 1}, Type::Real}, {{1, 3, s.h, 1}, Type::Real}, {{1, 5, s.h, 1}, Type::Real}};
+  }
+
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    std::vector<Value> result(node.inputs.size());
+    if (!g[0]) return result;
+    const Value first =
+        node.graph->make<AccumulateSamplesAdjointOp>({node.inputs[0], node.inputs[1], node.inputs[2], g[0]}, count);
+    result[0] = first, result[1] = first.node->value(1);
+    return result;
   }
 
   void launch(Launch& l) const override {

@@ -12,7 +12,7 @@ struct SampleSums {
 };
 
 /// weight and radiance {1, 3, pixels, samples}, pdf {1, 1, ...} (0: no direction); u and hit_pixel of ssrt(), or no
-/// values. `count`: samples of a pixel over all chunks.
+/// values. `count`: samples of a pixel over all chunks. Gradients go from the mean to weight and radiance.
 SampleSums accumulate_samples(Value weight, Value radiance, Value pdf, Value u, Value hit_pixel, int count);
 
 struct SampleStatistics {

@@ -2,13 +2,34 @@
 
 #include <array>
 
+#include "host/graph/map_chunks.hpp"
 #include "host/ops/light/rays.hpp"
+#include "host/ops/shade/sum_samples.hpp"
+#include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/slice.hpp"
 
 namespace clerestory {
 namespace {
 
 constexpr std::array kSamplers{"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"};
 constexpr int kGridDirections = 128;
+
+constexpr auto kFile = "shade/sample_brdf.cl";
+
+// Inputs: camera, normal, albedo, material of evaluation, direction, pdf, gradient of the weight.
+struct SampleBrdfAdjointOp : Op {
+  std::string name() const override { return "sample_brdf_adjoint"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    const Shape& rays = in[4].shape();
+    return {{{1, 8, rays.h, rays.w}, Type::Real}};
+  }
+  void launch(Launch& l) const override {
+    const Shape& s = l.in(1).shape;
+    const RayTile t = ray_tile(l, l.out().shape, s.n * s.plane());
+    l.run(kFile, "sample_brdf_adjoint", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), l.in(5), l.in(6),
+          l.out(), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, s.w, s.h);
+  }
+};
 
 // Inputs: depth, camera, normal, albedo, material of sampling, and those of evaluation when they differ.
 struct SampleBrdfOp : Op {
@@ -43,6 +64,25 @@ struct SampleBrdfOp : Op {
             {{1, 1, pixels, 1}, Type::Real}};
   }
 
+  /// Detached: through the weights alone, as f cos over a pdf that stays what it was.
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    std::vector<Value> result(node.inputs.size());
+    if (!g[1]) return result;
+    if (options.brdf == BrdfModel::Li2020)
+      throw Error(ErrorKind::Failed, "the surface model of Li et al. has no adjoint", "sample_brdf");
+    const std::size_t at = detached ? 5 : 2;
+    const Value normal = node.inputs[at], albedo = node.inputs[at + 1], material = node.inputs[at + 2];
+    const Value columns = sum_samples(node.graph->make<SampleBrdfAdjointOp>(
+        {node.inputs[1], normal, albedo, material, node.value(0), node.value(2), g[1]}));
+    const Shape two{material.shape().n, 2, material.shape().h, material.shape().w};
+    const Value d_material = put_pixels(slice(columns, 6, 2), two);
+    const Shape rest{two.n, material.shape().c - 2, two.h, two.w};
+    result[at] = put_pixels(slice(columns, 0, 3), normal.shape());
+    result[at + 1] = put_pixels(slice(columns, 3, 3), albedo.shape());
+    result[at + 2] = rest.c == 0 ? d_material : concat(std::array{d_material, node.graph->fill(rest, 0)});
+    return result;
+  }
+
   void launch(Launch& l) const override {
     Defines defines{{"SAMPLER", std::to_string(static_cast<int>(options.sampler))}};
     if (options.points == Points::Sobol && options.sampler != Sampler::Grid8x16) defines["SOBOL"] = "1";
@@ -58,9 +98,9 @@ struct SampleBrdfOp : Op {
   void draw(Launch& l, const Defines& defines, const Evaluation&... evaluation) const {
     const Shape& s = l.in(0).shape;
     const RayTile t = ray_tile(l, l.out(0).shape, s.n * s.plane());
-    l.run_with(defines, "shade/sample_brdf.cl", "sample_brdf", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3),
-               l.in(4), evaluation..., l.out(0), l.out(1), l.out(2), l.out(3), t.first_pixel, t.pixels, t.first_sample,
-               t.samples, t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
+    l.run_with(defines, kFile, "sample_brdf", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), evaluation...,
+               l.out(0), l.out(1), l.out(2), l.out(3), t.first_pixel, t.pixels, t.first_sample, t.samples,
+               t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
   }
 
   Cost cost(const Node& node) const override {

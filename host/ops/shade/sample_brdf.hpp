@@ -36,7 +36,8 @@ struct BrdfSamples {
 };
 
 /// Samples of a chunk of `pixels` x `samples` (multiple of 16) rays. `sampling` maps choose directions, lobes and pdf
-/// and are detached; `weight` is a function of the `evaluation` maps (the same values unless gradients want otherwise).
+/// and are detached; `weight` is a function of the `evaluation` maps (by default the same), to which its gradient goes
+/// as that of f cos over a fixed pdf.
 /// depth {n, 1, h, w} (0 = no surface), camera {n, 4, 1, 1}. Random numbers: (run seed, pixel, sample).
 BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, const Surfaces& evaluation, int pixels,
                         int samples, const SamplingOptions& options = {});

@@ -9,6 +9,7 @@
 #include "host/math/frames.hpp"
 #include "host/ops/light/ssrt.hpp"
 #include "host/ops/shade/accumulate_samples.hpp"
+#include "host/ops/shade/sum_samples.hpp"
 #include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/hash_reference.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
@@ -109,8 +110,23 @@ OpCase sample_case(const std::string& label, const SamplingOptions& options, boo
     return std::vector<Value>{s.direction, s.weight, s.pdf, s.status};
   };
   c.roundings = 100;  // directions through frames, a density, five factors of f and their squares
-  c.no_gradient = "the adjoint of weights comes with learned light";
+  c.no_gradient = "detached: see the cases of gradients";
   return c;
+}
+
+/// The evaluation maps as those that draw, with a row of extreme materials: the lobe is met at its peak.
+Tensors same_twice(double roughness) {
+  Tensors t = maps(20);
+  Tensor& material = t["material"];
+  material = random_tensor(material.shape, 3, roughness, 1.5 * roughness);
+  for (int x = 0; x < kWidth; ++x) {
+    material.at(0, 1, 0, x) = x % 2;                                 // dielectric, metal
+    for (int k = 0; k < 3; ++k) t["albedo"].at(0, k, 0, x) = x / 2;  // black, white
+    material.at(1, 1, 1, x) = 0.2 + 0.2 * x;                         // both lobes
+  }
+  if (roughness < 0.05) material.at(0, 0, 2, 0) = 0.005;  // below the least alpha: no slope
+  for (const char* name : {"normal", "albedo", "material"}) t[std::string("e_") + name] = t[name];
+  return t;
 }
 
 Drawn grid(int, int s) { return {hemisphere_direction(s / 16, s % 16), 1 / (128 * hemisphere_weight(s / 16))}; }
@@ -141,7 +157,68 @@ OP_CASES(sample_brdf) {
       return surface_of(t, "e_", p).f_cos(e.to_local(view), e.to_local(towards));
     });
   };
-  return {ours, theirs, detached};
+  OpCase gradients = detached;
+  gradients.label = "gradients";
+  gradients.kernels = {"sample_brdf", "sample_brdf_adjoint", "sum_samples"};
+  for (const char* name : {"normal", "albedo"}) gradients.inputs[std::string("e_") + name] = same_twice(0.4)[name];
+  gradients.inputs["e_material"] = same_twice(0.4)["material"];
+  gradients.no_gradient = {};
+  gradients.differentiate = {"e_normal", "e_albedo", "e_material"};
+  gradients.gradient_tolerance = 1e-6;
+  return {ours, theirs, detached, gradients};
+}
+
+// Where the lobe itself draws: its peak, widths down to the least alpha. In double; a float's direction is not the
+// same.
+TEST(SampleBrdf, GradientsOfLobesAgainstDifferences) {
+  for (const double roughness : {0.02, 0.1, 0.3, 0.8}) {
+    Tensors t = same_twice(roughness);
+    Graph graph;
+    Values v;
+    for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+    const BrdfSamples drawn =
+        sample_brdf(v["depth"], v["camera"], {v["albedo"], v["normal"], v["material"]},
+                    {v["e_albedo"], v["e_normal"], v["e_material"]}, kRows, 16, {.points = Points::Independent});
+    const Tensor cotangent = random_tensor({1, 3, kRows, 16}, 5);
+    const std::vector<std::string> names{"e_normal", "e_albedo", "e_material"};
+    const std::vector<Value> gradients = gradient(std::vector{drawn.weight}, std::vector{graph.constant(cotangent)},
+                                                  std::vector{v["e_normal"], v["e_albedo"], v["e_material"]});
+    std::vector<Value> outputs{drawn.weight};
+    outputs.insert(outputs.end(), gradients.begin(), gradients.end());
+    Executor executor(compile(graph, outputs, test_device(Precision::Double), {.precision = Precision::Double}));
+    for (const auto& [name, tensor] : t) executor.feed(name, tensor);
+    const auto weighed = [&] {
+      executor.run(1);
+      const Tensor weight = executor.fetch(drawn.weight);
+      double sum = 0;
+      for (std::size_t i = 0; i < weight.real.size(); ++i) sum += weight.real[i] * cotangent.real[i];
+      return sum;
+    };
+    weighed();
+    std::vector<Tensor> stated;
+    for (const Value& g : gradients) stated.push_back(executor.fetch(g));
+    // A lobe of width alpha turns over within alpha: a difference errs by (step / alpha)^2 of the gradient, and by
+    // rounding, 1e-16 of the sum over the step.
+    const double alpha = std::max(roughness * roughness, 1e-4), step = 1e-4 * alpha;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      double largest = 0;
+      for (const double g : stated[k].real) largest = std::max(largest, std::abs(g));
+      ASSERT_GT(largest, 0) << names[k];
+      Tensor& moved = t[names[k]];
+      for (std::size_t i = 0; i < moved.real.size(); ++i) {
+        const double kept = moved.real[i];
+        const auto at = [&](double value) {
+          moved.real[i] = value;
+          executor.feed(names[k], moved);
+          return weighed();
+        };
+        const double difference = (at(kept + step) - at(kept - step)) / (2 * step);
+        at(kept);
+        EXPECT_NEAR(stated[k].real[i], difference, 1e-6 * largest + 1e-13 / step)
+            << names[k] << " element " << i << " roughness " << roughness;
+      }
+    }
+  }
 }
 
 TEST(SampleBrdf, NamesAndLimits) {
@@ -193,6 +270,22 @@ std::vector<Tensor> sums_reference(const Tensors& t, bool traced) {
   return {mean, squares, tally};
 }
 
+OP_CASES(sum_samples) {
+  OpCase c{.stem = "sum_samples", .label = "rows", .kernels = {"sum_samples"}};
+  c.inputs = {{"x", random_tensor({1, 5, kPixels, kSamples}, 1)}};
+  c.build = [](Graph&, const Values& v) { return std::vector{sum_samples(v.at("x"))}; };
+  c.reference = [](const Tensors& t) {
+    Tensor sum(Shape{1, 5, kPixels, 1});
+    for (int k = 0; k < 5; ++k)
+      for (int p = 0; p < kPixels; ++p)
+        for (int s = 0; s < kSamples; ++s) sum.at(0, k, p, 0) += t.at("x").at(0, k, p, s);
+    return std::vector{sum};
+  };
+  c.roundings = 8, c.magnitude = kSamples;
+  c.no_gradient = "a part of adjoints itself";
+  return {c};
+}
+
 OP_CASES(accumulate_samples) {
   std::vector<OpCase> cases;
   for (const bool traced : {false, true}) {
@@ -207,9 +300,19 @@ OP_CASES(accumulate_samples) {
     };
     c.reference = [traced](const Tensors& t) { return sums_reference(t, traced); };
     c.roundings = 12;  // three terms a lane, compensated, and a tree of sixteen; squares double the error of x
-    c.no_gradient = "the adjoint of the mean comes with learned light";
+    c.no_gradient = "squares and tally are statistics; the mean has a case of its own";
     cases.push_back(c);
   }
+  OpCase mean = cases.front();
+  mean.label = "mean";
+  mean.kernels = {"accumulate_samples", "accumulate_samples_adjoint"};
+  mean.build = [](Graph&, const Values& v) {
+    return std::vector{accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"), {}, {}, kCount).mean};
+  };
+  mean.reference = [](const Tensors& t) { return std::vector{sums_reference(t, false)[0]}; };
+  mean.no_gradient = {}, mean.differentiate = {"weight", "radiance"};
+  mean.step = 1e-2, mean.gradient_tolerance = 1e-10;  // bilinear: a difference is exact but for rounding
+  cases.push_back(mean);
   OpCase finish{.stem = "accumulate_samples", .label = "finish", .kernels = {"finish_samples"}};
   finish.inputs = {{"squares", random_tensor({2, 3, 4, 5}, 6, 0, 9)}, {"tally", random_tensor({2, 5, 4, 5}, 7, 5, 6)}};
   for (int n = 0; n < 2; ++n)
