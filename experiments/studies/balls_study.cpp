@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kBounces = 2;    // scatterings at the ball that are followed
+constexpr int kBounces = 2;     // scatterings at the ball that are followed
 constexpr int kMostStrips = 4;  // rooms shown
 
 struct TrueBall {
@@ -137,8 +137,8 @@ class BallsStudy {
   void finish() {
     Table table;
     table.title = "Balls put into rooms: medians over rooms, on the ball's pixels";
-    table.columns = {{"ball", "", Best::None, 3},          {"light", "", Best::None, 3},
-                     {"rooms", "", Best::None, 3},         {"relMSE", "eps 0.01, median", Best::None, 3},
+    table.columns = {{"ball", "", Best::None, 3},           {"light", "", Best::None, 3},
+                     {"rooms", "", Best::None, 3},          {"relMSE", "eps 0.01, median", Best::None, 3},
                      {"PSNR", "dB, median", Best::None, 4}, {"closer in", "rooms, relMSE", Best::None, 3},
                      {"time", "s a view", Best::None, 3}};
     for (const BallKind& kind : ball_kinds()) {

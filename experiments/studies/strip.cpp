@@ -17,7 +17,8 @@ void write_strip(const std::filesystem::path& path, const std::vector<Image>& pi
     for (int c = 0; c < 3; ++c)
       for (int y = 0; y < h; ++y) {
         const float* row = shown.plane(c) + static_cast<std::ptrdiff_t>(y) * w;
-        std::copy(row, row + w, strip.plane(c) + static_cast<std::ptrdiff_t>(y) * strip.width + static_cast<int>(k) * w);
+        std::copy(row, row + w,
+                  strip.plane(c) + static_cast<std::ptrdiff_t>(y) * strip.width + static_cast<int>(k) * w);
       }
   }
   write_png(path, strip, Encoding::Linear);

@@ -29,7 +29,7 @@ Schema study_schema() {
   schema.section("truth", "The layer under true light against the tracer (kind truth).")
       .integer("truth.batches", 16, "Independent estimates of each picture", {2, 1000})
       .integer("truth.layer_spp", 512, "Samples a pixel of one of the layer's", {2, 65536})
-      .integer("truth.picture_spp", 256, "Samples a pixel of one of the tracer's", {1, 65536})
+      .integer("truth.picture_spp", 1024, "Samples a pixel of one of the tracer's", {1, 65536})
       .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
       .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
   schema.section("balls", "Balls put into rooms (kind balls).")

@@ -21,8 +21,8 @@ struct DenseRays {
   std::vector<float> points, directions;
 };
 
-/// Queries ignore what is nearer than kRayOffset; the tracer's own rays start that far off the surface. Origins are moved
-/// so that both begin at one place: in a corner narrower than that they would meet other walls.
+/// Queries ignore what is nearer than kRayOffset; the tracer's own rays start that far off the surface. Origins are
+/// moved so that both begin at one place: in a corner narrower than that they would meet other walls.
 DenseRays dense_rays(Device& device, const HostRays& rays, const Image& normal) {
   const std::vector<float> points = values_of(device, rays.points), directions = values_of(device, rays.direction);
   const auto pixels = static_cast<std::size_t>(rays.points.shape.plane());
@@ -54,8 +54,8 @@ class TrueLight {
   }
 
   void fill_reflected(const HostRays& rays) {
-    paths_.seed = static_cast<std::uint32_t>(
-        Random(seed_).fork(static_cast<std::uint64_t>(rays.chunk.first_pixel)).bits());
+    paths_.seed =
+        static_cast<std::uint32_t>(Random(seed_).fork(static_cast<std::uint64_t>(rays.chunk.first_pixel)).bits());
     const DenseRays dense = dense_rays(device_, rays, maps_.normal);
     std::vector<float>& reflected = reflected_[rays.chunk.first_pixel];
     reflected = radiance(dense, paths_);
@@ -120,8 +120,8 @@ TruthRendering render_truth(Device& device, TraceScene& traced, const Scene& map
   TruthRendering result;
   result.reflected = render_with_host_light(device, spec, feeds, settings.seed,
                                             [&](const HostRays& rays) { light.fill_reflected(rays); });
-  result.whole = render_with_host_light(device, spec, feeds, settings.seed,
-                                        [&](const HostRays& rays) { light.fill_whole(rays); });
+  result.whole =
+      render_with_host_light(device, spec, feeds, settings.seed, [&](const HostRays& rays) { light.fill_whole(rays); });
   result.dropped = light.dropped();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;

@@ -101,15 +101,13 @@ class TruthStudy {
 
  private:
   void run_room(std::int64_t r, const RoomAssets& assets) {
-    const std::uint64_t seed = Random(static_cast<std::uint64_t>(config_.integer("data.seed")))
-                                   .fork(static_cast<std::uint64_t>(r))
-                                   .bits();
+    const std::uint64_t seed =
+        Random(static_cast<std::uint64_t>(config_.integer("data.seed"))).fork(static_cast<std::uint64_t>(r)).bits();
     TracedRoom room(device_, assets, seed, static_cast<int>(config_.integer("data.width")),
                     static_cast<int>(config_.integer("data.height")));
-    const TruthOptions options{static_cast<int>(config_.integer("truth.batches")),
-                               static_cast<int>(config_.integer("truth.layer_spp")),
-                               static_cast<int>(config_.integer("truth.picture_spp")), config_.real("truth.level"),
-                               seed};
+    const TruthOptions options{
+        static_cast<int>(config_.integer("truth.batches")), static_cast<int>(config_.integer("truth.layer_spp")),
+        static_cast<int>(config_.integer("truth.picture_spp")), config_.real("truth.level"), seed};
     TruthComparison compared = compare_with_tracer(device_, room.traced, room.scene, options);
     MetricRecord record{r + 1, 0, {{"whole/stated", compared.whole_by_stated}, {"dropped", compared.dropped}}};
     for (const auto& [name, a] : {std::pair{"reflected/", compared.reflected}, {"whole/", compared.whole}})
@@ -192,9 +190,9 @@ class TruthStudy {
                      {"difference", "%, standard error", Best::None, 3},
                      {"z", "", Best::None, 3}};
     const auto add = [&](const std::string& name, const Agreement& a, const Agreement& b, double stated) {
-      table.add({name, Measure{a.pixels}, Measure{100 * a.share()},
-                 Measure{100 * a.difference, 100 * a.error, batches}, Measure{a.z()}, Measure{100 * b.share()},
-                 Measure{100 * stated}, Measure{100 * b.difference, 100 * b.error, batches}, Measure{b.z()}});
+      table.add({name, Measure{a.pixels}, Measure{100 * a.share()}, Measure{100 * a.difference, 100 * a.error, batches},
+                 Measure{a.z()}, Measure{100 * b.share()}, Measure{100 * stated},
+                 Measure{100 * b.difference, 100 * b.error, batches}, Measure{b.z()}});
     };
     std::vector<Agreement> reflected, whole;
     std::vector<double> stated;
@@ -214,8 +212,8 @@ class TruthStudy {
 
   Table light_table() const {
     Table table;
-    table.title = fmt::format("Lights, {} samples a pixel: mean and deviation over rooms",
-                              config_.integer("truth.light_spp"));
+    table.title =
+        fmt::format("Lights, {} samples a pixel: mean and deviation over rooms", config_.integer("truth.light_spp"));
     table.columns = {{"light", "", Best::None, 3},
                      {"relMSE", "eps 0.01", Best::None, 3},
                      {"PSNR", "dB", Best::None, 4},
@@ -286,7 +284,8 @@ TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Sc
     const std::uint32_t seed = seed_of(options.seed, 11 + 2 * static_cast<std::uint64_t>(k));
     const TracePicture all = traced.picture(scene.camera, options.picture_spp, seed);
     const TracePicture direct = traced.picture(scene.camera, options.picture_spp, seed, 1);
-    theirs.add(all.mean.data, [&](std::size_t i) { return static_cast<double>(all.variance.data[i]); }, n);
+    theirs.add(
+        all.mean.data, [&](std::size_t i) { return static_cast<double>(all.variance.data[i]); }, n);
     their_whole.push_back(values_of(all.mean));
     their_reflected.push_back(their_whole.back());
     subtract(their_reflected.back(), direct.mean.data);
