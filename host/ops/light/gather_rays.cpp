@@ -1,0 +1,49 @@
+#include "host/ops/light/gather_rays.hpp"
+
+#include "host/ops/light/rays.hpp"
+#include "host/ops/light/sort_rays.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr auto kFile = "light/gather_rays.cl";
+
+// Inputs: gradient of rays, order, starts.
+struct SumSegmentsOp : Op {
+  Shape map;
+  explicit SumSegmentsOp(const Shape& m) : map(m) {}
+  std::string name() const override { return "sum_segments"; }
+  std::vector<Signature> infer(std::span<const Value>) const override { return {{map, Type::Real}}; }
+  void launch(Launch& l) const override {
+    const int keys = static_cast<int>(map.n * map.plane());
+    l.run(kFile, "sum_segments", Range::of2(static_cast<std::size_t>(keys), static_cast<std::size_t>(map.c)), l.in(0),
+          l.in(1), l.in(2), l.out(), static_cast<int>(l.in(0).shape.plane()), keys, static_cast<int>(map.plane()));
+  }
+};
+
+struct GatherRaysOp : Op {
+  std::string name() const override { return "gather_rays"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    check_rays(in[1], 1, "gather_rays");
+    if (in[1].type() != Type::Int)
+      throw Error(ErrorKind::Failed, "pixel indices are wanted", "gather_rays", in[1].shape().text());
+    return {{{1, in[0].shape().c, in[1].shape().h, in[1].shape().w}, Type::Real}};
+  }
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    const Shape map = node.in_shape(0);
+    const SortedRays sorted = sort_rays(node.inputs[1], map);
+    return {node.graph->make<SumSegmentsOp>({g[0], sorted.order, sorted.starts}, map), {}};
+  }
+  void launch(Launch& l) const override {
+    const Shape& map = l.in(0).shape;
+    const RayTile t = ray_tile(l, l.out().shape);
+    l.run(kFile, "gather_rays", ray_range(t), l.in(0), l.in(1), l.out(), t.first_pixel, t.pixels, t.first_sample,
+          t.samples, t.pixel_capacity, t.sample_capacity, map.n, map.c, static_cast<int>(map.plane()));
+  }
+};
+
+}  // namespace
+
+Value gather_rays(Value map, Value hit) { return map.graph().make<GatherRaysOp>({map, hit}); }
+
+}  // namespace clerestory

@@ -1,0 +1,79 @@
+// Rays in the order of the pixels that they hit, so that what they bring can be summed pixel by pixel without atomics on
+// real numbers: a stable radix sort, digits of eight bits from the lowest up (Satish et al. 2009, IPDPS, in blocks of
+// fixed length). Rays of one pixel keep their own order: same bits run to run, on any device.
+//
+// hit Int {1, 1, pixels, samples}: pixel y * w + x of the ray's own picture, or -1; key = picture * plane + hit, `keys` for
+// misses and rays beyond the chunk. order: ray numbers p * samples + s of the whole tile. counts {digits, blocks}.
+#include "lib/chunk.clh"
+
+#define DIGITS 256
+#define DIGIT(key) (((key) >> shift) & (DIGITS - 1))
+
+kernel void ray_keys(IN_INT(hit), OUT_INT(key), OUT_INT(order), CHUNK_ARGS, const int plane, const int keys) {
+  const int s = (int)get_global_id(0);
+  const int p = (int)get_global_id(1);
+  if (s >= sample_capacity || p >= pixel_capacity) return;
+  const ulong ray = RAY(p, s);
+  const int pixel = AT(hit, 0)[ray], first = (first_pixel + p) / plane * plane;
+  const int inside = p < pixels && s < samples && pixel >= 0 && first + pixel < keys;
+  AT(key, 0)[ray] = inside ? first + pixel : keys;
+  AT(order, 0)[ray] = (int)ray;
+}
+
+// How often each digit is met in a block of `length` rays; one work-item per block.
+kernel void count_digits(IN_INT(key), OUT_INT(counts), const int rays, const int length, const int blocks,
+                         const int shift) {
+  const int b = (int)get_global_id(0);
+  if (b >= blocks) return;
+  int met[DIGITS];
+  for (int d = 0; d < DIGITS; ++d) met[d] = 0;
+  const int end = min((b + 1) * length, rays);
+  for (int i = b * length; i < end; ++i) ++met[DIGIT(AT(key, 0)[i])];
+  for (int d = 0; d < DIGITS; ++d) AT(counts, 0)[d * blocks + b] = met[d];
+}
+
+// counts become where each block's share of each digit begins. One work-group of 64.
+kernel void begin_digits(OUT_INT(counts), const int total) {
+  local int sums[64];
+  const int i = (int)get_local_id(0), length = (total + 63) / 64;
+  const int begin = min(i * length, total), end = min(begin + length, total);
+  int sum = 0;
+  for (int k = begin; k < end; ++k) sum += AT(counts, 0)[k];
+  sums[i] = sum;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  int before = 0;
+  for (int k = 0; k < i; ++k) before += sums[k];
+  for (int k = begin; k < end; ++k) {
+    const int own = AT(counts, 0)[k];
+    AT(counts, 0)[k] = before;
+    before += own;
+  }
+}
+
+// One pass: a block puts its rays behind those of lower digits and of earlier blocks.
+kernel void place_by_digit(IN_INT(key), IN_INT(order), IN_INT(counts), OUT_INT(to_key), OUT_INT(to_order), const int rays,
+                           const int length, const int blocks, const int shift) {
+  const int b = (int)get_global_id(0);
+  if (b >= blocks) return;
+  int next[DIGITS];
+  for (int d = 0; d < DIGITS; ++d) next[d] = AT(counts, 0)[d * blocks + b];
+  const int end = min((b + 1) * length, rays);
+  for (int i = b * length; i < end; ++i) {
+    const int value = AT(key, 0)[i], at = next[DIGIT(value)]++;
+    AT(to_key, 0)[at] = value;
+    AT(to_order, 0)[at] = AT(order, 0)[i];
+  }
+}
+
+// starts {keys + 1}: where the rays of each key begin in the order; the last is where misses begin.
+kernel void segment_starts(IN_INT(key), OUT_INT(starts), const int rays, const int keys) {
+  const int k = (int)get_global_id(0);
+  if (k > keys) return;
+  int low = 0, high = rays;
+  while (low < high) {
+    const int middle = (low + high) >> 1;
+    if (AT(key, 0)[middle] < k) low = middle + 1;
+    else high = middle;
+  }
+  AT(starts, 0)[k] = low;
+}
