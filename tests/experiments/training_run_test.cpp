@@ -1,17 +1,11 @@
 // Whole runs of `clerestory train` with a tiny net on tiny data, through the real program: interruption, resume to the
 // same bits, bad input; and what a run leaves behind, judged again by evaluate.
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <cmath>
 #include <fstream>
-#include <sstream>
-#include <thread>
 
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/evaluate.hpp"
@@ -21,7 +15,9 @@
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
+#include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/experiments/without_time.hpp"
 
 namespace clerestory {
 namespace {
@@ -33,42 +29,6 @@ const std::vector<std::string> tiny_net{
     "model.growth=4",           "model.first=16",         "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]",
     "model.width=32",           "model.height=32",        "train.batch=2",          "log.every=3",
     "log.checkpoint_minutes=0", "data.validation_views=2"};
-
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-/// A started `clerestory`; its output goes to a file.
-class Program {
- public:
-  Program(const std::vector<std::string>& arguments, const fs::path& output) {
-    std::vector<std::string> words{CLERESTORY_PROGRAM};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    pid_ = fork();
-    if (pid_ == 0) {
-      const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-      dup2(file, 1), dup2(file, 2);
-      std::vector<char*> raw;
-      for (std::string& w : words) raw.push_back(w.data());
-      raw.push_back(nullptr);
-      execv(raw[0], raw.data());
-      _exit(127);
-    }
-  }
-  void signal(int number) const { kill(pid_, number); }
-  /// Exit code, or 128 + signal.
-  int wait() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
-  }
-
- private:
-  pid_t pid_ = -1;
-};
 
 struct TrainingRun : testing::Test {
   ScratchFolder folder{"clerestory-training-run"};
@@ -98,6 +58,7 @@ struct TrainingRun : testing::Test {
     for (const std::string& o : overrides(root, more)) arguments.push_back(o);
     return Program(arguments, folder / (root + ".txt"));
   }
+  std::string output_of(const std::string& root) const { return text_of(folder / (root + ".txt")); }
   /// The only run below a root.
   fs::path run_below(const std::string& root) const {
     for (const auto& entry : fs::directory_iterator(folder / root / "train")) return entry.path();
@@ -116,65 +77,41 @@ long newest_checkpoint(const fs::path& root) {
   return newest;
 }
 
-bool wait_for_checkpoint(const fs::path& root, long step) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  while (newest_checkpoint(root) < step) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
-
-/// Everything a checkpoint holds but clocks.
-std::map<std::string, StoredTensor> tensors_without_time(const fs::path& checkpoint) {
-  TensorFile file = read_safetensors(checkpoint);
-  file.tensors.erase("training.progress");  // holds the seconds
-  return file.tensors;
-}
-
 TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
   const std::vector<std::string> settings{"train.steps=240", "log.checkpoint_every=10", "log.validate_every=25"};
-  Program whole = start("whole", settings);
-  ASSERT_EQ(whole.wait(), 0) << text_of(folder / "whole.txt");
+  Program whole = start("runs", settings);
+  ASSERT_EQ(whole.wait(), 0) << output_of("runs");
+  const std::string name = run_below("runs").filename();
+  fs::rename(folder / "runs", folder / "whole");  // the same command again, in the same place
+  const fs::path unbroken = folder.path() / "whole/train" / name, run = folder.path() / "runs/train" / name;
+  const auto stopped_after = [&](const std::function<bool()>& condition, int number) {
+    Program program = start("runs", settings);
+    EXPECT_TRUE(wait_until(condition)) << output_of("runs");
+    program.signal(number);
+    const int code = program.wait();
+    EXPECT_FALSE(fs::exists(run / "DONE")) << "it was done before it was stopped";
+    return code;
+  };
+  const auto checkpoint = [&](long step) { return [&, step] { return newest_checkpoint(run) >= step; }; };
 
-  Program first = start("broken", settings);
-  ASSERT_TRUE(wait_for_checkpoint(folder / "broken", 20)) << text_of(folder / "broken.txt");
-  first.signal(SIGTERM);
-  ASSERT_EQ(first.wait(), 4) << text_of(folder / "broken.txt");
-  ASSERT_FALSE(fs::exists(run_below("broken") / "DONE"));
-  const long interrupted_at = newest_checkpoint(folder / "broken");
-  ASSERT_LT(interrupted_at, 240);
+  // Before the first checkpoint, so that it begins anew; asked to stop; killed twice more.
+  EXPECT_EQ(stopped_after([&] { return fs::exists(run / "metrics.jsonl"); }, SIGKILL), 128 + SIGKILL);
+  EXPECT_EQ(stopped_after(checkpoint(20), SIGTERM), 4) << output_of("runs");
+  EXPECT_THAT(output_of("runs"), HasSubstr("the same command goes on"));
+  for (int kills = 0; kills < 2; ++kills)
+    EXPECT_EQ(stopped_after(checkpoint(newest_checkpoint(run) + 10), SIGKILL), 128 + SIGKILL);
+  ASSERT_LT(newest_checkpoint(run), 240);
 
-  Program second = start("broken", settings);
-  ASSERT_TRUE(wait_for_checkpoint(folder / "broken", interrupted_at + 10)) << text_of(folder / "broken.txt");
-  second.signal(SIGKILL);
-  ASSERT_EQ(second.wait(), 128 + SIGKILL);
-  ASSERT_FALSE(fs::exists(run_below("broken") / "DONE"));
-
-  Program third = start("broken", settings);
-  ASSERT_EQ(third.wait(), 0) << text_of(folder / "broken.txt");
-  EXPECT_THAT(text_of(folder / "broken.txt"), HasSubstr("goes on after step"));
-
-  const fs::path a = run_below("whole"), b = run_below("broken");
-  EXPECT_TRUE(fs::exists(b / "DONE"));
-  EXPECT_FALSE(fs::exists(b / "FAILED"));
-  const auto expected = tensors_without_time(a / "checkpoints/step-00000240.safetensors");
-  const auto found = tensors_without_time(b / "checkpoints/step-00000240.safetensors");
-  ASSERT_EQ(expected.size(), found.size());
-  ASSERT_GT(expected.size(), 100u);  // parameters, moments, running statistics
-  for (const auto& [name, tensor] : expected) EXPECT_EQ(found.at(name).values, tensor.values) << name;
-
-  // one line per step of metrics, with equal values
-  const auto lines_a = read_metrics(a / "metrics.jsonl"), lines_b = read_metrics(b / "metrics.jsonl");
-  ASSERT_EQ(lines_a.size(), lines_b.size());
-  ASSERT_EQ(lines_a.size(), 240u / 3 + 240 / 25 + 2);  // losses, validations, and those at the start and the end
-  for (std::size_t i = 0; i < lines_a.size(); ++i) {
-    EXPECT_EQ(lines_a[i].step, lines_b[i].step);
-    for (std::size_t k = 0; k < lines_a[i].values.size(); ++k) {
-      if (lines_a[i].values[k].first.starts_with("time/")) continue;
-      EXPECT_EQ(lines_a[i].values[k], lines_b[i].values[k]);
-    }
-  }
+  Program last = start("runs", settings);
+  ASSERT_EQ(last.wait(), 0) << output_of("runs");
+  EXPECT_THAT(output_of("runs"), HasSubstr("goes on after step"));
+  const auto expected = without_time(unbroken), found = without_time(run);
+  EXPECT_EQ(files_below(run), files_below(unbroken));
+  for (const auto& [file, content] : expected)
+    EXPECT_TRUE(found.count(file) && found.at(file) == content) << file << " differs by more than time";
+  EXPECT_EQ(read_safetensors(run / "checkpoints/step-00000240.safetensors").metadata.at("step"), "240");
+  EXPECT_EQ(read_metrics(run / "metrics.jsonl").size(),
+            240u / 3 + 240 / 25 + 2);  // losses, validations, and those at the start and the end
 }
 
 TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
@@ -241,7 +178,7 @@ TEST_F(TrainingRun, LossThatIsNotFiniteNamesStepAndViews) {
   Program program = start("runs", {"train.steps=20", "train.rate=10", "train.schedule=constant", "train.beta1=0",
                                    "log.validate_every=0", "log.checkpoint_every=0", "loss.scale=1e38"});
   EXPECT_EQ(program.wait(), 1);
-  const std::string said = text_of(folder / "runs.txt");
+  const std::string said = output_of("runs");
   EXPECT_THAT(said, HasSubstr("at step"));
   EXPECT_THAT(said, HasSubstr("train_room_"));
   EXPECT_TRUE(fs::exists(run_below("runs") / "FAILED"));

@@ -1,0 +1,65 @@
+// `clerestory generate`, killed (kill -9) at several points of its work and run again each time, leaves what an
+// unbroken run leaves: the same files with the same bits, and no other.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+
+#include "tests/experiments/program.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct GenerateKilled : testing::Test {
+  ScratchFolder folder{"clerestory-generate-killed"};
+
+  // Many views: a busy machine that looks late still kills in the middle.
+  Program start(const std::string& out) const {
+    return Program({"generate", "--out", (folder / out).string(), "--rooms", "2", "--views", "10", "--size", "20x16",
+                    "--spp", "4", "--seed", "5", "--balls", "--assets", std::string(CLERESTORY_SOURCE_DIR) + "/assets"},
+                   folder / (out + ".txt"));
+  }
+  std::string said(const std::string& out) const { return text_of(folder / (out + ".txt")); }
+
+  /// Runs until a file below `out` satisfies `seen`, then kills.
+  void kill_when(const std::string& out, const std::function<bool(const std::string& file)>& seen) const {
+    Program program = start(out);
+    EXPECT_TRUE(wait_until([&] { return std::ranges::any_of(files_below(folder / out), seen); })) << said(out);
+    program.signal(SIGKILL);
+    EXPECT_EQ(program.wait(), 128 + SIGKILL) << "it was done before it was killed: " << said(out);
+  }
+};
+
+long pictures(const std::vector<std::string>& files) {
+  return std::ranges::count_if(files, [](const std::string& f) { return f.ends_with("_im.exr"); });
+}
+
+TEST_F(GenerateKilled, EndsInTheSameBits) {
+  Program whole = start("whole");
+  ASSERT_EQ(whole.wait(), 0) << said("whole");
+
+  // Before any view is whole, in the first room's middle (files of a view, but not yet its picture, which comes last),
+  // at the writing of a file if one is caught at it, and in the second room.
+  kill_when("broken", [](const std::string& f) { return f.ends_with("_variance.exr"); });
+  kill_when("broken", [](const std::string& f) { return f.ends_with("003_camera.json"); });
+  kill_when("broken", [](const std::string& f) { return f.ends_with(".tmp") || f.ends_with("006_im.exr"); });
+  kill_when("broken", [](const std::string& f) { return f.ends_with("00001/001_depth.exr"); });
+  const long made = pictures(files_below(folder / "broken"));
+  ASSERT_GE(made, 10) << "the first room";
+  ASSERT_LT(made, 20) << "it was killed after all was done";
+
+  Program last = start("broken");
+  ASSERT_EQ(last.wait(), 0) << said("broken");
+  const std::vector<std::string> files = files_below(folder / "whole");
+  EXPECT_EQ(pictures(files), 20);
+  ASSERT_EQ(files_below(folder / "broken"), files);
+  for (const std::string& file : files)
+    EXPECT_TRUE(text_of(folder.path() / "broken" / file) == text_of(folder.path() / "whole" / file))
+        << file << " differs";
+}
+
+}  // namespace
+}  // namespace clerestory

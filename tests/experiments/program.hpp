@@ -1,0 +1,38 @@
+// The built `clerestory` as a child process, to be waited for, interrupted or killed.
+#pragma once
+#include <sys/types.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+/// A started program; what it says goes to a file.
+class Program {
+ public:
+  Program(const std::vector<std::string>& arguments, const std::filesystem::path& output);
+  /// Kills what still runs: a test that gave up leaves no process behind.
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  void signal(int number) const;
+  /// Exit code, or 128 + signal.
+  int wait();
+
+ private:
+  pid_t pid_ = -1;
+};
+
+/// Asks every fraction of a millisecond, for five minutes at most; false when it never came true.
+bool wait_until(const std::function<bool()>& condition);
+
+std::string text_of(const std::filesystem::path& path);
+
+/// Files below a folder, hidden ones too, by their name relative to it.
+std::vector<std::string> files_below(const std::filesystem::path& folder);
+
+}  // namespace clerestory
