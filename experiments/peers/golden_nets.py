@@ -1,4 +1,4 @@
-"""Golden values of DenseNet121, MGNet and VGG16, computed by PyTorch in double precision for tests/nets.
+"""Golden values of DenseNet121, MGNet, VGG16 and ResNet34, computed by PyTorch in double precision for tests/nets.
 
     python golden_nets.py ../../tests/data/nets
 
@@ -41,7 +41,7 @@ def fill(net):
                 fan_in = p.shape[1] * p.shape[2] * p.shape[3]
                 p.copy_((u * math.sqrt(24 / fan_in)).float().double())
             else:
-                norm_weight = "norm" in name and name.endswith("weight")
+                norm_weight = name.endswith("weight")  # what else is no convolution
                 p.copy_(((1 if norm_weight else 0) + 0.25 * u))
 
 
@@ -90,16 +90,55 @@ def densenet_results(dtype):
     return tensors
 
 
-def densenet(folder):
-    """With the relative errors (Euclidean norm, worst tensor of a kind) of PyTorch's own float run, as a yardstick."""
-    tensors, in_float = densenet_results(torch.float64), densenet_results(torch.float32)
+def float_errors(tensors, in_float):
+    """Relative errors (Euclidean norm, worst tensor of a kind) of PyTorch's own float run, as a yardstick."""
     errors = {}
     for name, t in tensors.items():
         kind = name.split(".")[0].rstrip("01234")
         errors[kind] = max(errors.get(kind, 0), float((in_float[name].double() - t).norm() / t.norm()))
-    metadata = {f"float_error_{kind}": repr(e) for kind, e in errors.items()}
-    print(metadata)
+    return {f"float_error_{kind}": repr(e) for kind, e in errors.items()}
+
+
+def densenet(folder):
+    tensors = densenet_results(torch.float64)
+    metadata = float_errors(tensors, densenet_results(torch.float32))
     write(folder / "densenet121.safetensors", tensors, {"torch": torch.__version__, "size": "2x3x32x32", **metadata})
+
+
+def resnet_results(dtype):
+    net = torchvision.models.resnet34(weights=None)
+    fill(net)
+    net = net.to(dtype)
+
+    def levels_of(image):
+        levels = [net.relu(net.bn1(net.conv1(image)))]
+        x = net.maxpool(levels[0])
+        for stage in (net.layer1, net.layer2, net.layer3, net.layer4):
+            x = stage(x)
+            levels.append(x)
+        return levels
+
+    image = (formula("image", (2, 3, 36, 44)) + 0.5).to(dtype).requires_grad_()
+    levels = levels_of(image)
+    sum((x * formula(f"cotangent{i}", tuple(x.shape)).to(dtype)).sum() for i, x in enumerate(levels)).backward()
+    tensors = {f"level{i}": some(x, 2048) for i, x in enumerate(levels)}
+    tensors["gradient.image"] = some(image.grad, 2048)
+    for name, p in net.named_parameters():
+        if p.grad is not None and any(part in name for part in ("layer1.0.", "downsample", "layer3.5.", "layer4.2.")) or name in ("conv1.weight", "bn1.bias"):
+            tensors["gradient." + name] = some(p.grad, 300)
+    for name, b in net.named_buffers():
+        if name.endswith(("running_mean", "running_var")) and name.startswith(("bn1", "layer4.2.bn2")):
+            tensors["state." + name] = some(b)
+    net.eval()
+    for i, x in enumerate(levels_of(image)):
+        tensors[f"inference{i}"] = some(x, 512)
+    return tensors
+
+
+def resnet(folder):
+    tensors = resnet_results(torch.float64)
+    metadata = float_errors(tensors, resnet_results(torch.float32))
+    write(folder / "resnet34.safetensors", tensors, {"torch": torch.__version__, "size": "2x3x36x44", **metadata})
 
 
 def mgnet(folder):
@@ -150,3 +189,4 @@ if __name__ == "__main__":
     densenet(target)
     mgnet(target)
     vgg(target)
+    resnet(target)

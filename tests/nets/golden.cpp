@@ -15,7 +15,7 @@ Device device_for(Precision precision) {
 }
 
 Tensor golden_weight(const std::string& name, const Shape& shape) {
-  const bool norm = shape.n == 1 && name.find("norm") != std::string::npos, weight = name.ends_with("weight");
+  const bool weight = name.ends_with("weight"), norm = weight && shape.n == 1 && shape.plane() == 1;
   if (name.ends_with("running_mean")) return Tensor(shape, 0);
   if (name.ends_with("running_var")) return Tensor(shape, 1);
   if (name.starts_with("adam.")) return Tensor(shape, 0);
@@ -26,7 +26,7 @@ Tensor golden_weight(const std::string& name, const Shape& shape) {
     if (weight && !norm)
       u = static_cast<float>(u * std::sqrt(24 / fan_in));
     else
-      u = (norm && weight ? 1 : 0) + 0.25 * u;
+      u = (norm ? 1 : 0) + 0.25 * u;
   }
   return t;
 }
