@@ -2,27 +2,16 @@
 #include "host/ops/tensor/elementwise.hpp"
 
 #include "tests/ops/op_check.hpp"
+#include "tests/ops/tensor/shapes.hpp"
 
 namespace clerestory {
 namespace {
 
-double broadcast(const Tensor& b, int n, int c, int y, int x) {
-  return b.at(b.shape.n > 1 ? n : 0, b.shape.c > 1 ? c : 0, b.shape.plane() > 1 ? y : 0, b.shape.plane() > 1 ? x : 0);
-}
-
 template <class F>
 Tensor each(const Tensor& a, const Tensor& b, F f) {
-  Tensor out(a.shape);
-  for (int n = 0; n < a.shape.n; ++n)
-    for (int c = 0; c < a.shape.c; ++c)
-      for (int y = 0; y < a.shape.h; ++y)
-        for (int x = 0; x < a.shape.w; ++x) out.at(n, c, y, x) = f(a.at(n, c, y, x), broadcast(b, n, c, y, x));
-  return out;
+  return over(a.shape, a.shape.h, a.shape.w,
+              [&](int n, int c, int y, int x) { return f(a.at(n, c, y, x), broadcast(b, n, c, y, x)); });
 }
-
-constexpr Shape kFull{2, 3, 5, 7};
-const std::vector<Shape> kBroadcasts{kFull,        {1, 3, 5, 7}, {2, 1, 5, 7}, {2, 3, 1, 1},
-                                     {1, 3, 1, 1}, {2, 1, 1, 1}, {1, 1, 5, 7}, {1, 1, 1, 1}};
 
 }  // namespace
 

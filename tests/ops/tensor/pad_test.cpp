@@ -4,23 +4,9 @@
 #include <algorithm>
 
 #include "tests/ops/op_check.hpp"
+#include "tests/ops/tensor/shapes.hpp"
 
 namespace clerestory {
-namespace {
-
-/// y = f(n, c, row, column) over a new plane.
-template <class F>
-Tensor over(const Shape& s, int h, int w, F f) {
-  Tensor y({s.n, s.c, h, w});
-  for (int n = 0; n < s.n; ++n)
-    for (int c = 0; c < s.c; ++c)
-      for (int j = 0; j < h; ++j)
-        for (int i = 0; i < w; ++i) y.at(n, c, j, i) = f(n, c, j, i);
-  return y;
-}
-
-}  // namespace
-
 OP_CASES(pad) {
   std::vector<OpCase> cases;
   for (const Padding& p : {Padding{1, 1, 1, 1}, Padding{0, 3, 0, 2}, Padding{2, 0, 3, 1}})

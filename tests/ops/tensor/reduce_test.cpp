@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/ops/op_check.hpp"
+#include "tests/ops/tensor/shapes.hpp"
 
 namespace clerestory {
 namespace {
@@ -13,15 +14,9 @@ Tensor summed(const Tensor& x, const Shape& to, double factor) {
   for (int n = 0; n < x.shape.n; ++n)
     for (int c = 0; c < x.shape.c; ++c)
       for (int y = 0; y < x.shape.h; ++y)
-        for (int i = 0; i < x.shape.w; ++i)
-          out.at(to.n > 1 ? n : 0, to.c > 1 ? c : 0, to.plane() > 1 ? y : 0, to.plane() > 1 ? i : 0) +=
-              factor * x.at(n, c, y, i);
+        for (int i = 0; i < x.shape.w; ++i) broadcast(out, n, c, y, i) += factor * x.at(n, c, y, i);
   return out;
 }
-
-constexpr Shape kFull{2, 3, 5, 7};
-const std::vector<Shape> kBroadcasts{kFull,        {1, 3, 5, 7}, {2, 1, 5, 7}, {2, 3, 1, 1},
-                                     {1, 3, 1, 1}, {2, 1, 1, 1}, {1, 1, 5, 7}, {1, 1, 1, 1}};
 
 }  // namespace
 

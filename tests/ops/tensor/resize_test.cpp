@@ -3,20 +3,10 @@
 #include <cmath>
 
 #include "tests/ops/op_check.hpp"
+#include "tests/ops/tensor/shapes.hpp"
 
 namespace clerestory {
 namespace {
-
-/// y = f(n, c, row, column) over a new plane.
-template <class F>
-Tensor over(const Shape& s, int h, int w, F f) {
-  Tensor y({s.n, s.c, h, w});
-  for (int n = 0; n < s.n; ++n)
-    for (int c = 0; c < s.c; ++c)
-      for (int j = 0; j < h; ++j)
-        for (int i = 0; i < w; ++i) y.at(n, c, j, i) = f(n, c, j, i);
-  return y;
-}
 
 double hat(double distance) { return std::max(0.0, 1 - std::abs(distance)); }
 
