@@ -228,8 +228,9 @@ kernel void trace_rays(SCENE_ARGUMENTS, global const real *points, global const 
   SCENE_OF_ARGUMENTS(scene)
   const int k = at + i;
   const real3 o = pose_point(pose, (real3)(points[k], points[stride + k], points[2 * stride + k]));
-  const real3 d = unit3(pose_direction(
-      pose, (real3)(directions[k], directions[stride + k], directions[2 * stride + k])));
+  // Zero, or what is not a number, stays no direction: such a ray meets nothing.
+  const real3 v = pose_direction(pose, (real3)(directions[k], directions[stride + k], directions[2 * stride + k]));
+  const real3 d = v / sqrt(dot3(v, v));
   const PathOptions options = {with_emission, light_samples, max_depth, R(0), R(INFINITY)};
   trace_samples(&scene, o, d, OFFSET, seed, (uint)k, first, count, &options, out + i * 8);
 }

@@ -4,6 +4,7 @@
 #include <embree3/rtcore.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <memory>
 
 #include "tests/tracer/scenes.hpp"
@@ -138,6 +139,18 @@ TEST(Bvh, OneTriangle) {
   EXPECT_FLOAT_EQ(hit[0].u, 0.25f);
   EXPECT_FLOAT_EQ(hit[0].v, 0.25f);
   EXPECT_EQ(hit[1].triangle, -1);
+}
+
+TEST(Bvh, WhatIsNotANumberHitsNothing) {
+  TraceScene scene(test_device(), make_box_room(1).scene);
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  for (const float bad : {nan, inf, -inf})
+    for (int part = 0; part < 6; ++part) {
+      std::vector<float> point{0, 1, 0}, direction{0.3f, 0.4f, -0.5f};
+      (part < 3 ? point : direction)[static_cast<std::size_t>(part % 3)] = bad;
+      EXPECT_EQ(scene.hits(point, direction, 0, 1e30f).front().triangle, -1) << bad << " in part " << part;
+      for (const float l : scene.radiance(point, direction, {})) EXPECT_EQ(l, 0) << bad << " in part " << part;
+    }
 }
 
 TEST(Bvh, RefusesNothingAndNonsense) {
