@@ -35,7 +35,11 @@ Value log_depth_loss(Value prediction, Value truth, Value mask) {
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
   Value albedo = log_loss(maps.albedo, truth.albedo, truth.albedo_mask, 0.5 / 3);
   Value normal = cosine_loss(maps.normal, truth.normal, truth.geometry_mask, 0.5);
-  Value material = squared_loss(maps.material, truth.material, truth.material_mask, 0.5);
+  const auto material_map = [&](int map, double weight) {
+    return squared_loss(slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask, weight);
+  };
+  Value material = weights.metallic == 1 ? squared_loss(maps.material, truth.material, truth.material_mask, 0.5)
+                                         : add(material_map(0, 0.5), material_map(1, 0.5 * weights.metallic));
   const Value aligned = least_squares_scale(maps.depth, truth.depth, truth.geometry_mask);
   const Value depth = log_loss(maps.depth, truth.depth, truth.geometry_mask, 1, aligned);
   const Value scale_term = squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask);

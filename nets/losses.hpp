@@ -15,9 +15,9 @@ struct MapTargets {
   Value albedo_mask, geometry_mask, material_mask, scale_mask;
 };
 
-/// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
+/// Weights of the terms. metallic weighs the metallic part of the material term (metal is rare); perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
 struct LossWeights {
-  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0;
+  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 1;
 };
 
 /// Masked mean squared distance of VGG16's relu3_3 features of two maps (one or three channels) times the mask.
@@ -30,7 +30,7 @@ Value log_depth_loss(Value prediction, Value truth, Value mask);
 /// perceptual distance:
 ///   albedo    0.5 (<(ln(1 + A') - ln(1 + A))^2>_m over pixels and channels + w perc)
 ///   normal    0.5 (<|1 - n'.n|>_m + w perc)
-///   material  0.5 (<(R' - R)^2 + (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels
+///   material  0.5 (<(R' - R)^2 + metallic (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels
 ///   depth     <(ln(1 + max(0, s D')) - ln(1 + D))^2>_m, s the least-squares scale of each picture, detached
 ///   log_depth log_depth_loss, beyond the paper (Eigen et al. 2014): sees relative error however near the surface; what
 ///             is left of the mean holds the scale, which the term above lets drift to where the output's clamp has no

@@ -39,7 +39,8 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
     : state_(std::make_unique<State>()) {
   MgnetTrainingOptions options;
   options.batch = o.batch, options.height = padded_size(o.size.height), options.width = padded_size(o.size.width);
-  options.weights = {o.w_albedo, o.w_normal, o.w_material, o.w_depth, o.w_scale, o.w_perceptual, o.w_log_depth};
+  options.weights = {o.w_albedo, o.w_normal,     o.w_material,  o.w_depth,
+                     o.w_scale,  o.w_perceptual, o.w_log_depth, o.w_metallic};
   options.adam.beta1 = o.beta1, options.adam.beta2 = o.beta2;
   state_->training = mgnet_training(state_->graph, o.net, options);
   states->initialise(state_->graph, o.seed);

@@ -65,6 +65,7 @@ Schema make_schema() {
   s.real("loss.albedo", 1, "log-space squared error of albedo", {0, none});
   s.real("loss.normal", 1, "1 - cosine of normals", {0, none});
   s.real("loss.material", 1, "squared error of roughness and metallic", {0, none});
+  s.real("loss.metallic", 1, "weight of metallic within loss.material; metal is rare", {0, none});
   s.real("loss.depth", 1, "log-space squared error of depth after one scale per image", {0, none});
   s.real("loss.log_depth", 0, "squared error of ln depth, most of each image's mean removed (Eigen et al. 2014)",
          {0, none});
@@ -160,7 +161,7 @@ TrainingOptions training_options(const Config& c) {
   o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2");
   o.w_albedo = c.real("loss.albedo"), o.w_normal = c.real("loss.normal"), o.w_material = c.real("loss.material");
   o.w_depth = c.real("loss.depth"), o.w_scale = c.real("loss.scale");
-  o.w_log_depth = c.real("loss.log_depth");
+  o.w_metallic = c.real("loss.metallic"), o.w_log_depth = c.real("loss.log_depth");
   o.perceptual_weights = c.text("loss.perceptual_weights");
   o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
   o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");

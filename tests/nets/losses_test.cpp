@@ -107,6 +107,11 @@ TEST(Losses, TermsAreWeightedAndAddUp) {
   EXPECT_GT(perceptual.at("material"), plain.at("material"));
   EXPECT_EQ(perceptual.at("depth"), plain.at("depth"));
   EXPECT_EQ(plain.count("log_depth"), 0u);
+  // The material term is linear in the weight of its metallic part.
+  const auto without = terms({.metallic = 0}), heavy = terms({.metallic = 4});
+  const double part = plain.at("material") - without.at("material");
+  EXPECT_GT(part, 0);
+  EXPECT_NEAR(heavy.at("material"), plain.at("material") + 3 * part, 16 * 0x1p-23 * heavy.at("material"));
   const auto relative = terms({.log_depth = 2});
   EXPECT_GT(relative.at("log_depth"), 0);
   EXPECT_NEAR(relative.at("loss"), plain.at("loss") + relative.at("log_depth"), 8 * 0x1p-23 * relative.at("loss"));
