@@ -1,22 +1,17 @@
 #include "experiments/studies/balls_study.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "experiments/applications/insert.hpp"
-#include "experiments/run_directory_report.hpp"
 #include "experiments/studies/compare.hpp"
 #include "experiments/studies/strip.hpp"
+#include "experiments/studies/study_run.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
-#include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
-#include "host/report/run_directory.hpp"
-#include "host/report/table.hpp"
 #include "tracer/balls.hpp"
-#include "tracer/generate.hpp"
 
 namespace clerestory {
 namespace {
@@ -51,44 +46,20 @@ std::vector<TrueBall> read_balls(const fs::path& view) {
   return balls;
 }
 
-class BallsStudy {
+class BallsStudy : public StudyRun {
  public:
-  BallsStudy(const Config& config, const std::vector<std::string>& command)
-      : config_(config),
-        run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
-             static_cast<std::uint64_t>(config.integer("run.seed"))),
-        device_(Device::open(config.text("run.device"))),
-        provenance_(begin_provenance(command, device_.fingerprint())) {}
-
-  std::string run() {
-    if (run_.done()) {
-      say("study: done before, skipped: " + run_.path().string());
-      return run_.path().string();
-    }
-    catch_interrupts();
-    const std::vector<fs::path> views = make_views();
-    records_ = read_metrics(run_.metrics_path());  // one a view
-    const std::size_t done = records_.size();
-    for (std::size_t v = done; v < views.size(); ++v) run_view(v, views[v]);
-    finish();
-    return run_.path().string();
-  }
+  using StudyRun::StudyRun;
 
  private:
-  std::vector<fs::path> make_views() {
-    GenerateOptions options;
-    options.out = run_ / "data", options.rooms = static_cast<int>(config_.integer("data.rooms")), options.views = 1;
-    options.width = static_cast<int>(config_.integer("data.width")),
-    options.height = static_cast<int>(config_.integer("data.height"));
-    options.spp = static_cast<int>(config_.integer("data.spp")), options.balls = true;
-    options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
-    options.split = "test", options.interrupted = [] { return interrupted(); };
+  /// One record a view.
+  void measure() override {
+    GenerateOptions options = view_options();
+    options.balls = true;
     Progress progress("generate", options.rooms, "rooms");
     options.progress = [&progress](int made, int, bool) { progress.update(made); };
-    generate(device_, options);
-    std::vector<fs::path> views;
-    for (const std::string& room : list_rooms(options.out, "test")) views.push_back(options.out / room / "000");
-    return views;
+    const std::vector<fs::path> views = make_views(options);
+    const std::size_t done = records_.size();
+    for (std::size_t v = done; v < views.size(); ++v) run_view(v, views[v]);
   }
 
   void run_view(std::size_t v, const fs::path& view) {
@@ -134,7 +105,7 @@ class BallsStudy {
     return found;
   }
 
-  void finish() {
+  void conclude() override {
     Table table;
     table.title = "Balls put into rooms: medians over rooms, on the ball's pixels";
     table.columns = {{"ball", "", Best::None, 3},           {"light", "", Best::None, 3},
@@ -155,21 +126,10 @@ class BallsStudy {
                    Measure{median(values(key + "/seconds"))}});
       }
     }
-    write_file(run_.artifact("balls.table.json"), table_json(table));
-    std::fputs(table_text(table).c_str(), stdout);
+    write_table("balls", table);
     provenance_.figures["rooms without a place for a ball"] =
         static_cast<double>(records_.size() - values("mirror/image/relmse").size());
-    provenance_.ended = utc_now();
-    write_provenance(run_ / "provenance.json", provenance_);
-    run_.finish();
-    write_run_directory_report(run_.path());
   }
-
-  Config config_;
-  RunDirectory run_;
-  Device device_;
-  Provenance provenance_;
-  std::vector<MetricRecord> records_;
 };
 
 }  // namespace

@@ -5,18 +5,13 @@
 #include <map>
 #include <set>
 
-#include "experiments/run_directory_report.hpp"
 #include "experiments/studies/strip.hpp"
+#include "experiments/studies/study_run.hpp"
 #include "host/io/datasets.hpp"
-#include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
-#include "host/report/metrics.hpp"
 #include "host/report/plot.hpp"
 #include "host/report/progress.hpp"
-#include "host/report/run_directory.hpp"
-#include "host/report/table.hpp"
 #include "nets/render_scene.hpp"
-#include "tracer/generate.hpp"
 
 namespace clerestory {
 namespace {
@@ -54,51 +49,19 @@ Series series(const std::string& label, Stroke stroke) {
   return made;
 }
 
-class LayerStudy {
+class LayerStudy : public StudyRun {
  public:
-  LayerStudy(const Config& config, const std::vector<std::string>& command)
-      : config_(config),
-        run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
-             static_cast<std::uint64_t>(config.integer("run.seed"))),
-        device_(Device::open(config.text("run.device"))),
-        provenance_(begin_provenance(command, device_.fingerprint())) {}
-
-  std::string run() {
-    if (run_.done()) {
-      say("study: done before, skipped: " + run_.path().string());
-      return run_.path().string();
-    }
-    catch_interrupts();
-    make_views();
-    resume();
-    const auto methods = this->methods();
-    const std::int64_t seeds = config_.integer("study.seeds");
-    Progress progress("study", static_cast<std::int64_t>(views_.size() * methods.size()) * seeds, "renders", step_);
-    for (std::size_t v = 0; v < views_.size(); ++v) run_view(v, methods, progress);
-    finish(methods);
-    return run_.path().string();
-  }
+  using StudyRun::StudyRun;
 
  private:
-  void make_views() {
-    const fs::path data = run_ / "data";
-    GenerateOptions options;
-    options.out = data, options.rooms = static_cast<int>(config_.integer("data.rooms")), options.views = 1;
-    options.width = static_cast<int>(config_.integer("data.width")),
-    options.height = static_cast<int>(config_.integer("data.height"));
-    options.spp = static_cast<int>(config_.integer("data.spp")),
-    options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
-    options.split = "test", options.interrupted = [] { return interrupted(); };
-    generate(device_, options);
-    for (const std::string& room : list_rooms(data, "test")) views_.push_back(data / room / "000");
-  }
-
-  /// Records of an earlier, interrupted run: one a render, its step is the number of renders done.
-  void resume() {
-    for (const MetricRecord& r : read_metrics(run_.metrics_path())) {
-      records_.push_back(r);
-      step_ = std::max(step_, r.step);
-    }
+  /// One record a render; its step is the number of renders done.
+  void measure() override {
+    const std::vector<fs::path> views = make_views(view_options());
+    for (const MetricRecord& r : records_) step_ = std::max(step_, r.step);
+    const std::vector<Method> methods = this->methods();
+    const std::int64_t seeds = config_.integer("study.seeds");
+    Progress progress("study", static_cast<std::int64_t>(views.size() * methods.size()) * seeds, "renders", step_);
+    for (std::size_t v = 0; v < views.size(); ++v) run_view(v, views[v], methods, progress);
   }
 
   std::vector<Method> methods() const {
@@ -130,12 +93,12 @@ class LayerStudy {
     return best;
   }
 
-  void run_view(std::size_t v, const std::vector<Method>& methods, Progress& progress) {
+  void run_view(std::size_t v, const fs::path& view, const std::vector<Method>& methods, Progress& progress) {
     const std::int64_t seeds = config_.integer("study.seeds");
     const std::int64_t of_view = static_cast<std::int64_t>(methods.size()) * seeds,
                        first = static_cast<std::int64_t>(v) * of_view;
     if (step_ >= first + of_view) return;
-    const Scene scene = scene_of(read_view(views_[v]), views_[v].string());
+    const Scene scene = scene_of(read_view(view), view.string());
     RenderSettings reference;
     reference.spp = static_cast<int>(config_.integer("study.truth_spp"));
     const Image truth = render(scene, reference, 0x7fffffff).radiance;
@@ -184,7 +147,7 @@ class LayerStudy {
     return per_seed.empty() ? Measure{std::nan(""), 0, 0} : measure_of(per_seed);
   }
 
-  void finish(const std::vector<Method>& methods) {
+  void conclude() override {
     Table table;
     table.title = "Error against time";
     table.columns = {{"method", "", Best::None, 3},
@@ -198,7 +161,7 @@ class LayerStudy {
     Series glossy = series("Monte Carlo, glossy", Stroke::LinePoints),
            rough = series("Monte Carlo, rough", Stroke::LinePoints);
     Series grid_glossy = series("grid, glossy", Stroke::Points), grid_rough = series("grid, rough", Stroke::Points);
-    for (const Method& m : methods) {
+    for (const Method& m : methods()) {
       const Measure g = over_seeds(m.name + "/glossy"), r = over_seeds(m.name + "/rough"),
                     t = over_seeds(m.name + "/seconds");
       table.add({m.label, over_seeds(m.name + "/samples"), g, r, t});
@@ -211,20 +174,9 @@ class LayerStudy {
     }
     plot.series = {glossy, rough, grid_glossy, grid_rough};
     write_plot(run_.artifact("error_time.svg"), plot);
-    write_file(run_.artifact("layer.table.json"), table_json(table));
-    std::fputs(table_text(table).c_str(), stdout);
-    provenance_.ended = utc_now();
-    write_provenance(run_ / "provenance.json", provenance_);
-    run_.finish();
-    write_run_directory_report(run_.path());
+    write_table("layer", table);
   }
 
-  Config config_;
-  RunDirectory run_;
-  Device device_;
-  Provenance provenance_;
-  std::vector<fs::path> views_;
-  std::vector<MetricRecord> records_;
   std::int64_t step_ = 0;
 };
 

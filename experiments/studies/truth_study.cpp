@@ -4,16 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "experiments/run_directory_report.hpp"
 #include "experiments/studies/strip.hpp"
+#include "experiments/studies/study_run.hpp"
 #include "experiments/studies/truth_light.hpp"
-#include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
-#include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
-#include "host/report/run_directory.hpp"
-#include "host/report/table.hpp"
-#include "tracer/generate.hpp"
 #include "tracer/views.hpp"
 
 namespace clerestory {
@@ -71,35 +66,23 @@ const std::vector<LightRow>& light_rows() {
   return rows;
 }
 
-class TruthStudy {
+class TruthStudy : public StudyRun {
  public:
-  TruthStudy(const Config& config, const std::vector<std::string>& command)
-      : config_(config),
-        run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
-             static_cast<std::uint64_t>(config.integer("run.seed"))),
-        device_(Device::open(config.text("run.device"))),
-        provenance_(begin_provenance(command, device_.fingerprint())) {}
+  using StudyRun::StudyRun;
 
-  std::string run() {
-    if (run_.done()) {
-      say("study: done before, skipped: " + run_.path().string());
-      return run_.path().string();
-    }
-    catch_interrupts();
+ private:
+  /// One record a room.
+  void measure() override {
     const RoomAssets assets = load_assets(default_assets(), Setting::Training);
     const std::int64_t rooms = config_.integer("data.rooms");
-    records_ = read_metrics(run_.metrics_path());  // one a room
     const auto done = static_cast<std::int64_t>(records_.size());
     Progress progress("study", rooms, "rooms", done);
     for (std::int64_t r = done; r < rooms; ++r) {
       run_room(r, assets);
       progress.advance();
     }
-    finish();
-    return run_.path().string();
   }
 
- private:
   void run_room(std::int64_t r, const RoomAssets& assets) {
     const std::uint64_t seed =
         Random(static_cast<std::uint64_t>(config_.integer("data.seed"))).fork(static_cast<std::uint64_t>(r)).bits();
@@ -229,25 +212,15 @@ class TruthStudy {
     return table;
   }
 
-  void finish() {
+  void conclude() override {
     const Table agreements = agreement_table(), lights = light_table();
-    write_file(run_.artifact("agreement.table.json"), table_json(agreements));
-    write_file(run_.artifact("lights.table.json"), table_json(lights));
-    std::fputs((table_text(agreements) + "\n" + table_text(lights)).c_str(), stdout);
+    write_table("agreement", agreements);
+    std::fputs("\n", stdout);
+    write_table("lights", lights);
     double dropped = 0;
     for (std::size_t r = 0; r < records_.size(); ++r) dropped += value(r, "dropped");
     provenance_.figures["samples dropped as not finite"] = dropped;
-    provenance_.ended = utc_now();
-    write_provenance(run_ / "provenance.json", provenance_);
-    run_.finish();
-    write_run_directory_report(run_.path());
   }
-
-  Config config_;
-  RunDirectory run_;
-  Device device_;
-  Provenance provenance_;
-  std::vector<MetricRecord> records_;
 };
 
 }  // namespace

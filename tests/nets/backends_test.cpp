@@ -61,17 +61,7 @@ std::shared_ptr<States> starting_states(const Graph& graph, const Device& device
 }
 
 std::map<std::string, Tensor> batch() {
-  std::map<std::string, Tensor> feeds;
-  const auto put = [&](const std::string& name, int channels, double offset) {
-    Tensor t = formula(name, {kBatch, channels, kHeight, kWidth});
-    for (double& x : t.real) x += offset;
-    feeds[name] = t;
-  };
-  put("image", 3, 0.5), put("albedo", 3, 0.5), put("material", 2, 0.5), put("normal", 3, 0), put("depth", 1, 0.5);
-  for (const char* mask : {"albedo_mask", "geometry_mask", "material_mask"}) {
-    put(mask, 1, 0);
-    for (double& x : feeds[mask].real) x = x > -0.2;
-  }
+  std::map<std::string, Tensor> feeds = golden_maps(kBatch, kHeight, kWidth);
   feeds["log_scale"] = Tensor({kBatch, 1, 1, 1}, 1.25), feeds["scale_mask"] = Tensor({kBatch, 1, 1, 1}, 1);
   feeds["learning_rate"] = Tensor({}, kRate);
   return feeds;

@@ -6,6 +6,21 @@
 
 namespace clerestory {
 
+std::map<std::string, Tensor> golden_maps(int batch, int height, int width) {
+  std::map<std::string, Tensor> feeds;
+  const auto put = [&](const std::string& name, int channels, double offset) {
+    Tensor t = formula(name, {batch, channels, height, width});
+    for (double& x : t.real) x += offset;
+    feeds[name] = t;
+  };
+  put("image", 3, 0.5), put("albedo", 3, 0.5), put("material", 2, 0.5), put("normal", 3, 0), put("depth", 1, 0.5);
+  for (const char* mask : {"albedo_mask", "geometry_mask", "material_mask"}) {
+    put(mask, 1, 0);
+    for (double& x : feeds[mask].real) x = x > -0.2;
+  }
+  return feeds;
+}
+
 Device device_for(Precision precision) {
   Device device = Device::open();
   if (precision == Precision::Single || device.has_double()) return device;

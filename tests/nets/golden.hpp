@@ -16,6 +16,9 @@ Tensor formula(const std::string& name, const Shape& shape);
 /// 0 and 1.
 Tensor golden_weight(const std::string& name, const Shape& shape);
 
+/// A training batch's picture, true maps and masks by the formula, by input name.
+std::map<std::string, Tensor> golden_maps(int batch, int height, int width);
+
 /// The default device, or another one when it has no doubles and they are asked for.
 Device device_for(Precision precision);
 

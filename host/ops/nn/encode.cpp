@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "host/ops/tensor/rows.hpp"
+
 namespace clerestory {
 namespace {
 
 constexpr auto kFile = "nn/encode.cl";
-
-std::size_t size(long n) { return static_cast<std::size_t>(n); }
 
 // Inputs: x, frequencies, gradient.
 struct EncodeAdjointOp : Op {

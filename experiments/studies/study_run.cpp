@@ -1,0 +1,58 @@
+#include "experiments/studies/study_run.hpp"
+
+#include <cstdio>
+
+#include "experiments/run_directory_report.hpp"
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+
+StudyRun::StudyRun(const Config& config, const std::vector<std::string>& command)
+    : config_(config),
+      run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
+           static_cast<std::uint64_t>(config.integer("run.seed"))),
+      device_(Device::open(config.text("run.device"))),
+      provenance_(begin_provenance(command, device_.fingerprint())) {}
+
+std::string StudyRun::run() {
+  if (run_.done()) {
+    say("study: done before, skipped: " + run_.path().string());
+    return run_.path().string();
+  }
+  catch_interrupts();
+  records_ = read_metrics(run_.metrics_path());
+  measure();
+  conclude();
+  provenance_.ended = utc_now();
+  write_provenance(run_ / "provenance.json", provenance_);
+  run_.finish();
+  write_run_directory_report(run_.path());
+  return run_.path().string();
+}
+
+GenerateOptions StudyRun::view_options() const {
+  GenerateOptions options;
+  options.out = run_ / "data", options.rooms = static_cast<int>(config_.integer("data.rooms")), options.views = 1;
+  options.width = static_cast<int>(config_.integer("data.width"));
+  options.height = static_cast<int>(config_.integer("data.height"));
+  options.spp = static_cast<int>(config_.integer("data.spp"));
+  options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
+  options.split = "test", options.interrupted = [] { return interrupted(); };
+  return options;
+}
+
+std::vector<std::filesystem::path> StudyRun::make_views(const GenerateOptions& options) {
+  generate(device_, options);
+  std::vector<std::filesystem::path> views;
+  for (const std::string& room : list_rooms(options.out, "test")) views.push_back(options.out / room / "000");
+  return views;
+}
+
+void StudyRun::write_table(const std::string& name, const Table& table) const {
+  write_file(run_.artifact(name + ".table.json"), table_json(table));
+  std::fputs(table_text(table).c_str(), stdout);
+}
+
+}  // namespace clerestory

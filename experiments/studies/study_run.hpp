@@ -1,0 +1,43 @@
+// What every study has: a config, a run directory that is skipped when done and gone on with when not, a device,
+// records.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/cl/device.hpp"
+#include "host/io/config.hpp"
+#include "host/report/metrics.hpp"
+#include "host/report/run_directory.hpp"
+#include "host/report/table.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+
+class StudyRun {
+ public:
+  StudyRun(const Config& config, const std::vector<std::string>& command);
+  virtual ~StudyRun() = default;
+
+  /// Measures what is missing, writes tables, provenance and report. Returns the run directory.
+  std::string run();
+
+ protected:
+  /// Adds the records that records_ lacks, to it and to the run's metrics.
+  virtual void measure() = 0;
+  /// Tables and facts from records_.
+  virtual void conclude() = 0;
+
+  /// Generated rooms of one view each, as the config's section `data` asks.
+  GenerateOptions view_options() const;
+  std::vector<std::filesystem::path> make_views(const GenerateOptions& options);
+  void write_table(const std::string& name, const Table& table) const;  // also to stdout
+
+  Config config_;
+  RunDirectory run_;
+  Device device_;
+  Provenance provenance_;
+  std::vector<MetricRecord> records_;  // of this run, and of those that were interrupted before
+};
+
+}  // namespace clerestory
