@@ -10,6 +10,16 @@
 #include "nets/vgg.hpp"
 
 namespace clerestory {
+namespace {
+
+/// Mean of a map over its mask, of each picture or of all, as `shape` says; of an empty mask 0.
+Value masked_mean(Value map, Value mask, const Shape& shape) {
+  const Value pixels = affine(sum_to(mask, shape), 1, 1e-6);
+  const Value inverse = activate(scale(activate(pixels, Function::Log), -1), Function::Exp);
+  return multiply(sum_to(multiply(map, mask), shape), inverse);
+}
+
+}  // namespace
 
 Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask) {
   const auto features = [&](Value map) {
@@ -25,21 +35,24 @@ Value log_depth_loss(Value prediction, Value truth, Value mask) {
   constexpr double share_removed = 0.85, floor = 0.01;
   const auto log_of = [&](Value depth) { return activate(affine(depth, 1, floor), Function::Log); };
   const Value predicted = log_of(prediction), wanted = log_of(truth);
-  const Shape one{truth.shape().n, 1, 1, 1};
-  const Value pixels = affine(sum_to(mask, one), 1, 1e-6);  // an empty mask has the mean 0
-  const Value inverse = activate(scale(activate(pixels, Function::Log), -1), Function::Exp);
-  const Value mean = detach(multiply(sum_to(multiply(subtract(predicted, wanted), mask), one), inverse));
+  const Value mean = detach(masked_mean(subtract(predicted, wanted), mask, {truth.shape().n, 1, 1, 1}));
   return squared_loss(predicted, add(wanted, expand(mean, truth.shape()), share_removed), mask);
+}
+
+Value metallic_entropy(Value prediction, Value truth, Value mask) {
+  constexpr double floor = 0.01;
+  const auto log_of = [](Value share, double sign, double offset) {
+    return activate(affine(share, sign, offset + floor), Function::Log);
+  };
+  const Value metal = multiply(truth, log_of(prediction, 1, 0));
+  const Value other = multiply(affine(truth, -1, 1), log_of(prediction, -1, 1));
+  return masked_mean(scale(add(metal, other), -1), mask, {1, 1, 1, 1});
 }
 
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
   Value albedo = log_loss(maps.albedo, truth.albedo, truth.albedo_mask, 0.5 / 3);
   Value normal = cosine_loss(maps.normal, truth.normal, truth.geometry_mask, 0.5);
-  const auto material_map = [&](int map, double weight) {
-    return squared_loss(slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask, weight);
-  };
-  Value material = weights.metallic == 1 ? squared_loss(maps.material, truth.material, truth.material_mask, 0.5)
-                                         : add(material_map(0, 0.5), material_map(1, 0.5 * weights.metallic));
+  Value material = squared_loss(maps.material, truth.material, truth.material_mask, 0.5);
   const Value aligned = least_squares_scale(maps.depth, truth.depth, truth.geometry_mask);
   const Value depth = log_loss(maps.depth, truth.depth, truth.geometry_mask, 1, aligned);
   const Value scale_term = squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask);
@@ -68,6 +81,9 @@ NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets&
   term("depth", depth, weights.depth);
   if (weights.log_depth > 0)
     term("log_depth", log_depth_loss(maps.depth, truth.depth, truth.geometry_mask), weights.log_depth);
+  if (weights.metallic > 0)
+    term("metallic", metallic_entropy(slice(maps.material, 1, 1), slice(truth.material, 1, 1), truth.material_mask),
+         weights.metallic);
   term("scale", scale_term, weights.scale);
   if (!total) throw usage_error("every term has a weight of zero: nothing to train", "loss");
   terms.insert(terms.begin(), {"loss", total});

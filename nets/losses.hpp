@@ -15,9 +15,9 @@ struct MapTargets {
   Value albedo_mask, geometry_mask, material_mask, scale_mask;
 };
 
-/// Weights of the terms. metallic weighs the metallic part of the material term (metal is rare); perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
+/// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
 struct LossWeights {
-  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 1;
+  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 0;
 };
 
 /// Masked mean squared distance of VGG16's relu3_3 features of two maps (one or three channels) times the mask.
@@ -26,15 +26,20 @@ Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Val
 /// <(e - 0.85 mean e)^2>_m with e = ln(D' + 0.01) - ln(D + 0.01), the mean over each picture's mask detached.
 Value log_depth_loss(Value prediction, Value truth, Value mask);
 
+/// -<M ln(M' + 0.01) + (1 - M) ln(1.01 - M')>_m: least at the mean of M, as the squared error is, but steep where metal
+/// is given a metallic near 0: there the squared error of a sigmoid has next to no gradient, and metal is rare.
+Value metallic_entropy(Value prediction, Value truth, Value mask);
+
 /// The terms by name, each 1x1x1x1, weighted; "loss" is first and is their sum. With <.>_m a masked mean and perc the
 /// perceptual distance:
 ///   albedo    0.5 (<(ln(1 + A') - ln(1 + A))^2>_m over pixels and channels + w perc)
 ///   normal    0.5 (<|1 - n'.n|>_m + w perc)
-///   material  0.5 (<(R' - R)^2 + metallic (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels
+///   material  0.5 (<(R' - R)^2 + (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels
 ///   depth     <(ln(1 + max(0, s D')) - ln(1 + D))^2>_m, s the least-squares scale of each picture, detached
 ///   log_depth log_depth_loss, beyond the paper (Eigen et al. 2014): sees relative error however near the surface; what
 ///             is left of the mean holds the scale, which the term above lets drift to where the output's clamp has no
 ///             gradient
+///   metallic  metallic_entropy, beyond the paper: has the squared term's minimum, but its slope where metal is missed
 ///   scale     <(l' - l)^2>, beyond the paper: ln of the scene's scale
 using NamedValues = std::vector<std::pair<std::string, Value>>;
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights);

@@ -74,7 +74,11 @@ Material Palette::make(MaterialClass kind) {
       Material m = base(Texture::Plaster, r);
       const glm::vec3 c = paint_color();
       colors(m, c * 0.97f, c * 1.02f, c * 0.85f);
-      const float rough = r.between(0.8f, 0.95f);
+      // Matt, satin, or polished plaster: what looks like a wall must not tell its roughness.
+      const float kind_of = r.unit();
+      const float rough = kind_of < 0.7f   ? r.between(0.8f, 0.95f)
+                          : kind_of < 0.9f ? r.between(0.35f, 0.6f)
+                                           : r.between(0.1f, 0.28f);
       roughness(m, rough, rough + 0.03f, std::min(rough + 0.05f, 1.f));
       m.scale = glm::vec3(r.between(0.8f, 3.f));
       m.noise = r.between(0, 0.03f);
@@ -119,7 +123,8 @@ Material Palette::make(MaterialClass kind) {
           r.chance(0.6f) ? hsv(r.between(0.05f, 0.15f), r.between(0, 0.25f), r.between(0.6f, 0.9f)) : strong_color();
       const glm::vec3 other = r.chance(0.4f) ? strong_color() : c * r.between(0.7f, 0.95f);
       colors(m, c, other, grey(r.between(0.3f, 0.75f)));
-      const float rough = r.between(0.06f, 0.26f);
+      const bool matt = r.chance(0.3f);  // unglazed
+      const float rough = matt ? r.between(0.38f, 0.65f) : r.between(0.06f, 0.26f);
       roughness(m, rough, rough + r.between(0.02f, 0.1f), 0.9f);
       const float size = r.one_of({0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.6f});
       m.scale = {1 / size, r.chance(0.7f) ? 1 / size : 2 / size, 1};
@@ -227,10 +232,12 @@ Material Palette::make(MaterialClass kind) {
       Material m = base(Texture::Plaster, r);
       const glm::vec3 c = hsv(r.between(0.05f, 0.15f), r.between(0, 0.1f), r.between(0.4f, 0.7f));
       colors(m, c * 0.8f, c * 1.1f, c * 0.6f);
-      const float rough = r.between(0.6f, 0.8f);
-      roughness(m, rough, rough + 0.15f, rough - 0.2f);  // dark patches are polished by feet
+      const bool polished = r.chance(0.5f);
+      const float rough = polished ? r.between(0.1f, 0.3f) : r.between(0.6f, 0.8f);
+      // Dark patches are polished by feet.
+      roughness(m, rough, rough + (polished ? 0.05f : 0.15f), polished ? rough * 0.8f : rough - 0.2f);
       m.scale = glm::vec3(r.between(1.f, 3.f));
-      m.noise = r.between(0.05f, 0.15f);
+      m.noise = polished ? 0 : r.between(0.05f, 0.15f);
       m.wear = r.between(0.3f, 0.5f);
       return m;
     }
@@ -275,10 +282,10 @@ Material Palette::floor() {
     return m;
   }
   const float choice = random_.unit();
-  if (choice < 0.5f) return planks(make(MaterialClass::Wood));
-  if (choice < 0.72f) return make(MaterialClass::Tile);
-  if (choice < 0.86f) return make(MaterialClass::Carpet);
-  if (choice < 0.93f) return make(MaterialClass::Concrete);
+  if (choice < 0.48f) return planks(make(MaterialClass::Wood));
+  if (choice < 0.68f) return make(MaterialClass::Tile);
+  if (choice < 0.81f) return make(MaterialClass::Carpet);
+  if (choice < 0.91f) return make(MaterialClass::Concrete);
   return make(MaterialClass::Stone);
 }
 
@@ -289,8 +296,8 @@ Material Palette::wall() {
     return m;
   }
   const float choice = random_.unit();
-  if (choice < 0.8f) return make(MaterialClass::WallPaint);
-  if (choice < 0.88f) return make(MaterialClass::Tile);
+  if (choice < 0.78f) return make(MaterialClass::WallPaint);
+  if (choice < 0.86f) return make(MaterialClass::Tile);
   if (choice < 0.94f) return make(MaterialClass::Concrete);
   return planks(make(MaterialClass::Wood));
 }
@@ -299,6 +306,8 @@ Material Palette::ceiling() {
   Material m = make(MaterialClass::WallPaint);
   const glm::vec3 white = hsv(0.12f, random_.between(0, 0.05f), random_.between(0.84f, 0.9f));
   colors(m, white, white * 1.02f, white * 0.95f);
+  const float rough = random_.between(0.8f, 0.95f);
+  roughness(m, rough, rough + 0.03f, std::min(rough + 0.05f, 1.f));
   return m;
 }
 

@@ -65,7 +65,7 @@ Schema make_schema() {
   s.real("loss.albedo", 1, "log-space squared error of albedo", {0, none});
   s.real("loss.normal", 1, "1 - cosine of normals", {0, none});
   s.real("loss.material", 1, "squared error of roughness and metallic", {0, none});
-  s.real("loss.metallic", 1, "weight of metallic within loss.material; metal is rare", {0, none});
+  s.real("loss.metallic", 0, "cross-entropy of metallic, for metal is rare; beyond the paper", {0, none});
   s.real("loss.depth", 1, "log-space squared error of depth after one scale per image", {0, none});
   s.real("loss.log_depth", 0, "squared error of ln depth, most of each image's mean removed (Eigen et al. 2014)",
          {0, none});

@@ -90,6 +90,42 @@ TEST(Losses, LogDepthAgainstItsDefinitionAndGradient) {
   }
 }
 
+TEST(Losses, MetallicEntropyAgainstItsDefinitionAndGradient) {
+  constexpr Shape kMap{2, 1, 3, 5};
+  constexpr std::size_t pixels = 30;
+  Tensor prediction = formula("prediction", kMap), truth = formula("truth", kMap), mask = formula("mask", kMap);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    prediction.real[i] = 0.5 + 0.5 * prediction.real[i], truth.real[i] = 0.5 + 0.5 * truth.real[i];
+    mask.real[i] = mask.real[i] > -0.3;
+  }
+  for (std::size_t i = 0; i < 4; ++i)  // the ends of both ranges, right and wrong
+    prediction.real[i] = i & 1, truth.real[i] = i >> 1, mask.real[i] = 1;
+  for (const bool empty : {false, true}) {
+    if (empty) mask = Tensor(kMap, 0);
+    double loss = 0, count = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const double m = truth.real[i], p = prediction.real[i];
+      loss -= mask.real[i] * (m * std::log(p + 0.01) + (1 - m) * std::log(1.01 - p)), count += mask.real[i];
+    }
+    Graph graph;
+    const Value p = graph.input("prediction", kMap), t = graph.input("truth", kMap), w = graph.input("mask", kMap);
+    const Value value = metallic_entropy(p, t, w);
+    const std::vector<Tensor> results =
+        evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, Device::open(),
+                 {{"prediction", prediction}, {"truth", truth}, {"mask", mask}}, {.precision = Precision::Double});
+    if (empty) {
+      EXPECT_EQ(results[0].real[0], 0);
+      continue;
+    }
+    EXPECT_NEAR(results[0].real[0], loss / count, 1e-6 * loss / count);  // the mean is over 1e-6 pixels more
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const double m = truth.real[i], q = prediction.real[i];
+      const double slope = (-m / (q + 0.01) + (1 - m) / (1.01 - q)) * mask.real[i] / count;
+      EXPECT_NEAR(results[1].real[i], slope, 1e-6 * std::abs(slope)) << i;
+    }
+  }
+}
+
 TEST(Losses, TermsAreWeightedAndAddUp) {
   const auto plain = terms({}), weighted = terms({.albedo = 2, .normal = 0.5, .material = 0, .depth = 1, .scale = 3});
   double sum = 0;
@@ -107,14 +143,12 @@ TEST(Losses, TermsAreWeightedAndAddUp) {
   EXPECT_GT(perceptual.at("material"), plain.at("material"));
   EXPECT_EQ(perceptual.at("depth"), plain.at("depth"));
   EXPECT_EQ(plain.count("log_depth"), 0u);
-  // The material term is linear in the weight of its metallic part.
-  const auto without = terms({.metallic = 0}), heavy = terms({.metallic = 4});
-  const double part = plain.at("material") - without.at("material");
-  EXPECT_GT(part, 0);
-  EXPECT_NEAR(heavy.at("material"), plain.at("material") + 3 * part, 16 * 0x1p-23 * heavy.at("material"));
-  const auto relative = terms({.log_depth = 2});
-  EXPECT_GT(relative.at("log_depth"), 0);
-  EXPECT_NEAR(relative.at("loss"), plain.at("loss") + relative.at("log_depth"), 8 * 0x1p-23 * relative.at("loss"));
+  EXPECT_EQ(plain.count("metallic"), 0u);
+  const auto beyond = terms({.log_depth = 2, .metallic = 0.5});
+  EXPECT_GT(beyond.at("log_depth"), 0);
+  EXPECT_GT(beyond.at("metallic"), 0);
+  EXPECT_NEAR(beyond.at("loss"), plain.at("loss") + beyond.at("log_depth") + beyond.at("metallic"),
+              8 * 0x1p-23 * beyond.at("loss"));
 }
 
 }  // namespace
