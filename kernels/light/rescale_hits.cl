@@ -1,0 +1,17 @@
+// Hits of a picture as cells of a coarser or finer grid laid over it: the cell that holds the hit pixel's centre,
+// floor((x + 0.5) w' / w), rows alike; misses stay -1. hit, y Int {1, 1, pixels, samples} (kernels/lib/chunk.clh).
+#include "lib/chunk.clh"
+
+// Exact in integers: floor((2 x + 1) to / (2 from)).
+static inline int cell_of(int x, int from, int to) { return (int)(((long)(2 * x + 1) * to) / (2 * (long)from)); }
+
+kernel void rescale_hits(IN_INT(hit), OUT_INT(y), CHUNK_ARGS, const int from_w, const int from_h, const int to_w,
+                         const int to_h) {
+  const int s = (int)get_global_id(0);
+  const int p = (int)get_global_id(1);
+  if (s >= sample_capacity || p >= pixels) return;
+  const ulong ray = RAY(p, s);
+  const int pixel = s < samples ? AT(hit, 0)[ray] : -1;
+  const int row = max(pixel, 0) / from_w, column = max(pixel, 0) - row * from_w;
+  AT(y, 0)[ray] = pixel < 0 ? -1 : cell_of(row, from_h, to_h) * to_w + cell_of(column, from_w, to_w);
+}
