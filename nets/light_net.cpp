@@ -1,0 +1,167 @@
+#include "nets/light_net.hpp"
+
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/ops/light/gather_rays.hpp"
+#include "host/ops/light/rescale_hits.hpp"
+#include "host/ops/nn/activation.hpp"
+#include "host/ops/nn/conv.hpp"
+#include "host/ops/nn/encode.hpp"
+#include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reshape.hpp"
+#include "host/ops/tensor/resize.hpp"
+#include "host/ops/tensor/slice.hpp"
+
+namespace clerestory {
+namespace {
+
+/// The parts of the MLP's input, and how many numbers each has.
+struct InputSizes {
+  int features = 0, surface = 0, direction = 0;
+  int all() const { return features + surface + direction; }
+};
+
+InputSizes input_sizes(const LightNetSize& size) {
+  InputSizes sizes;
+  sizes.features = size.trunk.channels[0];
+  for (std::size_t stage = 0; stage < static_cast<std::size_t>(size.trunk.stages); ++stage)
+    sizes.features += size.trunk.channels[stage];
+  sizes.surface = 4 * 2 * size.frequencies;  // normal, diffuse and specular colour, roughness
+  sizes.direction = 2 * size.frequencies;
+  return sizes;
+}
+
+/// Layers that read the input: the first, and perhaps one more.
+std::vector<int> reading_layers(const LightNetSize& size) {
+  return size.again > 0 ? std::vector{0, size.again} : std::vector{0};
+}
+
+int fan_in(const LightNetSize& size, int layer) {
+  const int input = input_sizes(size).all();
+  return layer == 0 ? input : size.width + (layer == size.again ? input : 0);
+}
+
+/// One part of a layer's weights: a convolution with one tap.
+Value part(const Scope& scope, const LightNetSize& size, int layer, const char* name, Value x, Value bias = {}) {
+  const Init init = Init::normal(std::sqrt(2.0 / fan_in(size, layer)));
+  const Scope place = scope / fmt::format("mlp.{}.{}", layer, name);
+  return conv(x, place.state("weight", {size.width, x.shape().c, 1, 1}, init), bias);
+}
+
+Value bias_of(const Scope& scope, int layer, int channels) {
+  return (scope / fmt::format("mlp.{}", layer)).state("bias", {1, channels, 1, 1}, Init::constant(0));
+}
+
+Value fourier(const Scope& scope, const char* name, Value x, int frequencies, double deviation) {
+  const Init drawn{Init::Kind::Normal, deviation, false};
+  return encode(x, (scope / "frequencies").state(name, {frequencies, x.shape().c, 1, 1}, drawn));
+}
+
+/// What every reading layer owes to x, side by side.
+Value per_pixel(const Scope& scope, const LightNetSize& size, const char* name, Value x) {
+  std::vector<Value> parts;
+  for (const int layer : reading_layers(size)) parts.push_back(part(scope, size, layer, name, x));
+  return parts.size() == 1 ? parts[0] : concat(parts);
+}
+
+Value features_of(const Scope& scope, Value image, const LightNetSize& size) {
+  const Value seen = size.log_input ? activate(image, Function::Log1p) : image;
+  std::vector<Value> levels = resnet(scope / "encoder", seen, size.trunk);
+  const Shape& finest = levels[0].shape();
+  for (std::size_t i = 1; i < levels.size(); ++i) levels[i] = resize_bilinear(levels[i], finest.h, finest.w);
+  return concat(levels);
+}
+
+Value encoded_surfaces(const Scope& scope, const Surfaces& s, const LightNetSize& size) {
+  const Value roughness = slice(s.material, 0, 1), metallic = slice(s.material, 1, 1);
+  const Value tinted = multiply(s.albedo, metallic);
+  const Value diffuse = subtract(s.albedo, tinted);
+  const Value specular = add(tinted, affine(expand(metallic, s.albedo.shape()), -0.04, 0.04));
+  const auto encoded = [&](const char* name, Value x) {
+    return fourier(scope, name, x, size.frequencies, size.surface_deviation);
+  };
+  return concat(std::array{encoded("normal", s.normal), encoded("diffuse", diffuse), encoded("specular", specular),
+                           encoded("roughness", roughness)});
+}
+
+Value radiance_of(Value f, Value hit, Value photo, LightOutput output) {
+  constexpr double most = 100, most_exponent = 10;
+  const auto below = [](Value x, double limit) { return affine(relu(affine(x, -1, limit)), -1, limit); };
+  switch (output) {
+    case LightOutput::Released:
+      return below(relu(f), most);
+    case LightOutput::Softplus:
+      return activate(f, Function::Softplus);
+    case LightOutput::Exp:
+      return activate(below(affine(f, 1, -5), most_exponent), Function::Exp);
+    case LightOutput::Residual:
+      return multiply(gather_rays(photo, hit), activate(below(f, most_exponent), Function::Exp));
+  }
+  return {};
+}
+
+}  // namespace
+
+LightOutput light_output_of(const std::string& name) {
+  if (name == "released") return LightOutput::Released;
+  if (name == "softplus") return LightOutput::Softplus;
+  if (name == "exp") return LightOutput::Exp;
+  if (name == "residual") return LightOutput::Residual;
+  throw usage_error("there is no such output of the light", "light.output", name, "released, softplus, exp, residual");
+}
+
+LightNetSize light_net_size(const std::string& preset) {
+  if (preset == "paper") return {.output = LightOutput::Released, .log_input = false};
+  if (preset == "compact")
+    return {.trunk = {.channels = {32, 64, 128, 256}, .stages = 3}, .frequencies = 32, .width = 128, .layers = 4, .again = 0};
+  throw usage_error("there is no such preset", "preset", preset, "paper or compact");
+}
+
+Value picture_of(Value batch, int i) {
+  const Shape& s = batch.shape();
+  if (s.n == 1) return batch;
+  return slice(reshape(batch, {1, s.n * s.c, s.h, s.w}), i * s.c, s.c);
+}
+
+std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, const Surfaces& surfaces,
+                                               const LightNetSize& size) {
+  const Value features = per_pixel(scope, size, "features", features_of(scope, image, size));
+  const Value surface = per_pixel(scope, size, "surface", encoded_surfaces(scope, surfaces, size));
+  std::vector<LightPixels> pixels;
+  for (int i = 0; i < image.shape().n; ++i) pixels.push_back({picture_of(features, i), picture_of(surface, i)});
+  return pixels;
+}
+
+LightPixels light_pixels(const Scope& scope, Value image, const Surfaces& surfaces, const LightNetSize& size) {
+  return light_pixels_of_batch(scope, image, surfaces, size)[0];
+}
+
+Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
+                    const LightNetSize& size) {
+  const Shape &cells = pixels.features.shape(), &picture = pixels.surface.shape();
+  const Value looked_up = add(gather_rays(pixels.surface, hit),
+                              gather_rays(pixels.features, rescale_hits(hit, picture, cells)));
+  const Value along = fourier(scope, "direction", direction, size.frequencies, size.direction_deviation);
+  Value x;
+  int read = 0;
+  for (int layer = 0; layer < size.layers; ++layer) {
+    const Value bias = bias_of(scope, layer, size.width);
+    const bool reads = layer == 0 || (size.again > 0 && layer == size.again);
+    Value y = layer == 0 ? Value{} : part(scope, size, layer, "hidden", x, reads ? Value{} : bias);
+    if (reads) {
+      const Value input = add(part(scope, size, layer, "direction", along, bias),
+                              slice(looked_up, size.width * read++, size.width));
+      y = y ? add(y, input) : input;
+    }
+    x = relu(y);
+  }
+  const double deviation = size.output == LightOutput::Residual ? 0.01 : std::sqrt(2.0 / size.width);
+  const Value weight =
+      (scope / "mlp.out").state("weight", {3, size.width, 1, 1}, Init::normal(deviation));
+  const Value f = conv(x, weight, (scope / "mlp.out").state("bias", {1, 3, 1, 1}, Init::constant(0)));
+  return radiance_of(f, hit, photo, size.output);
+}
+
+}  // namespace clerestory

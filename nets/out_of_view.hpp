@@ -1,0 +1,47 @@
+// Light from outside of the picture (Zhu et al. 2022, section 4.3): a hypernetwork reads the whole photograph and writes the
+// weights of a small radiance field, which is volume-rendered along rays.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "host/ops/light/march.hpp"
+#include "nets/builder.hpp"
+#include "nets/resnet.hpp"
+
+namespace clerestory {
+
+/// Paper: two fully connected nets, one for weights, one for biases, as released: 216.6 M parameters. LowRank: each
+/// matrix is a trained one plus a product of two thin ones that the hypernetwork writes.
+enum class HyperNet { Paper, LowRank };
+
+struct OutOfViewSize {
+  ResnetSize trunk{};
+  HyperNet hyper = HyperNet::Paper;
+  int stem = 1024, inner = 4096;  // widths of the hypernetwork; LowRank has no inner layers
+  int rank = 4;
+  int octaves = 6;                           // of the position's encoding, beside the position itself
+  std::vector<int> hidden = {64, 64, 64};    // of the field
+  MarchOptions march{.segments = 64};
+  bool released_output = true;  // relu for colour and density; false: softplus, which never dies
+  bool log_input = false;       // the trunk reads ln(1 + photograph)
+};
+/// "paper" or "compact"; throws usage_error otherwise.
+OutOfViewSize out_of_view_size(const std::string& preset);
+
+/// The weights of one picture's field: {out, in, 1, 1} and {1, out, 1, 1} of each layer.
+struct LightField {
+  std::vector<Value> weights, biases;
+};
+
+/// The field of each picture of `image` {n, 3, h, w}: linear radiance, 95th percentile of luminance 0.9, not clamped.
+std::vector<LightField> light_fields(const Scope& scope, Value image, const OutOfViewSize& size);
+
+/// Radiance {1, 3, rows, samples} that arrives at `points` along `direction` (both {1, 3, rows, samples}, camera frame; the
+/// direction points away). range {1, 3, 1, 1} by depth_range().
+Value out_of_view_light(const LightField& field, Value points, Value direction, Value range, const OutOfViewSize& size);
+
+/// Numbers of the field itself.
+long field_parameters(const OutOfViewSize& size);
+
+}  // namespace clerestory
