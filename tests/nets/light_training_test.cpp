@@ -1,0 +1,172 @@
+// A training step of the light: its loss by definition, and that steps on a known room lower every term.
+#include "nets/light_training.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/math/camera.hpp"
+#include "host/ops/light/ssrt.hpp"
+#include "tests/nets/golden.hpp"
+
+namespace clerestory {
+namespace {
+
+TEST(LightTraining, HdrLossAgainstItsDefinitionAndGradient) {
+  constexpr Shape kRays{1, 3, 4, 16}, kOne{1, 1, 4, 16};
+  constexpr std::size_t rays = 64;
+  Tensor prediction = formula("prediction", kRays), truth = formula("truth", kRays), mask = formula("mask", kOne);
+  for (double& x : prediction.real) x = std::exp(20 * x);  // 5e-5 to 2e4
+  for (double& x : truth.real) x = std::exp(20 * x);
+  prediction.real[0] = 0, truth.real[1] = 0;
+  for (double& m : mask.real) m = m > -0.3;
+  mask.real[0] = mask.real[1] = 1;
+  double loss = 0, count = 0;
+  for (std::size_t i = 0; i < rays; ++i) count += mask.real[i];
+  std::vector<double> slope(3 * rays);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < rays; ++i) {
+      const double scale = prediction.real[c * rays + i] + 1e-3;
+      const double e = (prediction.real[c * rays + i] - truth.real[c * rays + i]) / scale;
+      loss += mask.real[i] * e * e / (3 * count);
+      slope[c * rays + i] = mask.real[i] * 2 * e / scale / (3 * count);
+    }
+  Graph graph;
+  const Value p = graph.input("prediction", kRays);
+  const Value value = hdr_loss(p, graph.constant(truth), graph.constant(mask));
+  const std::vector<Tensor> results = evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()},
+                                               device_for(Precision::Double), {{"prediction", prediction}},
+                                               {.precision = Precision::Double});
+  // The scale goes through a logarithm of at most 10 and back: 10 units in the last place.
+  EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
+  for (std::size_t i = 0; i < slope.size(); ++i) EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
+}
+
+/// A wall two metres away under a light that depends on direction alone.
+struct Wall {
+  static constexpr int kHeight = 24, kWidth = 32, kShadeHeight = 6, kShadeWidth = 8;
+  LightTrainingOptions options{.batch = 2,
+                               .height = kHeight,
+                               .width = kWidth,
+                               .rows = 8,
+                               .samples = 16,
+                               .shade_height = kShadeHeight,
+                               .shade_width = kShadeWidth,
+                               .weights = {.rerender = 1}};
+  std::map<std::string, Tensor> feeds;
+
+  Wall() {
+    const int n = options.batch;
+    put_maps("", kHeight, kWidth), put_maps("shade_", kShadeHeight, kShadeWidth);
+    feeds["image"] = shifted("image", {n, 3, kHeight, kWidth}, 0.5);
+    feeds["shade_image"] = feeds["shade_albedo"];  // what a light of 2 from behind the camera makes of it, about
+    for (double& x : feeds["shade_image"].real) x *= 2;
+    feeds["shade_mask"] = Tensor({n, 1, kShadeHeight, kShadeWidth}, 1);
+    feeds["range"] = Tensor(Shape{n, 3, 1, 1}, 2.0);
+    feeds["learning_rate"] = Tensor({}, 2e-3), feeds["step"] = Tensor({}, 1);
+    const int count = kShadeHeight * kShadeWidth;
+    for (int b = 0; b < n; ++b) {
+      const std::string at = std::to_string(b);
+      put_rays(at);
+      feeds["shade_skip" + at] = Tensor::of_int({1, 1, count, options.shade_samples},
+                                                std::vector<int>(static_cast<std::size_t>(count) * 16, -1));
+    }
+  }
+
+  Tensor shifted(const std::string& name, const Shape& shape, double offset) {
+    Tensor t = formula(name, shape);
+    for (double& x : t.real) x += offset;
+    return t;
+  }
+
+  void put_maps(const std::string& prefix, int h, int w) {
+    const int n = options.batch;
+    Tensor normal({n, 3, h, w}), material({n, 3, h, w});
+    for (int b = 0; b < n; ++b)
+      for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) normal.at(b, 2, y, x) = 1, material.at(b, 0, y, x) = 0.5;
+    feeds[prefix + "normal"] = normal, feeds[prefix + "material"] = material;
+    feeds[prefix + "albedo"] = shifted("albedo", {n, 3, h, w}, 0.5);
+    feeds[prefix + "depth"] = Tensor(Shape{n, 1, h, w}, 2.0);
+    const std::vector<Camera> cameras(static_cast<std::size_t>(n), Camera::from_fov(w, h, 60));
+    feeds[prefix + "camera"] = camera_tensor(cameras);
+  }
+
+  /// Half of the rays go towards the wall from near the camera, the others away from it.
+  void put_rays(const std::string& at) {
+    const Shape three{1, 3, options.rows, options.samples}, one{1, 1, options.rows, options.samples};
+    Tensor points = formula("points" + at, three), directions = formula("directions" + at, three), light(three);
+    for (int p = 0; p < options.rows; ++p)
+      for (int s = 0; s < options.samples; ++s) {
+        points.at(0, 2, p, s) = -1;
+        directions.at(0, 2, p, s) = p % 2 ? 1 : -1;
+        double sum = 0;
+        for (int c = 0; c < 3; ++c) sum += std::pow(directions.at(0, c, p, s), 2);
+        for (int c = 0; c < 3; ++c) {
+          directions.at(0, c, p, s) /= std::sqrt(sum);
+          light.at(0, c, p, s) = p % 2 ? 2 : 0.3;
+        }
+      }
+    feeds["points" + at] = points, feeds["directions" + at] = directions, feeds["light" + at] = light;
+    feeds["known" + at] = Tensor(one, 1);
+    feeds["skip" + at] = Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1));
+  }
+};
+
+std::pair<LightNetSize, OutOfViewSize> small_sizes() {
+  LightNetSize in_view = light_net_size("compact");
+  in_view.trunk = {.blocks = {1, 1, 0, 0}, .channels = {8, 8, 0, 0}, .stages = 2};
+  in_view.frequencies = 4, in_view.width = 16, in_view.layers = 2;
+  OutOfViewSize far = out_of_view_size("compact");
+  far.trunk = in_view.trunk, far.stem = 16, far.hidden = {16}, far.march.segments = 8;
+  return {in_view, far};
+}
+
+TEST(LightTraining, StepsLowerEveryTerm) {
+  Wall wall;
+  const auto [in_view, far] = small_sizes();
+  Graph graph;
+  const LightTraining training = light_training(graph, in_view, far, wall.options);
+  std::vector<Value> outputs;
+  for (const auto& [name, value] : training.losses) outputs.push_back(value);
+  const auto run = [&](int steps) {
+    const Device device = Device::open();
+    const auto states = std::make_shared<States>(device);
+    states->initialise(graph, 7);
+    Executor executor(compile(graph, outputs, device, {}, true), states);
+    for (const auto& [name, tensor] : wall.feeds) executor.feed(name, tensor);
+    std::vector<std::map<std::string, double>> curve;
+    for (int i = 1; i <= steps; ++i) {
+      executor.feed("step", Tensor({}, i));
+      executor.run(static_cast<std::uint32_t>(i));
+      curve.emplace_back();
+      for (const auto& [name, value] : training.losses) curve.back()[name] = executor.fetch(value).real[0];
+    }
+    return curve;
+  };
+  const auto curve = run(40);
+  for (const auto& [name, value] : training.losses) {
+    EXPECT_GT(curve.front().at(name), 0) << name;
+    EXPECT_LT(curve.back().at(name), 0.7 * curve.front().at(name)) << name << " was not trained";
+  }
+  double sum = 0;
+  for (const char* name : {"mixed", "out_of_view", "rerender"}) sum += curve[0].at(name);
+  EXPECT_NEAR(curve[0].at("loss"), sum, 4 * 0x1p-23 * sum);
+  EXPECT_EQ(run(3).back(), curve[2]) << "the same steps end in other bits";
+}
+
+TEST(LightTraining, WhatHasNoWeightIsNotBuilt) {
+  Wall wall;
+  const auto [in_view, far] = small_sizes();
+  wall.options.weights = {.mixed = 0, .out_of_view = 1, .rerender = 0};
+  Graph graph;
+  const LightTraining training = light_training(graph, in_view, far, wall.options);
+  EXPECT_EQ(training.losses.size(), 2u);
+  for (const Node& node : graph.nodes()) EXPECT_NE(node.op->name(), "sample_brdf");
+  wall.options.weights = {0, 0, 0};
+  Graph empty;
+  EXPECT_THROW(light_training(empty, in_view, far, wall.options), Error);
+}
+
+}  // namespace
+}  // namespace clerestory
