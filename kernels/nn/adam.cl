@@ -10,20 +10,33 @@ kernel void adam_schedule(IN(rate), IN(step), OUT(schedule), const real log_beta
   AT(schedule, 0)[1] = R(1) / sqrt(-expm1(t * log_beta2));
 }
 
-// Rows: blocks of each item of `item` elements.
-kernel void adam_update(IN(g), OUT(p), OUT(m), OUT(v), IN(schedule), const real beta1, const real beta2,
-                        const real epsilon, const int item, const int block) {
-  const int first = (int)get_group_id(0) * block, n = (int)get_group_id(1);
-  const int length = min(block, item - first);
+// Parameters are many and mostly small, and a launch costs more than they do: one takes as many as its arguments hold.
+// Parameter k has `count` numbers in blocks of `block` from work-group `begin` on; a slot without one begins at INT_MAX.
+#define SLOT(k) IN(g##k), OUT(p##k), OUT(m##k), OUT(v##k), const int count##k, const int begin##k
+#define TAKE_IF_BEGUN(k)                                      \
+  if (group >= begin##k) {                                    \
+    g = AT(g##k, 0), p = AT(p##k, 0), m = AT(m##k, 0);        \
+    v = AT(v##k, 0), count = count##k, begin = begin##k;      \
+  }
+
+kernel void adam_update(SLOT(0), SLOT(1), SLOT(2), SLOT(3), SLOT(4), SLOT(5), SLOT(6), SLOT(7), IN(schedule),
+                        const real beta1, const real beta2, const real epsilon, const int block) {
+  const int group = (int)get_group_id(0);
+  global const real *g = 0;
+  global real *p = 0, *m = 0, *v = 0;
+  int count = 0, begin = 0;
+  TAKE_IF_BEGUN(0) TAKE_IF_BEGUN(1) TAKE_IF_BEGUN(2) TAKE_IF_BEGUN(3)
+  TAKE_IF_BEGUN(4) TAKE_IF_BEGUN(5) TAKE_IF_BEGUN(6) TAKE_IF_BEGUN(7)
+  const int first = (group - begin) * block, length = min(block, count - first);
   const real rate = AT(schedule, 0)[0], unbias = AT(schedule, 0)[1];
   FOR_ROW(i, length) {
     const int left = length - i, at = first + i;
-    const lanes d = lanes_load(AT(g, n) + at, left);
-    const lanes first_moment = beta1 * lanes_load(AT(m, n) + at, left) + (R(1) - beta1) * d;
-    const lanes second_moment = beta2 * lanes_load(AT(v, n) + at, left) + (R(1) - beta2) * d * d;
-    const lanes moved = lanes_load(AT(p, n) + at, left) - rate * first_moment / (sqrt(second_moment) * unbias + epsilon);
-    lanes_store(first_moment, AT(m, n) + at, left);
-    lanes_store(second_moment, AT(v, n) + at, left);
-    lanes_store(moved, AT(p, n) + at, left);
+    const lanes d = lanes_load(g + at, left);
+    const lanes first_moment = beta1 * lanes_load(m + at, left) + (R(1) - beta1) * d;
+    const lanes second_moment = beta2 * lanes_load(v + at, left) + (R(1) - beta2) * d * d;
+    const lanes moved = lanes_load(p + at, left) - rate * first_moment / (sqrt(second_moment) * unbias + epsilon);
+    lanes_store(first_moment, m + at, left);
+    lanes_store(second_moment, v + at, left);
+    lanes_store(moved, p + at, left);
   }
 }

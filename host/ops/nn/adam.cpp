@@ -1,6 +1,10 @@
 #include "host/ops/nn/adam.hpp"
 
+#include <array>
 #include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
 
 #include "host/ops/tensor/rows.hpp"
 
@@ -25,30 +29,78 @@ struct ScheduleOp : Op {  // learning rate, step -> {1, 1, 1, 2}
   }
 };
 
-struct AdamOp : Op {  // gradient, parameter, first moment, second moment, schedule
+/// One run of numbers of a parameter: all of it, or one item of a gradient that is a slice of something.
+struct Slot {
+  TensorView gradient, parameter, first_moment, second_moment;
+  int count = 0;
+};
+constexpr std::size_t kSlots = 8;  // as kernels/nn/adam.cl has them
+
+TensorView item_of(TensorView view, int n) {
+  view.offset += static_cast<std::uint64_t>(n) * static_cast<std::uint64_t>(view.stride);
+  return view;
+}
+
+struct AdamOp : Op {  // gradient, parameter, first moment, second moment of each parameter; schedule
   AdamOptions options;
-  explicit AdamOp(const AdamOptions& o) : options(o) {}
+  int parameters;
+  AdamOp(const AdamOptions& o, int p) : options(o), parameters(p) {}
   std::string name() const override { return "adam"; }
 
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    if (!(in[0].shape() == in[1].shape()))
-      throw Error(ErrorKind::Failed, "the gradient has another shape", "adam", in[0].shape().text(),
-                  in[1].shape().text());
+    for (std::size_t i = 0; i + 1 < in.size(); i += 4)
+      if (!(in[i].shape() == in[i + 1].shape()))
+        throw Error(ErrorKind::Failed, "the gradient has another shape", "adam", in[i].shape().text(),
+                    in[i + 1].shape().text());
     return {};
   }
 
-  void launch(Launch& l) const override {
-    Shape s = l.in(0).shape;
-    const bool one_run = l.in(0).stride == s.item();  // states always are
-    if (one_run) s = {1, 1, 1, static_cast<int>(s.count())};
-    const int item = static_cast<int>(s.item());
-    const Blocks blocks = row_blocks(l.device, item);
-    l.run_with(row_defines(l.device), kFile, "adam_update", row_range(l.device, blocks.count, s.n), l.in(0), l.in(1),
-               l.in(2), l.in(3), l.in(4), Launch::Real{options.beta1}, Launch::Real{options.beta2},
-               Launch::Real{options.epsilon}, item, blocks.length);
+  std::vector<Slot> slots(const Launch& l) const {
+    std::vector<Slot> slots;
+    for (int i = 0; i < parameters; ++i) {
+      const TensorView &g = l.in(4 * i), &p = l.in(4 * i + 1), &m = l.in(4 * i + 2), &v = l.in(4 * i + 3);
+      const Shape& s = g.shape;
+      const bool one_run = s.n == 1 || g.stride == s.item();  // states always are
+      const int items = one_run ? 1 : s.n, count = static_cast<int>(one_run ? s.count() : s.item());
+      for (int n = 0; n < items; ++n) slots.push_back({item_of(g, n), item_of(p, n), item_of(m, n), item_of(v, n), count});
+    }
+    return slots;
   }
 
-  std::vector<int> writes() const override { return {1, 2, 3}; }
+  void launch(Launch& l) const override {
+    const std::vector<Slot> all = slots(l);
+    for (std::size_t first = 0; first < all.size(); first += kSlots)
+      update(l, std::span(all).subspan(first, std::min(kSlots, all.size() - first)),
+             std::make_index_sequence<kSlots>{});
+  }
+
+  template <std::size_t... k>
+  void update(Launch& l, std::span<const Slot> slots, std::index_sequence<k...>) const {
+    const int block = row_blocks(l.device, std::numeric_limits<int>::max()).length;
+    std::array<int, kSlots> begin;
+    begin.fill(std::numeric_limits<int>::max());
+    int groups = 0;
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      begin[i] = groups;
+      groups += (slots[i].count + block - 1) / block;
+    }
+    const auto slot = [&](std::size_t i) -> const Slot& { return slots[std::min(i, slots.size() - 1)]; };
+    const auto arguments = std::tuple_cat(
+        std::tie(slot(k).gradient, slot(k).parameter, slot(k).first_moment, slot(k).second_moment, slot(k).count, begin[k])...);
+    std::apply(
+        [&](const auto&... argument) {
+          l.run_with(row_defines(l.device), kFile, "adam_update", row_range(l.device, groups), argument...,
+                     l.inputs.back(), Launch::Real{options.beta1}, Launch::Real{options.beta2},
+                     Launch::Real{options.epsilon}, block);
+        },
+        arguments);
+  }
+
+  std::vector<int> writes() const override {
+    std::vector<int> written;
+    for (int i = 0; i < parameters; ++i) written.insert(written.end(), {4 * i + 1, 4 * i + 2, 4 * i + 3});
+    return written;
+  }
 };
 
 }  // namespace
@@ -56,14 +108,18 @@ struct AdamOp : Op {  // gradient, parameter, first moment, second moment, sched
 void adam(std::span<const Value> parameters, std::span<const Value> gradients, Value learning_rate, Value step,
           const AdamOptions& options) {
   Graph& graph = learning_rate.graph();
-  const Value schedule = graph.make<ScheduleOp>({learning_rate, step}, options);
+  std::vector<Value> inputs;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (!gradients[i]) continue;
     const std::string& name = static_cast<const StateOp&>(*parameters[i].node->op).state_name;
     const Value m = graph.state("adam.m." + name, parameters[i].shape(), Init::fixed(0));
     const Value v = graph.state("adam.v." + name, parameters[i].shape(), Init::fixed(0));
-    graph.make<AdamOp>({gradients[i], parameters[i], m, v, schedule}, options);
+    inputs.insert(inputs.end(), {gradients[i], parameters[i], m, v});
   }
+  const int count = static_cast<int>(inputs.size() / 4);
+  if (count == 0) return;
+  inputs.push_back(graph.make<ScheduleOp>({learning_rate, step}, options));
+  graph.make<AdamOp>(inputs, options, count);
 }
 
 }  // namespace clerestory

@@ -1,6 +1,10 @@
 #include "host/ops/nn/adam.hpp"
 
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <numeric>
 
 #include "tests/ops/op_check.hpp"
 
@@ -39,11 +43,49 @@ OpCase adam_case(const std::string& label, Shape shape, double step) {
           .no_gradient = "an update of states"};
 }
 
-}  // namespace
-
 OP_CASES(adam) {
   return {adam_case("first_step", {5, 3, 3, 3}, 1), adam_case("later", {1, 7, 1, 1}, 1000),
           adam_case("blocks", {129, 65, 1, 1}, 10)};
 }
+
+// More parameters than one launch takes, of unlike sizes, one of them without a gradient: each moves as it does alone.
+TEST(Adam, ManyParametersMoveAsEachAlone) {
+  const std::vector<Shape> shapes{{3, 5, 1, 1}, {1, 7, 1, 1}, {40, 30, 3, 3}, {1, 1, 1, 1}, {2, 2, 2, 2}, {1, 16, 1, 1},
+                                  {8, 4, 3, 3}, {1, 9, 1, 1}, {100, 90, 1, 1}, {1, 3, 1, 1}, {5, 5, 1, 1}};
+  constexpr std::size_t without = 4;
+  const auto name = [](std::size_t i) { return fmt::format("p{}", i); };
+  const auto moved = [&](const std::vector<std::size_t>& which) {
+    Graph graph;
+    const Device device = test_device();
+    const auto states = std::make_shared<States>(device);
+    std::vector<Value> parameters, gradients;
+    for (const std::size_t i : which) {
+      parameters.push_back(graph.state(name(i), shapes[i], Init::constant(1)));
+      gradients.push_back(i == without ? Value{} : graph.constant(random_tensor(shapes[i], i)));
+    }
+    adam(parameters, gradients, graph.fill({}, 1e-2), graph.fill({}, 1), {});
+    states->initialise(graph, 1);
+    Executor(compile(graph, {}, device, {}, true), states).run();
+    std::map<std::string, Tensor> after;
+    for (const std::string& s : states->names()) after[s] = states->get(s);
+    return after;
+  };
+  std::vector<std::size_t> all(shapes.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const auto together = moved(all);
+  EXPECT_EQ(together.size(), 3 * shapes.size() - 2);
+  for (const std::size_t i : all) {
+    if (i == without) {
+      EXPECT_EQ(together.at(name(i)).real, std::vector<double>(together.at(name(i)).real.size(), 1.0));
+      continue;
+    }
+    for (const auto& [state, tensor] : moved({i})) {
+      EXPECT_EQ(together.at(state).real, tensor.real) << state;
+      EXPECT_NE(tensor.real, std::vector<double>(tensor.real.size(), state == name(i) ? 1.0 : 0.0)) << state;
+    }
+  }
+}
+
+}  // namespace
 
 }  // namespace clerestory
