@@ -5,12 +5,6 @@
 // Optical depths are summed, never transmittances multiplied, and 1 - exp(-t) is -expm1(-t): thin segments keep all digits.
 #include "lib/chunk.clh"
 
-#define RAY_OF_WORK_ITEM                           \
-  const int s = (int)get_global_id(0);             \
-  const int p = (int)get_global_id(1);             \
-  if (s >= sample_capacity || p >= pixels) return; \
-  const ulong ray = RAY(p, s);
-
 kernel void composite(IN(density), IN(colour), IN(length), OUT(radiance), OUT(transmittance), CHUNK_ARGS,
                       const int segments) {
   RAY_OF_WORK_ITEM

@@ -5,10 +5,7 @@
 // y = map at the hit pixel, 0 on a miss.
 kernel void gather_rays(IN(map), IN_INT(hit), OUT(y), CHUNK_ARGS, const int items, const int channels,
                         const int plane) {
-  const int s = (int)get_global_id(0);
-  const int p = (int)get_global_id(1);
-  if (s >= sample_capacity || p >= pixels) return;
-  const ulong ray = RAY(p, s);
+  RAY_OF_WORK_ITEM
   const int n = min((first_pixel + p) / plane, items - 1), pixel = AT(hit, 0)[ray];
   const int seen = s < samples && pixel >= 0;
   global const real *from = AT(map, n) + max(pixel, 0);

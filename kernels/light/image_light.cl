@@ -3,17 +3,17 @@
 #include "lib/camera.clh"
 #include "lib/chunk.clh"
 
-#define RAY_OF_WORK_ITEM                                    \
-  const int s = (int)get_global_id(0);                      \
-  const int p = (int)get_global_id(1);                      \
-  if (s >= samples || p >= pixels) return;                  \
+#define SAMPLE_OF_WORK_ITEM                                  \
+  const int s = (int)get_global_id(0);                       \
+  const int p = (int)get_global_id(1);                       \
+  if (s >= samples || p >= pixels) return;                   \
   const int n = min((first_pixel + p) / (w * h), items - 1); \
   const ulong ray = RAY(p, s);
 
 // The photograph's radiance at the pixel that a ray hits, ambient on a miss. hit: pixel y * w + x, or -1.
 kernel void image_light(IN(image), IN(ambient), IN_INT(hit), OUT(radiance), CHUNK_ARGS, const int items, const int w,
                         const int h) {
-  RAY_OF_WORK_ITEM
+  SAMPLE_OF_WORK_ITEM
   const int at = AT(hit, 0)[ray];
   for (int c = 0; c < 3; ++c)
     AT(radiance, 0)[c * RAY_PLANE + ray] = at < 0 ? AT(ambient, n)[c] : AT(image, n)[c * w * h + at];
@@ -21,14 +21,14 @@ kernel void image_light(IN(image), IN(ambient), IN_INT(hit), OUT(radiance), CHUN
 
 // The same radiance from everywhere.
 kernel void constant_light(IN(ambient), OUT(radiance), CHUNK_ARGS, const int items, const int w, const int h) {
-  RAY_OF_WORK_ITEM
+  SAMPLE_OF_WORK_ITEM
   for (int c = 0; c < 3; ++c) AT(radiance, 0)[c * RAY_PLANE + ray] = AT(ambient, n)[c];
 }
 
 // The photograph at infinity: the pixel that a direction (camera frame) points to, ambient beyond its borders.
 kernel void panorama_light(IN(image), IN(ambient), IN(camera), IN(direction), OUT(radiance), CHUNK_ARGS,
                            const int items, const int w, const int h) {
-  RAY_OF_WORK_ITEM
+  SAMPLE_OF_WORK_ITEM
   global const real *d = AT(direction, 0) + ray;
   const real3 v = (real3)(d[0], d[RAY_PLANE], d[2 * RAY_PLANE]);
   int at = -1;

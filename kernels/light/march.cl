@@ -22,10 +22,7 @@ static inline real sphere_exit(real3 p, real3 d, real radius) {
 
 kernel void march(IN(points), IN(direction), IN(range), OUT(position), OUT(length), CHUNK_ARGS, const int items,
                   const int plane, const int segments, const real near, const real radius, const uint seed) {
-  const int s = (int)get_global_id(0);
-  const int p = (int)get_global_id(1);
-  if (s >= sample_capacity || p >= pixels) return;
-  const ulong ray = RAY(p, s);
+  RAY_OF_WORK_ITEM
   const int n = min((first_pixel + p) / plane, items - 1);
   const real scale = AT(range, n)[0];
   global const real *from = AT(points, 0) + ray, *along = AT(direction, 0) + ray;

@@ -2,12 +2,6 @@
 // near, far, y {1, 3, pixels, samples}, u {1, 1, pixels, samples} (kernels/lib/chunk.clh).
 #include "lib/chunk.clh"
 
-#define RAY_OF_WORK_ITEM                  \
-  const int s = (int)get_global_id(0);    \
-  const int p = (int)get_global_id(1);    \
-  if (s >= sample_capacity || p >= pixels) return; \
-  const ulong ray = RAY(p, s);
-
 kernel void mix_light(IN(near), IN(far), IN(u), OUT(y), CHUNK_ARGS) {
   RAY_OF_WORK_ITEM
   const real share = AT(u, 0)[ray];

@@ -7,10 +7,7 @@ static inline int cell_of(int x, int from, int to) { return (int)(((long)(2 * x 
 
 kernel void rescale_hits(IN_INT(hit), OUT_INT(y), CHUNK_ARGS, const int from_w, const int from_h, const int to_w,
                          const int to_h) {
-  const int s = (int)get_global_id(0);
-  const int p = (int)get_global_id(1);
-  if (s >= sample_capacity || p >= pixels) return;
-  const ulong ray = RAY(p, s);
+  RAY_OF_WORK_ITEM
   const int pixel = s < samples ? AT(hit, 0)[ray] : -1;
   const int row = max(pixel, 0) / from_w, column = max(pixel, 0) - row * from_w;
   AT(y, 0)[ray] = pixel < 0 ? -1 : cell_of(row, from_h, to_h) * to_w + cell_of(column, from_w, to_w);

@@ -33,6 +33,13 @@ static inline Material material_at(global const real *albedo, global const real 
   return m;
 }
 
+// The pixel that the ray belongs to: picture n, row j, index in its plane.
+#define PIXEL_OF_RAY                                   \
+  const int plane = w * h;                             \
+  const int n = (first_pixel + p) / plane;             \
+  const int pixel = first_pixel + p - n * plane;       \
+  const int j = pixel / w;
+
 static inline real3 f_times_cosine(Material m, real3 wo, real3 wi) {
 #ifdef LI2020
   return li2020_times_cosine(m, wo, wi);
@@ -47,13 +54,8 @@ kernel void sample_brdf(IN(depth), IN(camera), IN(normal), IN(albedo), IN(materi
 #endif
                         OUT(direction), OUT(weight), OUT(pdf), OUT(status), CHUNK_ARGS, const int w, const int h,
                         const uint seed) {
-  const int s = (int)get_global_id(0);
-  const int p = (int)get_global_id(1);
-  if (s >= sample_capacity || p >= pixels) return;
-  const int plane = w * h;
-  const int n = (first_pixel + p) / plane;
-  const int pixel = first_pixel + p - n * plane;
-  const int j = pixel / w;
+  RAY_OF_WORK_ITEM
+  PIXEL_OF_RAY
 
   const real3 view = -unit3(pixel_ray(camera_at(AT(camera, n)), pixel - j * w, j));
   const real3 raw = rgb_at(AT(normal, n), plane, pixel);
@@ -96,7 +98,6 @@ kernel void sample_brdf(IN(depth), IN(camera), IN(normal), IN(albedo), IN(materi
   const real3 worth = sample_weight(SAMPLER, m, wo, wi, chance);
 #endif
 
-  const ulong ray = RAY(p, s);
   global real *d = AT(direction, 0) + ray, *f = AT(weight, 0) + ray;
   d[0] = valid ? towards.x : R(0);
   d[RAY_PLANE] = valid ? towards.y : R(0);
@@ -115,14 +116,8 @@ kernel void sample_brdf(IN(depth), IN(camera), IN(normal), IN(albedo), IN(materi
 // dk/dalpha = |h|^2 (h.x^2 + h.y^2 - alpha^2 h.z^2) / q^2,  q = h.x^2 + h.y^2 + alpha^2 h.z^2.
 kernel void sample_brdf_adjoint(IN(camera), IN(normal), IN(albedo), IN(material), IN(direction), IN(pdf), IN(d_weight),
                                 OUT(d_surface), CHUNK_ARGS, const int w, const int h) {
-  const int s = (int)get_global_id(0);
-  const int p = (int)get_global_id(1);
-  if (s >= sample_capacity || p >= pixels) return;
-  const int plane = w * h;
-  const int n = (first_pixel + p) / plane;
-  const int pixel = first_pixel + p - n * plane;
-  const int j = pixel / w;
-  const ulong ray = RAY(p, s);
+  RAY_OF_WORK_ITEM
+  PIXEL_OF_RAY
 
   const real3 raw = rgb_at(AT(normal, n), plane, pixel);
   const Frame frame = frame_of(unit3(raw));

@@ -222,7 +222,7 @@ kernel void trace_view(SCENE_ARGUMENTS, global const real *view, const int width
 kernel void trace_rays(SCENE_ARGUMENTS, global const real *points, global const real *directions, const int at,
                        const int stride, const int rays, global const real *pose, const uint seed, const int first,
                        const int count, const int with_emission, const int light_samples, const int max_depth,
-                       global real *out) {
+                       const float most_indirect, const float spread, global real *out) {
   const int i = (int)get_global_id(0);
   if (i >= rays) return;
   SCENE_OF_ARGUMENTS(scene)
@@ -231,7 +231,7 @@ kernel void trace_rays(SCENE_ARGUMENTS, global const real *points, global const 
   // Zero, or what is not a number, stays no direction: such a ray meets nothing.
   const real3 v = pose_direction(pose, (real3)(directions[k], directions[stride + k], directions[2 * stride + k]));
   const real3 d = v / sqrt(dot3(v, v));
-  const PathOptions options = {with_emission, light_samples, max_depth, R(0), R(INFINITY)};
+  const PathOptions options = {with_emission, light_samples, max_depth, spread, most_indirect};
   trace_samples(&scene, o, d, OFFSET, seed, (uint)k, first, count, &options, out + i * 8);
 }
 
