@@ -46,6 +46,18 @@ Tensor golden_weight(const std::string& name, const Shape& shape) {
   return t;
 }
 
+void add_gradients(std::map<std::string, Value>& results, const std::string& prefix, std::span<const Value> outputs,
+                   std::span<const Value> seeds, std::span<const Value> wrt) {
+  const std::vector<Value> gradients = gradient(outputs, seeds, wrt);
+  for (std::size_t i = 0; i < wrt.size(); ++i) {
+    const auto* state = dynamic_cast<const StateOp*>(wrt[i].node->op.get());
+    const std::string& name =
+        state ? state->state_name : static_cast<const InputOp&>(*wrt[i].node->op).input_name;
+    if (!gradients[i]) throw Error(ErrorKind::Failed, "there is no gradient", name);
+    results[prefix + name] = gradients[i];
+  }
+}
+
 Tensor formula(const std::string& name, const Shape& shape) {
   std::uint32_t h = 2166136261u;
   for (const char c : name) h = (h ^ static_cast<unsigned char>(c)) * 16777619u;

@@ -22,6 +22,11 @@ std::map<std::string, Tensor> golden_maps(int batch, int height, int width);
 /// The default device, or another one when it has no doubles and they are asked for.
 Device device_for(Precision precision);
 
+/// Adds the gradients of `outputs`, weighted by `seeds`, to `results`: of each of `wrt`, a state or an input, under
+/// prefix and its name. Throws Error when one has none.
+void add_gradients(std::map<std::string, Value>& results, const std::string& prefix, std::span<const Value> outputs,
+                   std::span<const Value> seeds, std::span<const Value> wrt);
+
 /// A network of golden weights on the test device, and its results beside the stored ones.
 class GoldenNet {
  public:

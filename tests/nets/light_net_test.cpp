@@ -51,12 +51,7 @@ void expect_golden(GoldenNet& net, const std::string& label, const std::vector<V
     results[label + ".radiance" + std::to_string(n)] = radiance[n];
     seeds.push_back(net.graph.constant(formula("cotangent" + std::to_string(n), kRays)));
   }
-  const std::vector<Value> wrt = net.graph.parameters(), gradients = gradient(radiance, seeds, wrt);
-  for (std::size_t i = 0; i < wrt.size(); ++i) {
-    const std::string& name = static_cast<const StateOp&>(*wrt[i].node->op).state_name;
-    ASSERT_TRUE(gradients[i]) << name << " has no gradient";
-    results[label + ".gradient." + name] = gradients[i];
-  }
+  add_gradients(results, label + ".gradient.", radiance, seeds, net.graph.parameters());
   net.fill_states();
   net.run(results, {{"image", shifted("image", kImage, 1, 0.5)}}, false);
   int compared = 0;

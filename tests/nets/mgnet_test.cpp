@@ -58,13 +58,8 @@ TEST(Mgnet, TrainsAsInPytorchInDouble) {
                                        {"map.depth", maps.depth},
                                        {"map.log_scale", maps.log_scale}};
   for (const auto& [name, value] : training.losses) results["loss." + name] = value;
-  const std::vector<Value> parameters = net.graph.parameters();
-  const std::vector<Value> gradients = gradient(training.losses.front().second, parameters);
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const std::string& name = static_cast<const StateOp&>(*parameters[i].node->op).state_name;
-    ASSERT_TRUE(gradients[i]) << name;
-    results["gradient." + name] = gradients[i];
-  }
+  const std::vector<Value> loss{training.losses.front().second}, one{net.graph.fill({}, 1)};
+  add_gradients(results, "gradient.", loss, one, net.graph.parameters());
   net.fill_states();
   net.run(results, golden_batch(), false);
   int compared = 0;

@@ -32,12 +32,7 @@ TEST(Resnet, TrainsAsInPytorch) {
     }
     std::vector<Value> wrt = net.graph.parameters();
     wrt.push_back(image);
-    const std::vector<Value> gradients = gradient(levels, seeds, wrt);
-    for (std::size_t i = 0; i < wrt.size(); ++i) {
-      const bool is_image = i + 1 == wrt.size();
-      results["gradient." + (is_image ? "image" : static_cast<const StateOp&>(*wrt[i].node->op).state_name)] =
-          gradients[i];
-    }
+    add_gradients(results, "gradient.", levels, seeds, wrt);
     net.fill_states();
     net.run(results, {{"image", golden_image()}}, true);
     int compared = 0;
