@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "tracer/balls.hpp"
+#include "tracer/envmaps.hpp"
+#include "tracer/probes.hpp"
 #include "tracer/trace_scene.hpp"
 #include "tracer/views.hpp"
 
@@ -30,6 +33,8 @@ void check(const GenerateOptions& o) {
   range("--size (width)", o.width, 16, 4096);
   range("--size (height)", o.height, 16, 4096);
   range("--spp", o.spp, 1, 1 << 20);
+  range("--light-spp", o.light_spp, 1, 1 << 12);
+  range("--probes", o.probes, 0, 100);
   if (!(o.clamp >= 0 && o.clamp <= 1e6)) {
     throw usage_error("out of range", "--clamp", fmt::format("{}", o.clamp), "0 to 1e6; 0 sets no bound");
   }
@@ -42,19 +47,22 @@ void check(const GenerateOptions& o) {
   throw usage_error("unknown split", "--split", o.split, "auto, train, val or test");
 }
 
-/// What a folder's views depend on; a run with other values must not mix its views in.
+/// What a folder's views depend on; a run with other values must not mix its views in. Without light its keys are left
+/// out, as in folders made before there was any.
 json recipe(const GenerateOptions& o) {
-  return {{"format", 1},
-          {"views", o.views},
-          {"width", o.width},
-          {"height", o.height},
-          {"spp", o.spp},
-          {"clamp", o.clamp},
-          {"seed", o.seed},
-          {"balls", o.balls},
-          {"split", o.split},
-          {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
-          {"box_rooms", o.box_rooms}};
+  json all{{"format", 1},
+           {"views", o.views},
+           {"width", o.width},
+           {"height", o.height},
+           {"spp", o.spp},
+           {"clamp", o.clamp},
+           {"seed", o.seed},
+           {"balls", o.balls},
+           {"split", o.split},
+           {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
+           {"box_rooms", o.box_rooms}};
+  if (o.light) all["light_spp"] = o.light_spp, all["probes"] = o.probes;
+  return all;
 }
 
 void claim_folder(const GenerateOptions& o) {
@@ -83,11 +91,6 @@ void write_lists(const GenerateOptions& o) {
   }
 }
 
-std::uint64_t room_seed(const GenerateOptions& o, int index) {
-  return Random::mix(Random::mix(o.seed + 1) ^ static_cast<std::uint64_t>(index)) ^
-         (o.setting == Setting::HeldOut ? 1 : 0);
-}
-
 /// Puts the picture's 95th percentile of luminance to 0.9.
 double exposure_of(const Image& image) {
   std::vector<float> luminance(image.pixels());
@@ -109,7 +112,14 @@ void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
 }
 
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 constexpr int kPilotSpp = 4;
+constexpr std::uint32_t kLightStream = 0x119475u;  // parts light's random numbers from the picture's
+// A view has some nineteen texels of environment maps for one of a probe, which is looked at on its own.
+constexpr int kProbeSpp = 4;
 
 class RoomWriter {
  public:
@@ -130,11 +140,19 @@ class RoomWriter {
     const Camera& camera = cameras_[static_cast<std::size_t>(view)];
     const std::uint32_t seed =
         static_cast<std::uint32_t>(Random::mix(seed_ ^ (0x5eedu + static_cast<std::uint64_t>(view))));
-    TracePicture picture = picture_of(camera, seed);
+    const float most = most_indirect(camera, seed);
+    TracePicture picture = scene_.picture(camera, options_.spp, seed, kMaxDepth, kLightSamples, most);
     note(picture.dropped, id, seed, summary);
+    TraceMaps maps = scene_.maps(camera);
 
-    RoomView out = maps_of(camera);
+    RoomView out;
     out.exposure = exposure_of(picture.mean);
+    if (options_.light) {
+      const auto start = std::chrono::steady_clock::now();
+      write_light(folder, id, camera, maps, most, out.exposure, Random(seed ^ kLightStream), summary);
+      summary.light_seconds += seconds_since(start);
+    }
+    fill_maps(out, camera, std::move(maps));
     out.image = std::move(picture.mean);
     scale(out.image, out.exposure);
     scale(*out.emission, out.exposure);
@@ -147,16 +165,13 @@ class RoomWriter {
 
  private:
   /// The bound on indirect light is stated against white, so a few samples find the exposure first.
-  TracePicture picture_of(const Camera& camera, std::uint32_t seed) {
-    if (options_.clamp <= 0) return scene_.picture(camera, options_.spp, seed);
+  float most_indirect(const Camera& camera, std::uint32_t seed) {
+    if (options_.clamp <= 0) return std::numeric_limits<float>::infinity();
     const double exposure = exposure_of(scene_.picture(camera, kPilotSpp, seed + 1).mean);
-    return scene_.picture(camera, options_.spp, seed, kMaxDepth, kLightSamples,
-                          static_cast<float>(options_.clamp / exposure));
+    return static_cast<float>(options_.clamp / exposure);
   }
 
-  RoomView maps_of(const Camera& camera) {
-    TraceMaps maps = scene_.maps(camera);
-    RoomView out;
+  static void fill_maps(RoomView& out, const Camera& camera, TraceMaps maps) {
     out.mask = Image(camera.width, camera.height, 1);
     out.material = Image(camera.width, camera.height, 3);
     for (std::size_t i = 0; i < maps.depth.pixels(); ++i) {
@@ -167,7 +182,27 @@ class RoomWriter {
     out.depth = std::move(maps.depth), out.normal = std::move(maps.normal), out.albedo = std::move(maps.albedo);
     out.emission = std::move(maps.emission);
     out.camera = camera;
-    return out;
+  }
+
+  void write_light(const fs::path& folder, const std::string& id, const Camera& camera, const TraceMaps& maps,
+                   float most, double exposure, Random random, GenerateSummary& summary) {
+    RadianceQuery query;
+    query.spp = options_.light_spp, query.most_indirect = most, query.seed = static_cast<std::uint32_t>(random.bits());
+    DroppedSamples dropped;
+    Envmaps envmaps = trace_envmaps(scene_, room_.scene, camera, maps, query, &dropped);
+    note(dropped, id + " envmap", query.seed, summary);
+    scale(envmaps.radiance, exposure);
+    write_envmaps(folder, id, envmaps);
+
+    query.spp = kProbeSpp * options_.light_spp;
+    std::vector<Probe> probes = place_probes(scene_, room_.scene, camera, maps, options_.probes, random.fork(0));
+    for (Probe& probe : probes) {
+      query.seed = static_cast<std::uint32_t>(random.bits());
+      trace_probe(scene_, camera, probe, query, &dropped);
+      note(dropped, id + " probe", query.seed, summary);
+      scale(probe.radiance, exposure);
+    }
+    write_probes(folder, id, probes);
   }
 
   void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed,
@@ -234,6 +269,11 @@ std::string room_name(const GenerateOptions& options, int index) {
   return fmt::format("{}room-s{}-{:05}", options.setting == Setting::HeldOut ? "held-out-" : "", options.seed, index);
 }
 
+std::uint64_t room_seed(const GenerateOptions& options, int index) {
+  return Random::mix(Random::mix(options.seed + 1) ^ static_cast<std::uint64_t>(index)) ^
+         (options.setting == Setting::HeldOut ? 1 : 0);
+}
+
 std::string split_of(const GenerateOptions& options, int index) {
   if (options.split != "auto") return options.split;
   return index % 10 == 8 ? "val" : index % 10 == 9 ? "test" : "train";
@@ -265,7 +305,7 @@ GenerateSummary generate(const Device& device, const GenerateOptions& options) {
         const auto start = std::chrono::steady_clock::now();
         if (!room) room = std::make_unique<RoomWriter>(device, options, index, assets);
         room->write(view, summary);
-        summary.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        summary.seconds += seconds_since(start);
         ++summary.made;
       }
       ++done;

@@ -18,6 +18,9 @@ struct GenerateOptions {
   std::uint64_t seed = 0;     // rooms of different seeds share nothing
   int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
   bool balls = false;
+  bool light = true;   // environment maps and probes (host/io/light_files.hpp)
+  int light_spp = 16;  // samples of a texel of an environment map; a probe's takes four times as many
+  int probes = 2;      // of a view; fewer where the view has no place for them
   Setting setting = Setting::Training;
   std::string split = "auto";    // auto: of ten rooms eight train, one val, one test; else all rooms go there
   std::filesystem::path assets;  // folder with hdri/ and models/; empty: default_assets()
@@ -31,6 +34,7 @@ struct GenerateOptions {
 struct GenerateSummary {
   int made = 0, skipped = 0;  // views
   double seconds = 0;         // of the views made
+  double light_seconds = 0;   // of these, of environment maps and probes
   long dropped = 0;           // samples that were not finite
   std::string first_dropped;  // "room/view pixel sample seed", to be replayed; empty when none was
 };
@@ -46,6 +50,8 @@ std::filesystem::path default_assets();
 
 /// Name of a generated room: "room-s<seed>-<index>", with "held-out-" before it in that setting.
 std::string room_name(const GenerateOptions& options, int index);
+/// Seed from which make_room, or make_box_room, makes a room of the set.
+std::uint64_t room_seed(const GenerateOptions& options, int index);
 /// The split that a room belongs to.
 std::string split_of(const GenerateOptions& options, int index);
 

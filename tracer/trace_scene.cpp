@@ -197,9 +197,9 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
   if (dropped) *dropped = {};
   for (int at = 0; at < count; at += kRays) {
     const int rays = std::min(kRays, count - at);
-    const std::vector<Arg> args =
-        arguments({points, directions, at, stride, rays, pose_on_device, query.seed, 0, query.spp,
-                   query.emitters ? 1 : 0, query.light_samples, query.max_depth, samples_});
+    const std::vector<Arg> args = arguments({points, directions, at, stride, rays, pose_on_device, query.seed, 0,
+                                             query.spp, query.emitters ? 1 : 0, query.light_samples, query.max_depth,
+                                             query.most_indirect, query.spread, samples_});
     device_.launch_with(trace, one_each(rays), args);
     device_.launch(mean, Range::of(static_cast<std::size_t>(rays)), samples_, rays, query.spp, at, stride, out);
     if (!dropped) continue;
@@ -215,11 +215,11 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
 }
 
 std::vector<float> TraceScene::radiance(const std::vector<float>& points, const std::vector<float>& directions,
-                                        const RadianceQuery& query) {
+                                        const RadianceQuery& query, DroppedSamples* dropped) {
   const Buffer out = device_.allocate(points.size() * sizeof(float));
   const int count = static_cast<int>(points.size() / 3);
   radiance(upload(points.data(), points.size() * sizeof(float)),
-           upload(directions.data(), directions.size() * sizeof(float)), out, count, count, query);
+           upload(directions.data(), directions.size() * sizeof(float)), out, count, count, query, dropped);
   std::vector<float> result(points.size());
   device_.read(out, result.data(), result.size() * sizeof(float));
   return result;

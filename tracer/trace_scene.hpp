@@ -49,6 +49,10 @@ struct RadianceQuery {
   std::uint32_t seed = 0;
   bool emitters = true;  // false: what the ray itself hits counts with reflected light only
   int max_depth = kMaxDepth, light_samples = 1;
+  /// Of what reaches the point where a ray lands by way of other surfaces: as in picture().
+  float most_indirect = std::numeric_limits<float>::infinity();
+  /// Angle over which textures are averaged where a ray lands, radians; 0: at its very point. Pictures take a pixel's.
+  float spread = 0;
   std::array<double, 16> to_world{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};  // row-major, rigid; of the rays
 };
 
@@ -68,8 +72,7 @@ class TraceScene {
   /// most_indirect: most radiance that one contribution of a path by way of other surfaces may add; what is finite
   /// trades the specks of rare bright paths for a picture that is a little too dark.
   TracePicture picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth = kMaxDepth,
-                       int light_samples = kLightSamples,
-                       float most_indirect = std::numeric_limits<float>::infinity());
+                       int light_samples = kLightSamples, float most_indirect = std::numeric_limits<float>::infinity());
 
   /// Mean radiance that arrives at points[i] from directions[i] (pointing away from the point, any length).
   /// All three buffers are float, planar {3, stride}; `count` <= stride rays are traced. Ray i's random numbers are
@@ -79,7 +82,7 @@ class TraceScene {
                 const RadianceQuery& query, DroppedSamples* dropped = nullptr);
   /// The same for host data, planar {3, count}.
   std::vector<float> radiance(const std::vector<float>& points, const std::vector<float>& directions,
-                              const RadianceQuery& query);
+                              const RadianceQuery& query, DroppedSamples* dropped = nullptr);
 
   /// Nearest hits of world-space rays, planar {3, count}; t in units of the direction's length.
   std::vector<TraceHit> hits(const std::vector<float>& points, const std::vector<float>& directions, float t_min,

@@ -14,6 +14,7 @@ struct Options {
   GenerateOptions generate;
   PixelSize size{160, 120};
   std::string shard = "0/1", setting = "training";
+  bool no_light = false;
 };
 
 /// "I/N", 0 <= I < N.
@@ -32,6 +33,7 @@ std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
                                 {"made", s.made},
                                 {"skipped", s.skipped},
                                 {"seconds", s.seconds},
+                                {"light_seconds", s.light_seconds},
                                 {"views_per_hour", s.seconds > 0 ? 3600 * s.made / s.seconds : 0},
                                 {"dropped_samples", s.dropped},
                                 {"first_dropped", s.first_dropped}}
@@ -47,6 +49,7 @@ void run(Options& options, const CommonOptions& common) {
     o.spp = static_cast<int>(*common.spp);
   }
   read_shard(options.shard, o);
+  o.light = !options.no_light;
   o.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
   catch_interrupts();
   o.interrupted = [] { return interrupted(); };
@@ -63,6 +66,9 @@ void run(Options& options, const CommonOptions& common) {
       "{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
       duration_text(summary.seconds),
       summary.made > 0 ? fmt::format(", {:.0f} views an hour", 3600 * summary.made / summary.seconds) : ""));
+  if (summary.light_seconds > 0)
+    say(fmt::format("environment maps and probes took {:.0f} % of the time",
+                    100 * summary.light_seconds / summary.seconds));
   say(summary.dropped == 0
           ? "samples that were not finite: none"
           : fmt::format("samples that were not finite: {} dropped, first {}", summary.dropped, summary.first_dropped));
@@ -78,11 +84,15 @@ void add_generate_command(CommandLine& line) {
       .option("--rooms", "N", "number of rooms", o.rooms)
       .option("--views", "N", "views of each room", o.views)
       .option("--size", "WxH", "pixels of a view", options->size)
-      .option(
-          "--clamp", "X",
-          "most that one indirect contribution adds to a pixel, white = 0.9; fewer specks, a little too dark; 0: off",
-          o.clamp)
+      .option("--clamp", "X",
+              "most that one indirect contribution adds to a pixel or to a direction of the light, white = 0.9; fewer "
+              "specks, a little too dark; 0: off",
+              o.clamp)
       .option("--shard", "I/N", "make only rooms I, I + N, I + 2N, ...", options->shard)
+      .flag("--no-light", "no environment maps and probes: enough to train what sees maps only", options->no_light)
+      .option("--light-spp", "N", "samples of each direction of an environment map; a probe's get four times as many",
+              o.light_spp)
+      .option("--probes", "K", "panoramas of each view at points in free air", o.probes)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
       .choice("--setting", "what rooms may show; held_out: only what training rooms never do", options->setting,
               {"training", "held_out"})
@@ -93,7 +103,7 @@ void add_generate_command(CommandLine& line) {
       .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
       .notes(
           "Complete views are skipped: run the same line again to go on after an interruption. 64 samples a pixel by "
-          "default.")
+          "default. Environment maps: 40 tiles along the longer side, 16 azimuths x 8 elevations each.")
       .run([options](const CommonOptions& common) { run(*options, common); });
 }
 

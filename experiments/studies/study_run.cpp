@@ -39,6 +39,7 @@ GenerateOptions StudyRun::view_options() const {
   options.height = static_cast<int>(config_.integer("data.height"));
   options.spp = static_cast<int>(config_.integer("data.spp"));
   options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
+  options.light = false;  // studies ask the tracer itself
   options.split = "test", options.interrupted = [] { return interrupted(); };
   return options;
 }

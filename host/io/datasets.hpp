@@ -2,7 +2,7 @@
 //
 // A room: <root>/<room>/NNN_{im,mask,albedo,depth,material,normal}.exr with <root>/{train,val,test}.txt, one room per
 // line; depth in millimetres, inf where there is none. Generated rooms add NNN_camera.json, NNN_emission.exr and the
-// lighting files. In memory depth is always metres with 0 for none.
+// files of light (light_files.hpp). In memory depth is always metres with 0 for none.
 #pragma once
 #include <filesystem>
 #include <optional>

@@ -18,9 +18,13 @@ struct GenerateKilled : testing::Test {
 
   // Many views: a busy machine that looks late still kills in the middle.
   Program start(const std::string& out) const {
-    return Program({"generate", "--out", (folder / out).string(), "--rooms", "2", "--views", "10", "--size", "20x16",
-                    "--spp", "4", "--seed", "5", "--balls", "--assets", std::string(CLERESTORY_SOURCE_DIR) + "/assets"},
-                   folder / (out + ".txt"));
+    const std::string assets = std::string(CLERESTORY_SOURCE_DIR) + "/assets";
+    std::vector<std::string> line{"generate", "--rooms", "2", "--views", "10", "--size", "20x16", "--spp", "4"};
+    for (const char* word : {"--light-spp", "1", "--probes", "1", "--seed", "5", "--balls", "--assets"}) {
+      line.push_back(word);
+    }
+    line.insert(line.end(), {assets, "--out", (folder / out).string()});
+    return Program(line, folder / (out + ".txt"));
   }
   std::string said(const std::string& out) const { return text_of(folder / (out + ".txt")); }
 

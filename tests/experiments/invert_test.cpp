@@ -29,7 +29,7 @@ class InvertTest : public ::testing::Test {
     fs::create_directories(folder_);
     GenerateOptions options;
     options.out = folder_ / "rooms", options.rooms = 1, options.views = 1, options.width = 64, options.height = 48;
-    options.spp = 32, options.box_rooms = true, options.split = "test";
+    options.spp = 32, options.light = false, options.box_rooms = true, options.split = "test";
     options.assets = fs::path(CLERESTORY_SOURCE_DIR) / "assets";
     generate(Device::open(), options);
     view_ = options.out / list_rooms(options.out, "test").at(0) / "000";

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -10,7 +12,10 @@
 
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
+#include "host/io/light_files.hpp"
 #include "tests/tracer/scenes.hpp"
+#include "tracer/envmaps.hpp"
+#include "tracer/probes.hpp"
 
 namespace clerestory {
 namespace {
@@ -29,6 +34,7 @@ class Generate : public ::testing::Test {
   GenerateOptions small(const std::string& folder, std::uint64_t seed = 3) const {
     GenerateOptions o;
     o.out = root_ / folder, o.rooms = 2, o.views = 2, o.width = 32, o.height = 24, o.spp = 8, o.seed = seed;
+    o.light = false, o.light_spp = 1, o.probes = 2;  // these samples where a test asks for light
     o.assets = std::string(CLERESTORY_SOURCE_DIR) + "/assets";
     return o;
   }
@@ -100,10 +106,94 @@ TEST_F(Generate, LayoutAndUnits) {
   EXPECT_GT(with_balls, 0);
 }
 
+TEST_F(Generate, LightIsScaledLikeThePicture) {
+  GenerateOptions o = small("a");
+  o.rooms = 1, o.light = o.box_rooms = true, o.light_spp = 2;
+  const GenerateSummary summary = generate(test_device(), o);
+  EXPECT_EQ(summary.dropped, 0) << summary.first_dropped;
+  EXPECT_GT(summary.light_seconds, 0);
+  EXPECT_LT(summary.light_seconds, summary.seconds);
+  const auto recipe = nlohmann::json::parse(read_file(o.out / "generate.json"));
+  EXPECT_EQ(recipe["light_spp"], 2);
+  EXPECT_EQ(recipe["probes"], 2);
+  // The same room and camera traced again, with other random numbers.
+  const Room same = make_box_room(room_seed(o, 0));
+  TraceScene scene(test_device(), same.scene);
+  std::size_t probes = 0;
+  for (const std::string id : {"000", "001"}) {
+    const fs::path room = o.out / room_name(o, 0);
+    ASSERT_TRUE(has_light(room, id));
+    const CameraFile camera = read_camera(view_file(room, id, "camera", "json"));
+    const float exposure = static_cast<float>(*camera.exposure);
+    const TraceMaps maps = scene.maps(camera.camera);
+    RadianceQuery query;
+    query.spp = 2, query.seed = 99;
+    query.max_depth = 0;
+    const Envmaps files = read_envmaps(room, id, 32, 24),
+                  emitted = trace_envmaps(scene, same.scene, camera.camera, maps, query);
+    int lamps = 0;
+    for (std::size_t i = 0; i < emitted.radiance.data.size(); ++i) {
+      lamps += emitted.radiance.data[i] > 0;
+      // Lamps are in the files; half precision rounds by 2^-11.
+      ASSERT_GE(files.radiance.data[i], exposure * emitted.radiance.data[i] * (1 - 0x1p-10f));
+    }
+    EXPECT_GT(lamps, 100);
+    query.max_depth = kMaxDepth;
+    const Envmaps again = trace_envmaps(scene, same.scene, camera.camera, maps, query);
+    double sum = 0, squares = 0, light = 0;
+    for (std::size_t i = 0; i < again.radiance.pixels(); ++i) {  // channels vary as one: the first of them
+      const double difference = static_cast<double>(files.radiance.data[i]) -
+                                static_cast<double>(exposure) * static_cast<double>(again.radiance.data[i]);
+      sum += difference, squares += difference * difference, light += static_cast<double>(files.radiance.data[i]);
+    }
+    EXPECT_LT(std::abs(sum), 4.5 * std::sqrt(squares)) << "seven in a million by chance";
+    EXPECT_LT(std::sqrt(squares), 0.05 * light) << "the test could not see a twentieth";
+    const std::vector<Probe> found = read_probes(room, id);
+    probes += found.size();
+    for (const Probe& probe : found) {
+      EXPECT_GE(probe.distance, kProbeClearance);
+      Probe lit = probe;
+      query.max_depth = 0;
+      trace_probe(scene, camera.camera, lit, query);
+      for (std::size_t i = 0; i < lit.radiance.data.size(); ++i)
+        ASSERT_GE(probe.radiance.data[i], exposure * lit.radiance.data[i] * (1 - 0x1p-10f));
+      EXPECT_GT(*std::max_element(lit.radiance.data.begin(), lit.radiance.data.end()), 0) << "no lamp anywhere";
+    }
+  }
+  EXPECT_GT(probes, 2u);
+}
+
+TEST_F(Generate, WithoutLightThereIsNone) {
+  GenerateOptions o = small("a");
+  o.rooms = o.views = 1, o.box_rooms = true;
+  EXPECT_EQ(generate(test_device(), o).light_seconds, 0);
+  EXPECT_FALSE(has_light(o.out / room_name(o, 0), "000"));
+  for (const auto& [name, bytes] : contents(o.out)) EXPECT_EQ(name.find("probe"), std::string::npos) << name;
+  // Folders made before there was light go on without it.
+  EXPECT_FALSE(nlohmann::json::parse(read_file(o.out / "generate.json")).contains("probes"));
+  o.light = true;
+  EXPECT_THROW(generate(test_device(), o), Error);
+}
+
+TEST_F(Generate, LightChangesNothingElse) {
+  GenerateOptions o = small("with");
+  o.rooms = o.views = 1, o.box_rooms = o.light = true, o.probes = 1, o.clamp = 1;
+  generate(test_device(), o);
+  o.out = root_ / "without", o.light = false;
+  generate(test_device(), o);
+  const auto with = contents(root_ / "with"), without = contents(root_ / "without");
+  for (const auto& [name, bytes] : without) {
+    EXPECT_TRUE(name == "generate.json" || with.at(name) == bytes) << name;
+  }
+  EXPECT_GT(with.size(), without.size());
+}
+
 TEST_F(Generate, KilledRunEndsInTheSameBits) {
-  const GenerateOptions whole = small("whole");
+  GenerateOptions whole = small("whole");
+  whole.light = true;
   generate(test_device(), whole);
   GenerateOptions o = small("killed");
+  o.light = true;
   int asked = 0;
   o.interrupted = [&] { return ++asked > 2; };
   try {
@@ -117,6 +207,7 @@ TEST_F(Generate, KilledRunEndsInTheSameBits) {
   fs::create_directories(room);
   fs::copy_file(whole.out / room_name(o, 1) / "000_albedo.exr", room / "000_albedo.exr");
   std::ofstream(room / "000_depth.exr") << "half a file";
+  std::ofstream(room / "000_envmap.exr") << "half a file";
   o.interrupted = {};
   const GenerateSummary summary = generate(test_device(), o);
   EXPECT_EQ(summary.skipped, 2);
@@ -126,11 +217,12 @@ TEST_F(Generate, KilledRunEndsInTheSameBits) {
 }
 
 TEST_F(Generate, ShardsTogetherAreTheWhole) {
-  const GenerateOptions whole = small("whole");
+  GenerateOptions whole = small("whole");
+  whole.light = true;
   generate(test_device(), whole);
   for (int i = 0; i < 2; ++i) {
     GenerateOptions part = small("parts");
-    part.shard = i, part.shards = 2;
+    part.shard = i, part.shards = 2, part.light = true;
     int last_total = 0;
     part.progress = [&](int, int total, bool) { last_total = total; };
     EXPECT_EQ(generate(test_device(), part).made, 2);
@@ -188,6 +280,9 @@ TEST_F(Generate, OptionsOutOfRange) {
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.views = -1; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.width = 0; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.spp = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.light_spp = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.probes = -1; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.probes = 101; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.shard = 1; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.split = "some"; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.assets = "/nonexistent"; }));

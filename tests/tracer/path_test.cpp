@@ -12,65 +12,14 @@ namespace {
 // Estimates are compared at 4.5 standard errors: seven in a million would fail by chance, and seeds are fixed.
 constexpr double kSigmas = 4.5;
 
-/// A closed sphere of radius 2 seen from inside, each point of which emits 1 and reflects.
-World furnace(const Material& material) {
-  World scene;
-  Shapes shapes(scene, glm::mat4(1), Random(1));
-  const int m = shapes.material(material), e = shapes.emitter({glm::vec3(1), false});
-  shapes.sphere({0, 0, 0}, 2, m, 40, e);
-  turn_inside_out(scene);
-  return scene;
-}
-
-/// Radiance leaving the furnace's wall at cosine c, by iterating the integral equation: a chord meets the sphere at the
-/// same angle on both ends, so L(c) = 1 + int f(c, c') L(c') cos' dw'.
-class FurnaceReference {
- public:
-  explicit FurnaceReference(const reference::Brdf& brdf) {
-    constexpr int azimuths = 64;
-    std::vector<double> kernel(kNodes * kNodes);
-    for (int i = 0; i < kNodes; ++i) {
-      const double co = cosine(i), so = std::sqrt(1 - co * co);
-      for (int k = 0; k < kNodes; ++k) {
-        const double ci = cosine(k), si = std::sqrt(1 - ci * ci);
-        double sum = 0;
-        for (int a = 0; a < azimuths; ++a) {
-          const double phi = 2 * std::numbers::pi * (a + 0.5) / azimuths;
-          sum += brdf({si * std::cos(phi), si * std::sin(phi), ci}, {so, 0, co}).x;
-        }
-        kernel[static_cast<std::size_t>(i * kNodes + k)] = sum * 2 * std::numbers::pi / azimuths * ci / kNodes;
-      }
-    }
-    radiance_.assign(kNodes, 1);
-    for (int pass = 0; pass < 400; ++pass) {
-      std::vector<double> next(kNodes, 1);
-      for (std::size_t i = 0; i < kNodes; ++i) {
-        for (std::size_t k = 0; k < kNodes; ++k) next[i] += kernel[i * kNodes + k] * radiance_[k];
-      }
-      radiance_ = next;
-    }
-  }
-  double at(double c) const {
-    const double x = std::clamp(c * kNodes - 0.5, 0.0, kNodes - 1.001);
-    const int i = static_cast<int>(x);
-    return radiance_[static_cast<std::size_t>(i)] * (1 - (x - i)) +
-           radiance_[static_cast<std::size_t>(i) + 1] * (x - i);
-  }
-
- private:
-  static constexpr int kNodes = 256;
-  static double cosine(int i) { return (i + 0.5) / kNodes; }
-  std::vector<double> radiance_;
-};
-
 TEST(Path, FurnaceOfAClosedSphere) {
   struct Case {
     float albedo, roughness, metallic;
   };
   for (const Case& c : {Case{0.7f, 1.f, 0}, Case{0.4f, 0.5f, 0}, Case{0.8f, 0.6f, 1}}) {
     TraceScene scene(test_device(), furnace(plain(glm::vec3(c.albedo), c.roughness, c.metallic)));
-    const FurnaceReference expected({reference::V(static_cast<double>(c.albedo)), static_cast<double>(c.roughness),
-                                     static_cast<double>(c.metallic)});
+    const reference::Furnace expected({reference::V(static_cast<double>(c.albedo)), static_cast<double>(c.roughness),
+                                       static_cast<double>(c.metallic)});
     for (const float off : {0.f, 1.f, 1.6f}) {
       // From (off, 0, 0) straight up: the wall is met at sine off / 2.
       RadianceQuery query;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
+#include <vector>
 
 namespace clerestory::reference {
 
@@ -44,5 +45,47 @@ auto over_hemisphere(Function g, int rows = 400, int columns = 400) {
   }
   return sum * (2 * std::numbers::pi / rows / columns);
 }
+
+/// Radiance leaving the wall of a closed sphere, each point of which emits 1 and reflects, at cosine c, by iterating
+/// the integral equation: a chord meets the sphere at the same angle on both ends, so L(c) = 1 + int f(c, c') L(c')
+/// cos' dw'.
+class Furnace {
+ public:
+  explicit Furnace(const Brdf& brdf) {
+    constexpr int azimuths = 64;
+    std::vector<double> kernel(kNodes * kNodes);
+    for (int i = 0; i < kNodes; ++i) {
+      const double co = cosine(i), so = std::sqrt(1 - co * co);
+      for (int k = 0; k < kNodes; ++k) {
+        const double ci = cosine(k), si = std::sqrt(1 - ci * ci);
+        double sum = 0;
+        for (int a = 0; a < azimuths; ++a) {
+          const double phi = 2 * std::numbers::pi * (a + 0.5) / azimuths;
+          sum += brdf({si * std::cos(phi), si * std::sin(phi), ci}, {so, 0, co}).x;
+        }
+        kernel[static_cast<std::size_t>(i * kNodes + k)] = sum * 2 * std::numbers::pi / azimuths * ci / kNodes;
+      }
+    }
+    radiance_.assign(kNodes, 1);
+    for (int pass = 0; pass < 400; ++pass) {
+      std::vector<double> next(kNodes, 1);
+      for (std::size_t i = 0; i < kNodes; ++i) {
+        for (std::size_t k = 0; k < kNodes; ++k) next[i] += kernel[i * kNodes + k] * radiance_[k];
+      }
+      radiance_ = next;
+    }
+  }
+  double at(double c) const {
+    const double x = std::clamp(c * kNodes - 0.5, 0.0, kNodes - 1.001);
+    const int i = static_cast<int>(x);
+    return radiance_[static_cast<std::size_t>(i)] * (1 - (x - i)) +
+           radiance_[static_cast<std::size_t>(i) + 1] * (x - i);
+  }
+
+ private:
+  static constexpr int kNodes = 256;
+  static double cosine(int i) { return (i + 0.5) / kNodes; }
+  std::vector<double> radiance_;
+};
 
 }  // namespace clerestory::reference

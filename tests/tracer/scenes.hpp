@@ -30,6 +30,29 @@ inline void turn_inside_out(World& scene) {
   }
 }
 
+/// A closed sphere of radius 2 seen from inside, each point of which emits 1 and reflects.
+inline World furnace(const Material& material) {
+  World scene;
+  Shapes shapes(scene, glm::mat4(1), Random(1));
+  const int m = shapes.material(material), e = shapes.emitter({glm::vec3(1), false});
+  shapes.sphere({0, 0, 0}, 2, m, 40, e);
+  turn_inside_out(scene);
+  return scene;
+}
+
+/// A closed room with a lamp and a block, all rough and without textures: paths of much alike brightness.
+inline World plain_room() {
+  World scene;
+  Shapes shapes(scene, glm::mat4(1), Random(1));
+  const int wall = shapes.material(plain({0.7f, 0.5f, 0.3f}, 1));
+  shapes.box({-2, 0, -2}, {2, 2.5f, 2}, wall);
+  turn_inside_out(scene);
+  shapes.box({-1.2f, 0, -1.2f}, {-0.4f, 0.9f, -0.5f}, shapes.material(plain(glm::vec3(0.6f), 0.8f)));
+  const int lamp = shapes.emitter({{6, 5, 4}, false});
+  shapes.quad({-0.6f, 2.49f, -0.6f}, {0.6f, 2.49f, -0.6f}, {0.6f, 2.49f, 0.6f}, {-0.6f, 2.49f, 0.6f}, wall, lamp);
+  return scene;
+}
+
 /// count copies of one ray, planar.
 inline std::vector<float> repeated(const glm::vec3& v, int count) {
   std::vector<float> planar(3 * static_cast<std::size_t>(count));
