@@ -2,6 +2,7 @@
 #include "experiments/cli.hpp"
 #include "experiments/commands/bench.hpp"
 #include "experiments/commands/devices.hpp"
+#include "experiments/commands/edit.hpp"
 #include "experiments/commands/evaluate.hpp"
 #include "experiments/commands/generate.hpp"
 #include "experiments/commands/insert.hpp"
@@ -15,6 +16,7 @@ int main(int argc, char** argv) {
   clerestory::CommandLine line;
   clerestory::add_invert_command(line);
   clerestory::add_insert_command(line);
+  clerestory::add_edit_command(line);
   clerestory::add_generate_command(line);
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);

@@ -1,0 +1,396 @@
+#include "experiments/applications/edit.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "experiments/applications/run_folder.hpp"
+#include "host/error.hpp"
+#include "host/graph/plan.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/html.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+#include "nets/scene_maps.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using Rgb = std::array<double, 3>;
+
+// The photograph's diffuse light is multiplied by this at most: dividing by a dark albedo blows up its noise and the
+// errors of the maps.
+constexpr double kMostGain = 4;
+
+LightBuilder light_named(const std::string& name) {
+  if (name == "constant") return constant_light_builder();
+  if (name == "panorama") return panorama_light_builder();
+  if (name != "image") throw usage_error("there is no such light", "--light", name, "image, constant or panorama");
+  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
+    return photograph_radiance(in[0], in[1], rays.hits);
+  };
+}
+
+/// The layer on one scene's geometry, compiled once: renders any materials of chosen pixels under any picture as light.
+class EditLayer {
+ public:
+  EditLayer(Device& device, const Scene& scene, const RenderSettings& settings)
+      : device_(device), geometry_(scene), seed_(settings.seed) {
+    const SceneValues v = scene_values(graph_, scene);
+    const Value solid = graph_.input("solid", {1, 1, scene.height(), scene.width()});
+    const Value skip = graph_.input("skip", {1, 1, scene.height(), scene.width()}, Type::Int);
+    const std::vector<Value> inputs =
+        settings.light == "constant" ? std::vector{v.ambient} : std::vector{v.photo, v.ambient};
+    // Rays start from the pixels to shade alone and are traced against the whole scene.
+    rendered_ = render(graph_, render_spec(settings), v.maps, v.camera, v.range, inputs, light_named(settings.light),
+                       {solid, v.maps.surfaces.normal, skip});
+    executor_.emplace(compile(graph_, {rendered_.radiance, rendered_.status, rendered_.tally}, device));
+    feed_scene(*executor_, scene);
+    executor_->feed("solid", tensor_of(scene.depth));
+    std::vector<int> own(scene.photo.pixels());
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] = static_cast<int>(i);
+    executor_->feed("skip", Tensor::of_int({1, 1, scene.height(), scene.width()}, std::move(own)));
+  }
+
+  /// Reflected radiance of the pixels in `shade`, 0 elsewhere.
+  Image radiance(const Image& albedo, const Image& material, const Image& light, const Rgb& ambient,
+                 const std::vector<bool>& shade) {
+    Image depth = geometry_.depth;
+    for (std::size_t i = 0; i < shade.size(); ++i)
+      if (!shade[i]) depth.data[i] = 0;
+    executor_->feed("depth", tensor_of(depth));
+    executor_->feed("albedo", tensor_of(albedo)), executor_->feed("material", tensor_of(material));
+    executor_->feed("photo", tensor_of(light));
+    executor_->feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
+    device_.finish();
+    const auto start = std::chrono::steady_clock::now();
+    executor_->run(seed_);
+    device_.finish();
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const Tensor status = executor_->fetch(rendered_.status);
+    counts_ = render_counts(status, executor_->fetch(rendered_.tally));
+    shaded_.assign(shade.size(), false);
+    for (std::size_t i = 0; i < shade.size(); ++i) shaded_[i] = status.real[i] == 0;
+    Image picture(geometry_.width(), geometry_.height(), 3);
+    picture.data = executor_->fetch_floats(rendered_.radiance);
+    return picture;
+  }
+
+  const std::vector<bool>& shaded() const { return shaded_; }  // of the last render
+  const RenderCounts& counts() const { return counts_; }       // of the last render
+  double seconds() const { return seconds_; }                  // of all
+
+ private:
+  Device& device_;
+  const Scene& geometry_;
+  std::uint32_t seed_;
+  Graph graph_;
+  Rendered rendered_;
+  std::optional<Executor> executor_;
+  std::vector<bool> shaded_;
+  RenderCounts counts_;
+  double seconds_ = 0;
+};
+
+double diffuse_albedo(const Scene& s, std::size_t c, std::size_t i) {
+  const std::size_t n = s.albedo.pixels();
+  return static_cast<double>(s.albedo.data[c * n + i]) * (1 - static_cast<double>(s.material.data[n + i]));
+}
+
+/// The specular lobe of a scene's materials alone: metal whose base colour is their reflectance at normal incidence.
+std::pair<Image, Image> specular_alone(const Scene& scene) {
+  Image albedo = scene.albedo, material = scene.material;
+  const std::size_t n = albedo.pixels();
+  for (std::size_t i = 0; i < n; ++i) {
+    const float metallic = material.data[n + i];
+    for (std::size_t c = 0; c < 3; ++c) albedo.data[c * n + i] = 0.04f + metallic * (albedo.data[c * n + i] - 0.04f);
+    material.data[n + i] = 1;
+  }
+  return {std::move(albedo), std::move(material)};
+}
+
+/// How the diffuse part of an edited pixel's channel is made: share w of the photograph's, times k; the rest the
+/// layer's.
+struct DiffuseSource {
+  double k = 0, w = 0;
+};
+DiffuseSource diffuse_source(const Scene& before, const EditedScene& with, std::size_t c, std::size_t i) {
+  const double old = diffuse_albedo(before, c, i), now = diffuse_albedo(with.scene, c, i);
+  if (with.emitted[i] || (old == 0 && now > 0)) return {0, 0};
+  if (now == 0) return {0, 1};
+  const double k = now / old;
+  // Beyond the largest gain both the share and the gain that is left, w k, fall to 0 with the old albedo.
+  return {k, k > kMostGain ? std::pow(kMostGain / k, 2) : 1};
+}
+
+/// What of the renders of bounce 1 the edit needs at all.
+struct Needs {
+  bool photograph = false, layer = false;
+};
+Needs needs_of(const Scene& before, const EditedScene& with) {
+  Needs needs;
+  for (std::size_t i = 0; i < with.edited.size(); ++i)
+    for (std::size_t c = 0; with.edited[i] && c < 3; ++c) {
+      const DiffuseSource s = diffuse_source(before, with, c, i);
+      needs.photograph = needs.photograph || (s.w > 0 && s.k > 0), needs.layer = needs.layer || s.w < 1;
+    }
+  return needs;
+}
+
+/// D_1: what the edited pixels show less the photograph; 0 elsewhere.
+Image first_change(const Scene& before, const EditedScene& with, EditLayer& layer, EditBounce& bounce, double& shown) {
+  const Needs needs = needs_of(before, with);
+  const Rgb ambient = ambient_of(before);
+  const auto render = [&](const Image& albedo, const Image& material) {
+    const Image picture = layer.radiance(albedo, material, before.photo, ambient, with.edited);
+    bounce.rays += layer.counts().directions, bounce.dropped += layer.counts().dropped;
+    return picture;
+  };
+  const auto [albedo, material] = specular_alone(with.scene);
+  const Image specular = render(albedo, material);
+  const std::vector<bool> shaded = layer.shaded();
+  Image old_specular, whole;
+  if (needs.photograph) {
+    const auto [old_albedo, old_material] = specular_alone(before);
+    old_specular = render(old_albedo, old_material);
+  }
+  if (needs.layer) whole = render(with.scene.albedo, with.scene.material);
+
+  const std::size_t n = before.photo.pixels();
+  Image change(before.width(), before.height(), 3);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!shaded[i]) continue;
+    shown += 1.0 / static_cast<double>(n);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t at = c * n + i;
+      const DiffuseSource s = diffuse_source(before, with, c, i);
+      double diffuse = 0;
+      if (s.w > 0 && s.k > 0) diffuse += s.w * s.k * std::max(before.photo.data[at] - old_specular.data[at], 0.0f);
+      if (s.w < 1) diffuse += (1 - s.w) * std::max(whole.data[at] - specular.data[at], 0.0f);
+      change.data[at] = static_cast<float>(specular.data[at] + diffuse - before.photo.data[at]);
+    }
+  }
+  return change;
+}
+
+/// Adds a change to the composite; light is not negative. Returns the change that is left, and which share of pixels.
+Image add_change(Image& composite, const Image& change, double& changed) {
+  Image left = change;
+  const std::size_t n = composite.pixels();
+  std::vector<bool> touched(n, false);
+  for (std::size_t i = 0; i < left.data.size(); ++i) {
+    const float before = composite.data[i];
+    composite.data[i] = std::max(before + change.data[i], 0.0f);
+    left.data[i] = composite.data[i] - before;
+    if (left.data[i] != 0) touched[i % n] = true;
+  }
+  changed = static_cast<double>(std::count(touched.begin(), touched.end(), true)) / static_cast<double>(n);
+  return left;
+}
+
+void check_change(const MaterialEdit& change) {
+  const auto check = [](double value, const char* option) {
+    if (!(value >= 0 && value <= 1)) throw usage_error("out of range", option, fmt::format("{}", value), "0 to 1");
+  };
+  if (!change.albedo && !change.roughness && !change.metallic)
+    throw usage_error("no change is asked for", "edit", "no value", "--albedo, --roughness or --metallic");
+  if (change.albedo)
+    for (const double a : *change.albedo) check(a, "--albedo");
+  if (change.roughness) check(*change.roughness, "--roughness");
+  if (change.metallic) check(*change.metallic, "--metallic");
+}
+
+void check_bounces(int bounces) {
+  if (bounces < 1 || bounces > kMostEditBounces)
+    throw usage_error("out of range", "--bounces", fmt::format("{}", bounces),
+                      fmt::format("1 to {}", kMostEditBounces));
+}
+
+std::string values_text(const MaterialEdit& change) {
+  std::string text;
+  if (change.albedo) {
+    const auto& a = *change.albedo;
+    text += fmt::format("albedo {:g}, {:g}, {:g}; ", a[0], a[1], a[2]);
+  }
+  if (change.roughness) text += fmt::format("roughness {:g}; ", *change.roughness);
+  if (change.metallic) text += fmt::format("metallic {:g}; ", *change.metallic);
+  return text.substr(0, text.size() - 2);
+}
+
+std::string bounces_text(const std::vector<EditBounce>& bounces) {
+  std::string text = "1: what the edited surface reflects";
+  for (std::size_t k = 1; k < bounces.size(); ++k)
+    text +=
+        fmt::format("; {}: what {} on all surfaces", k + 1, k == 1 ? "it throws" : fmt::format("bounce {} throws", k));
+  return text;
+}
+
+void write_report(const fs::path& folder, const Scene& before, const Edit& edit, const Provenance& provenance) {
+  const double exposure = exposure_of(before.photo.data);
+  const auto exposed = [exposure](Image image) {
+    for (float& v : image.data) v = static_cast<float>(v * exposure);
+    return image;
+  };
+  HtmlReport report("A material replaced", provenance.inputs.empty() ? "" : provenance.inputs[0].path);
+  std::vector<std::pair<std::string, std::string>> facts;
+  for (const auto& fact : provenance.facts) facts.emplace_back(fact);
+  for (std::size_t k = 0; k < edit.bounces.size(); ++k)
+    facts.emplace_back(fmt::format("Bounce {}", k + 1),
+                       fmt::format("{:.2f} million rays, {:.1f} % of the picture changed", edit.bounces[k].rays * 1e-6,
+                                   100 * edit.bounces[k].changed));
+  report.facts(facts);
+  report.section("Before and after");
+  report.compare("Photograph", exposed(before.photo), "Edited", exposed(edit.composite),
+                 "Scaled so that the photograph's 95th percentile is 0.9.");
+  report.section("What was replaced");
+  report.pictures({picture_file("Mask", folder / "mask.png"),
+                   picture_of("Albedo", show_radiance(edit.with.scene.albedo)),
+                   picture_of("Roughness", show_unit(channel(edit.with.scene.material, 0)), "black 0, white 1"),
+                   picture_of("Metallic", show_unit(channel(edit.with.scene.material, 1)), "black 0, white 1")});
+  report.left_out(provenance.left_out);
+  report.footer(provenance);
+  report.write(folder / "report.html");
+}
+
+}  // namespace
+
+double EditedScene::share() const {
+  return static_cast<double>(std::count(edited.begin(), edited.end(), true)) / static_cast<double>(edited.size());
+}
+
+EditedScene apply_edit(const Scene& scene, const Image& mask, const MaterialEdit& change) {
+  check_change(change);
+  if (mask.width != scene.width() || mask.height != scene.height() || mask.channels != 1)
+    throw usage_error("the mask has another size than the picture", "--mask",
+                      fmt::format("{}x{}", mask.width, mask.height),
+                      fmt::format("{}x{}", scene.width(), scene.height()));
+  if (std::none_of(mask.data.begin(), mask.data.end(), [](float m) { return m > 0; }))
+    throw usage_error("the mask is empty", "--mask", "no pixel above one half", "at least one");
+  const std::size_t n = scene.photo.pixels();
+  EditedScene with{scene, std::vector<bool>(n, false), std::vector<bool>(n, false)};
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(mask.data[i] > 0 && scene.depth.data[i] > 0)) continue;
+    bool differs = false;
+    const auto set = [&differs](float& to, double value) {
+      differs = differs || to != static_cast<float>(value);
+      to = static_cast<float>(value);
+    };
+    for (std::size_t c = 0; change.albedo && c < 3; ++c) set(with.scene.albedo.data[c * n + i], (*change.albedo)[c]);
+    if (change.roughness) set(with.scene.material.data[i], *change.roughness);
+    if (change.metallic) set(with.scene.material.data[n + i], *change.metallic);
+    float& flag = with.scene.material.data[2 * n + i];
+    with.emitted[i] = flag > 0;
+    set(flag, 0);
+    with.edited[i] = differs;
+  }
+  return with;
+}
+
+Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const MaterialEdit& change,
+                const RenderSettings& settings, int bounces) {
+  check_bounces(bounces);
+  Edit result{apply_edit(scene, mask, change), scene.photo, {}, 0, 0};
+  const EditedScene& with = result.with;
+  EditLayer first(device, scene, settings);
+  EditBounce bounce;
+  Image left = add_change(result.composite, first_change(scene, with, first, bounce, result.shown), bounce.changed);
+  result.bounces.push_back(bounce);
+  result.seconds = first.seconds();
+  if (bounces == 1 || bounce.changed == 0) return result;
+
+  // What a change throws on others is found by rays that end on it, whoever answered for the light before.
+  RenderSettings carried = settings;
+  carried.light = "image";
+  std::optional<EditLayer> other;
+  if (settings.light != "image") other.emplace(device, scene, carried);
+  EditLayer& layer = other ? *other : first;
+  const double before = layer.seconds();
+  const std::vector<bool> everywhere(scene.photo.pixels(), true);
+  while (static_cast<int>(result.bounces.size()) < bounces && bounce.changed > 0) {
+    const Image thrown = layer.radiance(with.scene.albedo, with.scene.material, left, {0, 0, 0}, everywhere);
+    bounce = {layer.counts().directions, layer.counts().dropped, 0};
+    left = add_change(result.composite, thrown, bounce.changed);
+    result.bounces.push_back(bounce);
+  }
+  result.seconds += layer.seconds() - before;
+  return result;
+}
+
+Image read_edit_mask(const fs::path& path, const Scene& scene) {
+  const Image image = read_image(path);
+  if (image.width != scene.width() || image.height != scene.height())
+    throw usage_error("the mask has another size than the picture", path.string(),
+                      fmt::format("{}x{}", image.width, image.height),
+                      fmt::format("{}x{}", scene.width(), scene.height()));
+  Image mask(image.width, image.height, 1);
+  for (std::size_t i = 0; i < image.data.size(); ++i)
+    if (image.data[i] > 0.5f) mask.data[i % mask.pixels()] = 1;
+  if (sum(mask.data) == 0) throw usage_error("the mask is empty", path.string(), "no pixel above one half");
+  return mask;
+}
+
+std::string edit(const EditOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  check_change(options.change), check_bounces(options.bounces);
+  light_named(options.render.light), render_spec(options.render);
+  const Scene scene = read_run(options.run);
+  const Image mask = read_edit_mask(options.mask, scene);
+  const fs::path out = options.out.empty() ? options.run / "edit" : options.out;
+  Device device = Device::open(options.device);
+  const Edit done = edit_scene(device, scene, mask, options.change, options.render, options.bounces);
+
+  StagedFolder folder(out);
+  Scene after = done.with.scene;
+  after.photo = done.composite;
+  write_run(folder.path(), after, std::nullopt);
+  write_exr(folder / "composite.exr", done.composite, fits_half(done.composite) ? ExrType::Half : ExrType::Float);
+  write_png(folder / "composite.png", show_radiance(done.composite), Encoding::Linear);
+  write_png(folder / "mask.png", mask, Encoding::Linear);
+
+  const double pixels = static_cast<double>(scene.photo.pixels());
+  std::vector<bool> differs(scene.photo.pixels(), false);
+  for (std::size_t i = 0; i < scene.photo.data.size(); ++i)
+    if (done.composite.data[i] != scene.photo.data[i]) differs[i % differs.size()] = true;
+  const double changed = static_cast<double>(std::count(differs.begin(), differs.end(), true)) / pixels;
+  const double flagged = static_cast<double>(std::count(done.with.emitted.begin(), done.with.emitted.end(), true));
+  double dropped = 0;
+  for (const EditBounce& b : done.bounces) dropped += b.dropped;
+  Provenance provenance = begin_provenance(options.command, device.fingerprint());
+  provenance.seeds["render"] = options.render.seed;
+  provenance.inputs = {record_file(options.run / "photo.exr"), record_file(options.mask)};
+  provenance.facts["edit"] = values_text(options.change);
+  provenance.facts["bounces that follow the edit"] = bounces_text(done.bounces);
+  provenance.facts["light"] = options.render.light;
+  provenance.facts["samples"] = fmt::format("{} a pixel", render_spec(options.render).spp);
+  provenance.facts["pixels"] =
+      fmt::format("{:.1f} % under the mask, {:.1f} % shown with the new material, {:.2f} % emitted and no longer do",
+                  100 * sum(mask.data) / pixels, 100 * done.shown, 100 * flagged / pixels);
+  provenance.figures["samples dropped"] = dropped;
+  provenance.figures["share of pixels that change"] = changed;
+  provenance.figures["seconds: render"] = done.seconds;
+  provenance.left_out.push_back({"in bounce 1, pixels that are not edited", "at equal seeds their change is exactly 0",
+                                 fmt::format("{:.1f} % of the picture's rays", 100 * (1 - done.with.share()))});
+  provenance.left_out.push_back({"the render without the edit", "the layer is linear in its light", "one render"});
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  provenance.figures["seconds"] = seconds;
+  provenance.ended = utc_now();
+  write_provenance(folder / "provenance.json", provenance);
+  write_report(folder.path(), scene, done, provenance);
+  folder.commit();
+
+  say(fmt::format("edit: {} in {:.1f} % of the picture, {:.1f} s: {}", values_text(options.change), 100 * done.shown,
+                  seconds, (out / "composite.png").string()));
+  say("edit: bounces that follow it: " + bounces_text(done.bounces));
+  nlohmann::ordered_json json{{"composite", (out / "composite.exr").string()},
+                              {"edited", done.shown},
+                              {"changed", changed},
+                              {"dropped", dropped},
+                              {"seconds", seconds}};
+  for (const EditBounce& b : done.bounces) json["bounces"].push_back({{"rays", b.rays}, {"changed", b.changed}});
+  return json.dump(2);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,39 @@
+#include "experiments/commands/edit.hpp"
+
+#include <cstdio>
+
+#include "experiments/applications/edit.hpp"
+#include "experiments/cli.hpp"
+
+namespace clerestory {
+
+void add_edit_command(CommandLine& line) {
+  const auto options = std::make_shared<EditOptions>();
+  Command command = line.add("edit", "Replace the material under a mask in the photograph of a run");
+  command.argument("RUN", "Folder that invert wrote", options->run)
+      .option("--mask", "M.png", "Picture of the run's size: edited where a channel is above one half", options->mask)
+      .option("--albedo", "R,G,B", "Linear base colour",
+              [options](const std::string& text) {
+                const std::vector<double> rgb = read_numbers(text, "--albedo", 3);
+                options->change.albedo = {rgb[0], rgb[1], rgb[2]};
+              })
+      .option("--roughness", "R", "Perceptual roughness", options->change.roughness)
+      .option("--metallic", "M", "1 for metal", options->change.metallic)
+      .option("--bounces", "N", "Bounces of light that follow the edit", options->bounces)
+      .option("--out", "DIR", "Folder of results; RUN/edit without it", options->out)
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
+      .light({"image", "panorama", "constant"})
+      .notes(
+          "What is not given stays as it is:\n"
+          "  clerestory edit runs/invert/office --mask floor.png --albedo 0.9,0.9,0.9 --roughness 0.02 --metallic 1");
+  command.run([options](const CommonOptions& common) {
+    if (options->mask.empty()) throw usage_error("a mask is needed", "--mask", "none", "a picture of the run's size");
+    options->device = common.device, options->command = common.command;
+    options->render.seed = static_cast<std::uint32_t>(common.seed), options->render.light = common.light;
+    if (common.spp) options->render.spp = static_cast<int>(*common.spp);
+    const std::string summary = edit(*options);
+    write_json_result(common, summary);
+  });
+}
+
+}  // namespace clerestory

@@ -1,0 +1,308 @@
+// Edits of a small generated room with true maps: what changes, what must not, and what is refused.
+#include "experiments/applications/edit.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "experiments/applications/run_folder.hpp"
+#include "host/error.hpp"
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "tests/experiments/program.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// One box room, made once, and a folder for results.
+class EditTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = fs::temp_directory_path() / fmt::format("clerestory-edit-{}", ::getpid());
+    fs::create_directories(folder_);
+    device_.emplace(Device::open());
+    GenerateOptions options;
+    options.out = folder_ / "rooms", options.rooms = 1, options.views = 1, options.width = 64, options.height = 48;
+    options.spp = 32, options.light = false, options.box_rooms = true, options.split = "test";
+    options.assets = fs::path(CLERESTORY_SOURCE_DIR) / "assets";
+    generate(*device_, options);
+    const fs::path view = options.out / list_rooms(options.out, "test").at(0) / "000";
+    scene_ = scene_of(read_view(view), view.string());
+    settings_.spp = 32;
+  }
+  static void TearDownTestSuite() { device_.reset(), fs::remove_all(folder_); }
+
+  /// Pixels whose surface is level and no higher than a hand above the lowest.
+  static std::vector<bool> floor() {
+    std::vector<bool> is(scene_.photo.pixels());
+    std::vector<double> height(is.size());
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int y = 0; y < scene_.height(); ++y)
+      for (int x = 0; x < scene_.width(); ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * scene_.width() + x;
+        const Vec3 up = scene_.camera.direction_to_world(
+            {scene_.normal.at(0, y, x), scene_.normal.at(1, y, x), scene_.normal.at(2, y, x)});
+        height[i] = scene_.camera.to_world(scene_.camera.unproject(x + 0.5, y + 0.5, scene_.depth.at(0, y, x))).y;
+        is[i] = up.y > 0.99 && scene_.depth.at(0, y, x) > 0;
+        if (is[i]) lowest = std::min(lowest, height[i]);
+      }
+    for (std::size_t i = 0; i < is.size(); ++i) is[i] = is[i] && height[i] < lowest + 0.1;
+    return is;
+  }
+  static Image mask_of(const std::vector<bool>& pixels) {
+    Image mask(scene_.width(), scene_.height(), 1);
+    std::transform(pixels.begin(), pixels.end(), mask.data.begin(), [](bool p) { return p ? 1.0f : 0.0f; });
+    return mask;
+  }
+  static MaterialEdit mirror() { return {{{0.9, 0.9, 0.9}}, 0.02, 1.0}; }
+  static Edit edited(const Scene& scene, const Image& mask, const MaterialEdit& change, int bounces,
+                     const std::string& light = "image") {
+    RenderSettings settings = settings_;
+    settings.light = light;
+    return edit_scene(*device_, scene, mask, change, settings, bounces);
+  }
+
+  static inline fs::path folder_;
+  static inline std::optional<Device> device_;
+  static inline Scene scene_;
+  static inline RenderSettings settings_;
+};
+
+TEST_F(EditTest, EqualSeedsEqualBits) {
+  const Image mask = mask_of(floor());
+  const Edit a = edited(scene_, mask, mirror(), 3), b = edited(scene_, mask, mirror(), 3);
+  EXPECT_EQ(a.composite.data, b.composite.data);
+  ASSERT_EQ(a.bounces.size(), 3u);
+  EXPECT_GT(a.shown, 0.02) << "the view shows no floor: the tests see nothing";
+}
+
+TEST_F(EditTest, ValuesThatAreThereChangeNothing) {
+  Scene scene = scene_;
+  const std::size_t n = scene.photo.pixels();
+  const std::vector<bool> floor_pixels = floor();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!floor_pixels[i]) continue;
+    for (std::size_t c = 0; c < 3; ++c) scene.albedo.data[c * n + i] = 0.3f;
+    scene.material.data[i] = 0.4f, scene.material.data[n + i] = 0, scene.material.data[2 * n + i] = 0;
+  }
+  const Edit same = edited(scene, mask_of(floor_pixels), {{{0.3, 0.3, 0.3}}, 0.4, 0.0}, 2);
+  EXPECT_EQ(same.composite.data, scene.photo.data);
+  EXPECT_EQ(same.shown, 0);
+  EXPECT_EQ(same.bounces.size(), 1u) << "nothing is thrown on";
+}
+
+// The light that falls on a repainted surface is the photograph's: with specular part s, which paint does not change,
+// each channel shows s + k (photo - s), k the ratio of albedos.
+TEST_F(EditTest, PaintScalesTheDiffusePartOfThePhotograph) {
+  Scene scene = scene_;
+  const std::size_t n = scene.photo.pixels();
+  const std::vector<bool> floor_pixels = floor();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) scene.albedo.data[c * n + i] = 0.8f;
+    scene.material.data[n + i] = 0, scene.material.data[2 * n + i] = 0;
+  }
+  const auto painted = [&](double albedo) {
+    return edited(scene, mask_of(floor_pixels), {{{albedo, albedo, albedo}}, {}, {}}, 1).composite;
+  };
+  const Image half = painted(0.4), quarter = painted(0.2);
+  double compared = 0;
+  for (std::size_t i = 0; i < half.data.size(); ++i) {
+    const double photo = scene.photo.data[i], once = photo - half.data[i], twice = photo - quarter.data[i];
+    if (!floor_pixels[i % n]) {
+      ASSERT_EQ(half.data[i], scene.photo.data[i]) << "bounce 1 stays under the mask";
+      continue;
+    }
+    if (once == 0) continue;  // all that is seen is specular
+    // (1 - 1/4) / (1 - 1/2). A few sums of values up to the photograph's, rounded to float.
+    ASSERT_NEAR(twice, 1.5 * once, 16 * 0x1p-24 * photo) << i;
+    ASSERT_LE(once, 0.5 * photo * (1 + 1e-6));
+    ++compared;
+  }
+  EXPECT_GT(compared, 0.02 * 3 * n);
+}
+
+// A white mirror under the same light from everywhere shows that light.
+TEST_F(EditTest, WhiteMirrorInAFurnace) {
+  const std::vector<bool> floor_pixels = floor();
+  const Edit e = edited(scene_, mask_of(floor_pixels), {{{1, 1, 1}}, 0.02, 1.0}, 1, "constant");
+  const std::array<double, 3> ambient = ambient_of(scene_);
+  const std::size_t n = scene_.photo.pixels();
+  for (std::size_t c = 0; c < 3; ++c) {
+    CompensatedSum sum;
+    double count = 0;
+    for (std::size_t i = 0; i < n; ++i)
+      if (floor_pixels[i]) sum.add(e.composite.data[c * n + i]), ++count;
+    // Samples of the cosine lobe, one in ten, find nothing: their number is stratified to one sample in 32 of a pixel,
+    // uniformly off, 1 / (32 sqrt(12)); four deviations of the mean. Masking costs alpha^2 = 2e-7.
+    EXPECT_NEAR(sum.value() / count / ambient[c], 1, 4 / (32 * std::sqrt(12 * count)) + 1e-3);
+  }
+}
+
+// The contract: the render of the edited scene under the mask, elsewhere the photograph plus the render with less the
+// render without. Emitters show the layer's render alone under the mask; flags are asked by the ambient only, which one
+// pixel that the edit leaves alone decides here.
+TEST_F(EditTest, CompositeIsThePhotographPlusWithLessWithout) {
+  Scene scene = scene_;
+  const std::size_t n = scene.photo.pixels();
+  const std::vector<bool> floor_pixels = floor();
+  const std::size_t still =
+      static_cast<std::size_t>(std::find(floor_pixels.rbegin(), floor_pixels.rend(), true) - floor_pixels.rbegin());
+  const std::size_t kept = n - 1 - still;  // a floor pixel: no ray of it ends on the floor
+  std::vector<bool> masked = floor_pixels;
+  masked[kept] = false;
+  std::fill(scene.material.plane(2), scene.material.plane(2) + n, 1.0f);
+  scene.material.plane(2)[kept] = 0;
+
+  const MaterialEdit metal{{{0.8, 0.6, 0.3}}, 0.4, 1.0};
+  const Edit once = edited(scene, mask_of(masked), metal, 1), twice = edited(scene, mask_of(masked), metal, 2);
+  ASSERT_EQ(twice.composite.data[kept], scene.photo.data[kept]);
+  const auto render = [&](const Image& maps_of, const Image& material, const Image& light) {
+    Scene lit = scene;
+    lit.albedo = maps_of, lit.material = material, lit.photo = light;
+    std::copy(scene.material.plane(2), scene.material.plane(2) + n, lit.material.plane(2));
+    return render_scene(*device_, lit, settings_).radiance;
+  };
+  const Image with = render(twice.with.scene.albedo, twice.with.scene.material, once.composite);
+  const Image without = render(scene.albedo, scene.material, scene.photo);
+  double equal = 0, changed = 0;
+  for (std::size_t i = 0; i < with.data.size(); ++i) {
+    const double photo = scene.photo.data[i];
+    const double expected =
+        masked[i % n] ? with.data[i] : std::max(photo + static_cast<double>(with.data[i]) - without.data[i], 0.0);
+    // Two sums of 32 samples in lanes and a few additions: 64 half ulps of the largest of the values.
+    const double scale = std::max({photo, static_cast<double>(with.data[i]), static_cast<double>(without.data[i])});
+    equal += std::abs(twice.composite.data[i] - expected) <= 64 * 0x1p-24 * scale;
+    changed += !masked[i % n] && twice.composite.data[i] != scene.photo.data[i];
+  }
+  // Rays start from the same points by another kernel: at the border of two cells one may end on the neighbour.
+  EXPECT_GT(equal / static_cast<double>(with.data.size()), 0.99);
+  EXPECT_GT(changed, 0.1 * n) << "the edit throws no light on others: the test sees nothing";
+}
+
+TEST_F(EditTest, WhatDoesNotSeeTheMaskStaysAsItIs) {
+  const std::vector<bool> floor_pixels = floor();
+  const std::size_t n = floor_pixels.size();
+  std::vector<bool> left = floor_pixels;
+  double others = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (static_cast<int>(i) % scene_.width() >= scene_.width() / 2) left[i] = false;
+    others += floor_pixels[i] && !left[i];
+  }
+  ASSERT_GT(others, 20);
+  const Edit e = edited(scene_, mask_of(left), mirror(), 2);
+  bool elsewhere = false;
+  for (std::size_t i = 0; i < e.composite.data.size(); ++i) {
+    if (left[i % n]) continue;
+    // Rays leave the floor upwards and cells that face away are not hit: in two bounces floor throws nothing on floor.
+    if (floor_pixels[i % n])
+      ASSERT_EQ(e.composite.data[i], scene_.photo.data[i]);
+    else
+      elsewhere = elsewhere || e.composite.data[i] != scene_.photo.data[i];
+  }
+  EXPECT_TRUE(elsewhere);
+}
+
+TEST_F(EditTest, AnEditedEmitterStopsEmitting) {
+  Scene scene = scene_;
+  const std::size_t n = scene.photo.pixels();
+  const std::vector<bool> floor_pixels = floor();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!floor_pixels[i]) continue;
+    scene.material.data[2 * n + i] = 1;
+    for (std::size_t c = 0; c < 3; ++c) scene.photo.data[c * n + i] = 50;
+  }
+  const Edit e = edited(scene, mask_of(floor_pixels), {{{0.5, 0.5, 0.5}}, 0.8, 0.0}, 2);
+  double darker = 0, lit = 0, others = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (floor_pixels[i]) {
+      ASSERT_EQ(e.with.scene.material.data[2 * n + i], 0);
+      ASSERT_LT(e.composite.data[i], 10) << "still bright";
+      continue;
+    }
+    ++others, darker += e.composite.data[i]<scene.photo.data[i], lit += e.composite.data[i]> scene.photo.data[i];
+  }
+  EXPECT_GT(darker, 0.3 * others) << "what it lit is as bright as before";
+  EXPECT_EQ(lit, 0);
+}
+
+TEST_F(EditTest, WritesARunThatCanBeEditedAgain) {
+  const fs::path run = folder_ / "run";
+  fs::create_directories(run);
+  write_run(run, scene_, std::nullopt);
+  write_png(folder_ / "floor.png", mask_of(floor()), Encoding::Linear);
+  EditOptions o;
+  o.run = run, o.mask = folder_ / "floor.png", o.change = mirror(), o.render = settings_;
+  o.command = {"clerestory", "edit"};
+  const std::string summary = edit(o);
+  EXPECT_THAT(summary, HasSubstr("\"bounces\""));
+  for (const char* name : {"composite.exr", "composite.png", "albedo.exr", "material.exr", "normal.exr", "depth.exr",
+                           "photo.exr", "camera.json", "mask.png", "report.html", "provenance.json"})
+    EXPECT_TRUE(fs::exists(run / "edit" / name)) << name;
+  EXPECT_THAT(read_file(run / "edit" / "report.html"), HasSubstr("bounces that follow the edit"));
+  const Image first = read_map(run / "edit" / "composite.exr", 3);
+  EXPECT_EQ(read_run(run / "edit").photo.data, first.data);
+
+  EditOptions again = o;
+  again.run = run / "edit", again.change = {{}, 0.5, {}};
+  edit(again);
+  EXPECT_NE(read_map(run / "edit" / "edit" / "composite.exr", 3).data, first.data);
+}
+
+TEST_F(EditTest, BadInputIsRefusedAndNothingIsWritten) {
+  const fs::path run = folder_ / "refusing", partial = folder_ / "partial";
+  fs::create_directories(run), fs::create_directories(partial);
+  write_run(run, scene_, std::nullopt), write_run(partial, scene_, std::nullopt);
+  fs::remove(partial / "normal.exr");
+  const Image mask = mask_of(floor());
+  const auto png = [&](const std::string& name, const Image& image) {
+    write_png(folder_ / name, image, Encoding::Linear);
+    return (folder_ / name).string();
+  };
+  const std::string good = png("good.png", mask), small = png("small.png", Image(8, 8, 1, 1)),
+                    empty = png("empty.png", Image(64, 48, 3, 0.49f));
+  write_file(folder_ / "noise.png", "not a picture");
+  const std::vector<std::string> files = files_below(folder_);
+
+  struct Case {
+    std::vector<std::string> words;
+    std::string says;
+  };
+  const std::string at = run.string();
+  const std::vector<Case> cases{{{at, "--roughness", "0.1"}, "--mask"},
+                                {{at, "--mask", good}, "no change is asked for"},
+                                {{at, "--mask", small, "--roughness", "0.1"}, "another size"},
+                                {{at, "--mask", empty, "--roughness", "0.1"}, "empty"},
+                                {{at, "--mask", (folder_ / "noise.png").string(), "--roughness", "0.1"}, "noise.png"},
+                                {{at, "--mask", (folder_ / "none.png").string(), "--roughness", "0.1"}, "none.png"},
+                                {{at, "--mask", good, "--roughness", "1.5"}, "--roughness"},
+                                {{at, "--mask", good, "--metallic", "nan"}, "--metallic"},
+                                {{at, "--mask", good, "--albedo", "0.5,0.5"}, "--albedo"},
+                                {{at, "--mask", good, "--albedo", "0.5,-0.1,0.5"}, "--albedo"},
+                                {{at, "--mask", good, "--roughness", "0.1", "--bounces", "0"}, "--bounces"},
+                                {{at, "--mask", good, "--roughness", "0.1", "--light", "sun"}, "--light"},
+                                {{at, "--mask", good, "--roughness", "0.1", "--spp", "1"}, "--spp"},
+                                {{partial.string(), "--mask", good, "--roughness", "0.1"}, "normal"},
+                                {{(folder_ / "nowhere").string(), "--mask", good, "--roughness", "0.1"}, "nowhere"}};
+  const fs::path said = fs::temp_directory_path() / fmt::format("clerestory-edit-said-{}", ::getpid());
+  for (const Case& c : cases) {
+    std::vector<std::string> words{"edit"};
+    words.insert(words.end(), c.words.begin(), c.words.end());
+    EXPECT_EQ(Program(words, said).wait(), 2) << c.says;
+    EXPECT_THAT(text_of(said), HasSubstr(c.says));
+  }
+  fs::remove(said);
+  EXPECT_EQ(files_below(folder_), files);
+}
+
+}  // namespace
+}  // namespace clerestory
