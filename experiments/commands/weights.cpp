@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
 #include "host/io/files.hpp"
 
@@ -43,7 +44,7 @@ void export_weights(const WeightsArguments& arguments, const CommonOptions& comm
   make_directories(folder);
   const Leg& last = loaded.history.legs.back();
   write_weights(arguments.out, *loaded.states, loaded.history, loaded.means,
-                {loaded.preset, loaded.net, loaded.size, last.commit, last.seed});
+                {loaded.preset, net_text(loaded.net), loaded.size, last.commit, inference_states(loaded.net)});
   write_model_card(arguments.out, loaded.history, folder, "CARD.md");
   std::printf("%s\n%s\n", arguments.out.c_str(), (folder / "CARD.md").c_str());
 }

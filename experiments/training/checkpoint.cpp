@@ -90,7 +90,7 @@ void write_checkpoint(const std::filesystem::path& path, const States& states, c
   file.metadata["preset"] = identity.preset;
   file.metadata["width"] = std::to_string(identity.size.width),
   file.metadata["height"] = std::to_string(identity.size.height);
-  file.metadata["net"] = net_text(identity.net);
+  file.metadata["net"] = identity.net;
   file.metadata["seed"] = std::to_string(identity.seed);
   file.metadata["config_hash"] = identity.config_hash;
   file.metadata["views_hash"] = fmt::format("{:016x}", identity.views_hash);
@@ -103,7 +103,7 @@ TrainingProgress read_checkpoint(const std::filesystem::path& path, States& stat
   const std::string where = path.string();
   const TensorFile file = read_safetensors(path);
   must_agree(file, "kind", "checkpoint", where);
-  must_agree(file, "net", net_text(identity.net), where);
+  must_agree(file, "net", identity.net, where);
   must_agree(file, "width", std::to_string(identity.size.width), where);
   must_agree(file, "height", std::to_string(identity.size.height), where);
   must_agree(file, "seed", std::to_string(identity.seed), where);
@@ -131,7 +131,7 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
                    const std::optional<MeanMaps>& means, const WeightsFacts& facts) {
   TensorFile file;
   std::uint64_t numbers = 0;
-  for (const auto& [name, shape] : inference_states(facts.net)) {
+  for (const auto& [name, shape] : facts.states) {
     file.tensors[name] = stored_state(states, name);
     numbers += static_cast<std::uint64_t>(shape.count());
   }
@@ -139,7 +139,7 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
   std::set<std::uint64_t> seeds;
   for (const Leg& leg : history.legs) seeds.insert(leg.seed);
   file.metadata["kind"] = "weights";
-  file.metadata["net"] = net_text(facts.net);
+  file.metadata["net"] = facts.net;
   file.metadata["preset"] = facts.preset;
   file.metadata["width"] = std::to_string(facts.size.width),
   file.metadata["height"] = std::to_string(facts.size.height);
@@ -154,12 +154,13 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
   write_safetensors(path, file, FloatStorage::F16);
 }
 
-History read_initial_weights(const std::filesystem::path& path, States& states, const MgnetSize& net) {
+History read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
+                             const std::map<std::string, Shape>& wanted) {
   const std::string where = path.string();
   const TensorFile file = read_safetensors(path);
-  if (const auto found = file.metadata.find("net"); found != file.metadata.end() && found->second != net_text(net))
-    throw usage_error("weights of another net", where, found->second, net_text(net));
-  for (const auto& [name, shape] : inference_states(net)) set_state(states, name, file.get(name, where), where);
+  if (const auto found = file.metadata.find("net"); found != file.metadata.end() && found->second != net)
+    throw usage_error("weights of another net", where, found->second, net);
+  for (const auto& [name, shape] : wanted) set_state(states, name, file.get(name, where), where);
   return stored_history(file, where);
 }
 

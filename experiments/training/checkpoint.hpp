@@ -1,6 +1,7 @@
 // Checkpoints (all states in float, exactly) and weights (what inference needs, in half), as safetensors.
 #pragma once
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,7 +29,7 @@ struct TrainingProgress {
 /// What a checkpoint must agree with to be gone on from.
 struct RunIdentity {
   std::string preset;
-  MgnetSize net;
+  std::string net;  // net_text()
   Size size;
   std::uint64_t seed = 0;
   std::string config_hash;
@@ -45,10 +46,10 @@ TrainingProgress read_checkpoint(const std::filesystem::path& path, States& stat
 /// Facts that travel with weights, beside the history: see write_weights for the keys.
 struct WeightsFacts {
   std::string preset;
-  MgnetSize net;
+  std::string net;  // net_text()
   Size size;
   std::string commit;
-  std::uint64_t seed = 0;
+  std::map<std::string, Shape> states;  // that go into the file
 };
 /// Inference tensors in half precision with metadata (kind, preset, net, width, height, longer_side, parameters,
 /// scale_error, hours, views_seen, seeds, commit, score, errors by key, history as JSON) and the training set's mean
@@ -58,7 +59,8 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
 
 /// Weights or a checkpoint to start from: sets the states that inference needs. Returns the history they carry. Throws
 /// usage_error naming file, tensor, found and expected shape.
-History read_initial_weights(const std::filesystem::path& path, States& states, const MgnetSize& net);
+History read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
+                             const std::map<std::string, Shape>& wanted);
 
 /// Weights for evaluation: preset, size, mean maps when stored, and states ready for MapPredictor.
 struct LoadedWeights {

@@ -42,8 +42,9 @@ std::string result_table(const HistoryPoint& last) {
 
 }  // namespace
 
-HistoryPoint history_point(const EvaluationSummary& summary, std::int64_t step, double hours) {
-  HistoryPoint point{step, hours, summary.score(), {}, {}, summary.median_log_scale_error};
+HistoryPoint history_point(const EvaluationSummary& summary) {
+  HistoryPoint point;
+  point.score = summary.score(), point.scale_error = summary.median_log_scale_error;
   for (int i = 0; i < map_error_count; ++i) {
     const MetricSummary* metric = summary.find(static_cast<MapError>(i));
     point.errors.push_back(metric ? metric->ours.mean : nan);

@@ -18,7 +18,8 @@ struct HistoryPoint {
   std::vector<double> ratios;
   double scale_error = 0;  // median |delta ln scene_scale|
 };
-HistoryPoint history_point(const EvaluationSummary& summary, std::int64_t step, double hours);
+/// Without step and hours.
+HistoryPoint history_point(const EvaluationSummary& summary);
 
 /// One uninterrupted plan of training: a config on a set of views.
 struct Leg {

@@ -30,7 +30,6 @@ void set_frozen_features(const std::string& path, States& states) {
 struct TrainingNetwork::State {
   Graph graph;
   MgnetTraining training;
-  std::vector<std::string> names;
   std::unique_ptr<Executor> run;
   std::size_t parameters = 0;
 };
@@ -46,7 +45,7 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   states->initialise(state_->graph, o.seed);
   if (o.w_perceptual > 0) set_frozen_features(o.perceptual_weights, *states);
   std::vector<Value> outputs;
-  for (const auto& [name, value] : state_->training.losses) state_->names.push_back(name), outputs.push_back(value);
+  for (const auto& [name, value] : state_->training.losses) outputs.push_back(value);
   for (const Value& p : state_->graph.parameters()) state_->parameters += static_cast<std::size_t>(p.shape().count());
   state_->run =
       std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
@@ -74,7 +73,6 @@ Losses TrainingNetwork::step(const TrainingBatch& batch, double rate) {
   return losses;
 }
 
-const std::vector<std::string>& TrainingNetwork::loss_names() const { return state_->names; }
 std::size_t TrainingNetwork::parameters() const { return state_->parameters; }
 std::size_t TrainingNetwork::bytes() const { return state_->run->bytes(); }
 std::string TrainingNetwork::explain() { return state_->run->explain(); }

@@ -25,8 +25,6 @@ class TrainingNetwork {
   /// One step of Adam. `step` counts from 0.
   Losses step(const TrainingBatch& batch, double rate);
 
-  /// Loss names in order, "loss" first.
-  const std::vector<std::string>& loss_names() const;
   std::size_t parameters() const;  // numbers that are trained
   std::size_t bytes() const;       // device memory beside the states
   std::string explain();

@@ -1,0 +1,46 @@
+// What is trained. The trainer knows legs, steps, rates and files; a task knows the net, its data and what is good.
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/network.hpp"
+#include "host/report/run_directory.hpp"
+
+namespace clerestory {
+
+/// What a validation found.
+struct Judgement {
+  HistoryPoint point;                                  // step and hours are the trainer's
+  std::vector<std::pair<std::string, double>> values;  // for metrics.jsonl
+  std::string text;                                    // for the log
+};
+
+class TrainingTask {
+ public:
+  virtual ~TrainingTask() = default;
+
+  virtual std::string net() const = 0;  // text that identifies the net's shape
+  /// States that inference needs: what weights hold.
+  virtual std::map<std::string, Shape> weights() const = 0;
+  virtual const std::vector<ViewName>& views() const = 0;  // of training
+  virtual std::vector<std::string> notes() const = 0;      // first lines of the log
+  virtual std::vector<LeftOut> left_out() const = 0;
+
+  /// Reads what validation needs; batches begin at progress.step. Fills in progress.means where the task has them.
+  virtual void begin(TrainingProgress& progress) = 0;
+  /// One step on the next batch.
+  virtual Losses step(double rate) = 0;
+  virtual std::vector<std::string> last_views() const = 0;  // of that batch
+  virtual Judgement judge() = 0;
+  /// report.html, card and plots into the run; its weights are already there.
+  virtual void report(const RunDirectory& run, const Config& config, const History& history,
+                      const Provenance& provenance) = 0;
+};
+
+/// MGNet's maps. Makes the states that `states` lacks.
+std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options, std::shared_ptr<States> states);
+
+}  // namespace clerestory
