@@ -158,6 +158,28 @@ TEST(Envmaps, IntegrateToTheTracersPicture) {
   }
 }
 
+TEST(Envmaps, TexturesAreAveragedOverAPixelsAngle) {
+  const World world = tiled_wall_before_lamp();
+  TraceScene scene(test_device(), world);
+  RadianceQuery query;
+  query.max_depth = 1, query.light_samples = 0, query.spp = 16;
+  // The glowing wall is seen, and the tiles opposite shine on it. Pixels of 2.2 and of 0.02 degrees: 15 cm of the
+  // tiles, 2 cm each, and 2 mm.
+  const auto spread = [&](double fov) {
+    Camera camera = Camera::from_fov(40, 30, fov);
+    look_at(camera, {0, 0, 0}, {0, 0, 1});
+    const Envmaps envmaps = envmaps_of(scene, world, camera, query);
+    std::vector<double> facing;
+    for (int row = 14; row < 16; ++row)
+      for (int column = 18; column < 22; ++column)
+        for (int azimuth = 0; azimuth < envmap_azimuths; ++azimuth)
+          facing.push_back(static_cast<double>(envmaps.at(column, row, azimuth, 0)[0]));
+    return relative_spread(facing);
+  };
+  EXPECT_LT(spread(75), 0.3);
+  EXPECT_GT(spread(1), 0.6);
+}
+
 TEST(Envmaps, TilesWithoutASurfaceAreZero) {
   World world;
   Shapes shapes(world, glm::mat4(1), Random(1));

@@ -155,6 +155,27 @@ TEST(Probes, PanoramasAreInCameraAxesTheRightWayUp) {
   EXPECT_EQ(probe.radiance.at(0, 31, 96), color_of_wall(0, true).x) << "the right quarter looks to the right";
 }
 
+TEST(Probes, TexturesAreAveragedOverATexel) {
+  TraceScene scene(test_device(), tiled_wall_before_lamp());
+  RadianceQuery query;
+  query.max_depth = 1, query.light_samples = 0, query.spp = 64;
+  Probe probe;
+  probe.center = {0, 0, -0.27};  // 1.73 m before the tiles a texel is four and a quarter of them wide
+  trace_probe(scene, Camera::from_fov(40, 30, 70), probe, query);
+  std::vector<double> averaged, points;
+  std::vector<float> directions;
+  for (int y = 28; y < 36; ++y)
+    for (int x = 60; x < 68; ++x) averaged.push_back(static_cast<double>(probe.radiance.at(0, y, x)));
+  for (int c = 0; c < 3; ++c)
+    for (int y = 28; y < 36; ++y)
+      for (int x = 60; x < 68; ++x)
+        directions.push_back(static_cast<float>(panorama_direction(x, y, probe_width, probe_height)[c]));
+  const std::vector<float> at_points = scene.radiance(repeated(glm::vec3(probe.center), 64), directions, query);
+  for (std::size_t i = 0; i < 64; ++i) points.push_back(static_cast<double>(at_points[i]));
+  EXPECT_LT(relative_spread(averaged), 0.2);
+  EXPECT_GT(relative_spread(points), 0.5) << "points see tiles or joints";
+}
+
 TEST(Probes, HoldTheTracersRadiance) {
   TraceScene scene(test_device(), plain_room());
   Camera camera = Camera::from_fov(40, 30, 70);

@@ -1,5 +1,7 @@
 // Small scenes and helpers that several tests use.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "host/cl/device.hpp"
@@ -51,6 +53,29 @@ inline World plain_room() {
   const int lamp = shapes.emitter({{6, 5, 4}, false});
   shapes.quad({-0.6f, 2.49f, -0.6f}, {0.6f, 2.49f, -0.6f}, {0.6f, 2.49f, 0.6f}, {-0.6f, 2.49f, 0.6f}, wall, lamp);
   return scene;
+}
+
+/// A wall at z = -2 of tiles of 2 cm, dark with white joints of a third of the area or so, before a glowing one at z
+/// = 2.
+inline World tiled_wall_before_lamp() {
+  World scene;
+  Shapes shapes(scene, glm::mat4(1), Random(1));
+  Material tiles = plain(glm::vec3(0.05f), 1);
+  tiles.color_c = glm::vec3(0.9f);
+  tiles.texture = static_cast<float>(Texture::Tiles);
+  tiles.scale = glm::vec3(50.f), tiles.gap = 0.1f;
+  const int wall = shapes.material(tiles), lamp = shapes.emitter({glm::vec3(1), false});
+  shapes.quad({-9, -9, -2}, {9, -9, -2}, {9, 9, -2}, {-9, 9, -2}, wall);
+  shapes.quad({9, -9, 2}, {-9, -9, 2}, {-9, 9, 2}, {9, 9, 2}, wall, lamp);
+  return scene;
+}
+
+/// Standard deviation over mean.
+inline double relative_spread(const std::vector<double>& values) {
+  double sum = 0, squares = 0;
+  for (const double v : values) sum += v, squares += v * v;
+  const double n = static_cast<double>(values.size()), mean = sum / n;
+  return std::sqrt(std::max(0.0, squares / n - mean * mean)) / mean;
 }
 
 /// count copies of one ray, planar.
