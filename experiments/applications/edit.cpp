@@ -126,23 +126,16 @@ DiffuseSource diffuse_source(const Scene& before, const EditedScene& with, std::
   return {k, k > kMostGain ? std::pow(kMostGain / k, 2) : 1};
 }
 
-/// What of the renders of bounce 1 the edit needs at all.
-struct Needs {
-  bool photograph = false, layer = false;
-};
-Needs needs_of(const Scene& before, const EditedScene& with) {
-  Needs needs;
+/// Whether some diffuse part is the layer's to say.
+bool needs_layer(const Scene& before, const EditedScene& with) {
   for (std::size_t i = 0; i < with.edited.size(); ++i)
-    for (std::size_t c = 0; with.edited[i] && c < 3; ++c) {
-      const DiffuseSource s = diffuse_source(before, with, c, i);
-      needs.photograph = needs.photograph || (s.w > 0 && s.k > 0), needs.layer = needs.layer || s.w < 1;
-    }
-  return needs;
+    for (std::size_t c = 0; with.edited[i] && c < 3; ++c)
+      if (diffuse_source(before, with, c, i).w < 1) return true;
+  return false;
 }
 
 /// D_1: what the edited pixels show less the photograph; 0 elsewhere.
 Image first_change(const Scene& before, const EditedScene& with, EditLayer& layer, EditBounce& bounce, double& shown) {
-  const Needs needs = needs_of(before, with);
   const Rgb ambient = ambient_of(before);
   const auto render = [&](const Image& albedo, const Image& material) {
     const Image picture = layer.radiance(albedo, material, before.photo, ambient, with.edited);
@@ -150,14 +143,10 @@ Image first_change(const Scene& before, const EditedScene& with, EditLayer& laye
     return picture;
   };
   const auto [albedo, material] = specular_alone(with.scene);
-  const Image specular = render(albedo, material);
+  const auto [old_albedo, old_material] = specular_alone(before);
+  const Image old_specular = render(old_albedo, old_material), specular = render(albedo, material);
   const std::vector<bool> shaded = layer.shaded();
-  Image old_specular, whole;
-  if (needs.photograph) {
-    const auto [old_albedo, old_material] = specular_alone(before);
-    old_specular = render(old_albedo, old_material);
-  }
-  if (needs.layer) whole = render(with.scene.albedo, with.scene.material);
+  const Image whole = needs_layer(before, with) ? render(with.scene.albedo, with.scene.material) : specular;
 
   const std::size_t n = before.photo.pixels();
   Image change(before.width(), before.height(), 3);
@@ -166,11 +155,12 @@ Image first_change(const Scene& before, const EditedScene& with, EditLayer& laye
     shown += 1.0 / static_cast<double>(n);
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t at = c * n + i;
+      const double photo = before.photo.data[at], now = specular.data[at], residue = photo - old_specular.data[at];
       const DiffuseSource s = diffuse_source(before, with, c, i);
-      double diffuse = 0;
-      if (s.w > 0 && s.k > 0) diffuse += s.w * s.k * std::max(before.photo.data[at] - old_specular.data[at], 0.0f);
-      if (s.w < 1) diffuse += (1 - s.w) * std::max(whole.data[at] - specular.data[at], 0.0f);
-      change.data[at] = static_cast<float>(specular.data[at] + diffuse - before.photo.data[at]);
+      // Where the layer's specular part is more than all that the photograph shows, the new one is less by as much.
+      const double excess = std::min(std::max(-residue, 0.0), now);
+      const double diffuse = s.w * s.k * std::max(residue, 0.0) + (1 - s.w) * std::max(whole.data[at] - now, 0.0);
+      change.data[at] = static_cast<float>(now - excess + diffuse - photo);
     }
   }
   return change;

@@ -114,7 +114,7 @@ void write_run_report(const std::filesystem::path& folder) {
     report.compare("Photograph", exposed(scene.photo, exposure), "Re-render", exposed(rerender->radiance, exposure),
                    "Scaled so that the photograph's 95th percentile is 0.9.");
   }
-  if (std::filesystem::exists(folder / "composite.exr")) {
+  if (std::filesystem::exists(folder / "insert.json")) {  // a folder of edit has a composite of its own
     report.section("Objects put in", "Lit by the photograph's own light, shadowing it and mirrored in it.");
     report.compare("Photograph", exposed(scene.photo, exposure), "With objects",
                    exposed(read_map(folder / "composite.exr", 3), exposure));

@@ -1,6 +1,7 @@
 #include "experiments/studies/study.hpp"
 
 #include "experiments/studies/balls_study.hpp"
+#include "experiments/studies/edit_study.hpp"
 #include "experiments/studies/layer_study.hpp"
 #include "experiments/studies/truth_study.hpp"
 
@@ -20,7 +21,7 @@ Schema study_schema() {
       .text("run.device", "", "OpenCL device; empty: the default")
       .aside();
   schema.section("study", "What is compared.")
-      .text("study.kind", "layer", "Which study", {"layer", "truth", "balls"})
+      .text("study.kind", "layer", "Which study", {"layer", "truth", "balls", "edit"})
       .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
@@ -34,6 +35,10 @@ Schema study_schema() {
       .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
   schema.section("balls", "Balls put into rooms (kind balls).")
       .integer("balls.spp", 256, "Samples a pixel", {2, 65536});
+  schema.section("edit", "Materials replaced in rooms (kind edit).")
+      .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
+      .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})
+      .integer("edit.bounces", 2, "Bounces of light that follow the edit", {1, 8});
   schema.section("data", "Generated rooms, one view each.")
       .integer("data.rooms", 6, "Rooms", {1, 1000})
       .integer("data.width", 160, "Pixels", {16, 4096})
@@ -47,6 +52,7 @@ std::string run_study(const Config& config, const std::vector<std::string>& comm
   const std::string& kind = config.text("study.kind");
   if (kind == "truth") return run_truth_study(config, command);
   if (kind == "balls") return run_balls_study(config, command);
+  if (kind == "edit") return run_edit_study(config, command);
   return run_layer_study(config, command);
 }
 

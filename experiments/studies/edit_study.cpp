@@ -1,0 +1,257 @@
+#include "experiments/studies/edit_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "experiments/studies/compare.hpp"
+#include "experiments/studies/strip.hpp"
+#include "experiments/studies/study_run.hpp"
+#include "experiments/studies/truth_study.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/progress.hpp"
+#include "tracer/views.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr double kLeastShare = 0.02;  // of the view: a surface that shows less is not edited
+constexpr int kMostStrips = 4;        // rooms shown
+
+const std::vector<std::string>& lights() {
+  static const std::vector<std::string> names{"image", "panorama", "constant"};
+  return names;
+}
+
+/// Pictures compared: the composite and the layer's render of the edited scene alone, by light; the photograph.
+std::vector<std::pair<std::string, std::string>> pictures() {
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (const std::string& light : lights()) rows.emplace_back("edit/" + light, "edit, " + light);
+  for (const std::string& light : lights()) rows.emplace_back("render/" + light, "render alone, " + light);
+  rows.emplace_back("photo", "photograph unchanged");
+  return rows;
+}
+
+class EditStudy : public StudyRun {
+ public:
+  using StudyRun::StudyRun;
+
+ private:
+  /// One record a room.
+  void measure() override {
+    const RoomAssets assets = load_assets(default_assets(), Setting::Training);
+    const std::int64_t rooms = config_.integer("data.rooms");
+    const auto done = static_cast<std::int64_t>(records_.size());
+    Progress progress("study", rooms, "rooms", done);
+    for (std::int64_t r = done; r < rooms; ++r) {
+      run_room(r, assets);
+      progress.advance();
+    }
+  }
+
+  void run_room(std::int64_t r, const RoomAssets& assets) {
+    const std::uint64_t seed =
+        Random(static_cast<std::uint64_t>(config_.integer("data.seed"))).fork(static_cast<std::uint64_t>(r)).bits();
+    const Room room = make_room(seed, Setting::Training, assets);
+    TraceScene traced(device_, room.scene);
+    const Camera camera = choose_views(traced, room, 1, static_cast<int>(config_.integer("data.width")),
+                                       static_cast<int>(config_.integer("data.height")), Random(seed).fork(100))
+                              .at(0);
+    const TraceMaps maps = traced.maps(camera);
+    Scene scene = scene_of(maps, camera);
+    const int spp = static_cast<int>(config_.integer("data.spp"));
+    const auto tracer_seed = static_cast<std::uint32_t>(Random(seed).fork(1).bits());
+    scene.photo = traced.picture(camera, spp, tracer_seed).mean;
+    const auto exposure = static_cast<float>(exposure_of(scene.photo.data));
+    for (float& v : scene.photo.data) v *= exposure;
+
+    MetricRecord record{r + 1, 0, {}};
+    for (const EditCase& edit : edit_cases()) {
+      stop_if_interrupted("study");
+      const int material = material_of_surface(room, camera, maps, edit.surface, kLeastShare);
+      if (material < 0) continue;
+      TraceScene changed(device_, with_material(room.scene, material, edit.change));
+      // At equal seeds paths that do not meet the surface are equal: errors are those of the edit.
+      Image truth = changed.picture(camera, spp, tracer_seed).mean;
+      for (float& v : truth.data) v *= exposure;
+      const Image mask = mask_of_material(room.scene, maps, material);
+      check_maps(changed.maps(camera), apply_edit(scene, mask, edit.change), edit);
+      run_case(r, edit, scene, mask, truth, record);
+    }
+    MetricsWriter(run_.metrics_path()).write(record.step, record.values);
+    records_.push_back(record);
+  }
+
+  /// The truth is that of the edit: maps agree, to the rounding of a texture's sum of three weighted values.
+  static void check_maps(const TraceMaps& maps, const EditedScene& with, const EditCase& edit) {
+    const std::size_t n = with.edited.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!with.edited[i]) continue;
+      double off = std::max(std::abs(maps.roughness.data[i] - with.scene.material.data[i]),
+                            std::abs(maps.metallic.data[i] - with.scene.material.data[n + i]));
+      for (std::size_t c = 0; c < 3; ++c)
+        off = std::max(off,
+                       static_cast<double>(std::abs(maps.albedo.data[c * n + i] - with.scene.albedo.data[c * n + i])));
+      if (off > 1e-5)
+        throw Error(ErrorKind::Failed, "the traced room is not the edited one", edit.name,
+                    fmt::format("off by {}", off));
+    }
+  }
+
+  void run_case(std::int64_t r, const EditCase& edit, const Scene& scene, const Image& mask, const Image& truth,
+                MetricRecord& record) {
+    const std::size_t n = scene.photo.pixels();
+    std::vector<bool> edited(n), others(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool used = scene.depth.data[i] > 0 && scene.material.data[2 * n + i] == 0;
+      edited[i] = used && mask.data[i] > 0, others[i] = used && mask.data[i] == 0;
+    }
+    if (std::none_of(others.begin(), others.end(), [](bool o) { return o; })) return;
+    const auto note = [&](const std::string& picture, std::int64_t seed, const Image& image, double seconds) {
+      for (const auto& [region, used] : {std::pair{"edited", &edited}, {"others", &others}}) {
+        const PictureError e = picture_error(image, truth, *used);
+        const std::string key = fmt::format("{}/{}/{}/s{}/", edit.key, picture, region, seed);
+        record.values.insert(record.values.end(),
+                             {{key + "relmse", e.relmse}, {key + "psnr", e.psnr}, {key + "seconds", seconds}});
+      }
+    };
+    RenderSettings settings;
+    settings.spp = static_cast<int>(config_.integer("edit.spp"));
+    const auto bounces = static_cast<int>(config_.integer("edit.bounces"));
+    note("photo", 0, scene.photo, 0);
+    Image shown;
+    const Scene after = apply_edit(scene, mask, edit.change).scene;
+    for (std::int64_t s = 0; s < config_.integer("edit.seeds"); ++s)
+      for (const std::string& light : lights()) {
+        settings.seed = static_cast<std::uint32_t>(s + 1), settings.light = light;
+        const Edit done = edit_scene(device_, scene, mask, edit.change, settings, bounces);
+        note("edit/" + light, s, done.composite, done.seconds);
+        const Rendering alone = render_scene(device_, after, settings);
+        note("render/" + light, s, alone.radiance, alone.seconds);
+        if (shown.data.empty()) shown = done.composite;
+      }
+    if (r < kMostStrips)
+      write_strip(run_.artifact(fmt::format("room{}_{}_photo_edit_tracer.png", r, edit.key)),
+                  {scene.photo, shown, truth});
+  }
+
+  /// Values of one picture: a list of seeds for every room that has the case.
+  std::vector<std::vector<double>> values(const std::string& picture, const std::string& what) const {
+    std::vector<std::vector<double>> rooms;
+    for (const MetricRecord& record : records_) {
+      std::vector<double> seeds;
+      for (const auto& [name, value] : record.values)
+        if (name.rfind(picture + "/s", 0) == 0 && name.ends_with("/" + what)) seeds.push_back(value);
+      if (!seeds.empty()) rooms.push_back(seeds);
+    }
+    return rooms;
+  }
+  static std::vector<double> means(const std::vector<std::vector<double>>& rooms) {
+    std::vector<double> list;
+    for (const std::vector<double>& seeds : rooms) list.push_back(mean(seeds));
+    return list;
+  }
+
+  Table table_of(const std::string& region, const std::string& title) const {
+    Table table;
+    table.title = title;
+    table.columns = {{"edit", "", Best::None, 3},
+                     {"picture", "", Best::None, 3},
+                     {"relMSE", "eps 0.01, rooms", Best::None, 3},
+                     {"spread", "over seeds", Best::None, 2},
+                     {"PSNR", "dB, rooms", Best::None, 4},
+                     {"closer than the photograph", "rooms, relMSE", Best::None, 3},
+                     {"of", "rooms", Best::None, 3},
+                     {"time", "s a view", Best::None, 3}};
+    for (const EditCase& edit : edit_cases()) {
+      const std::vector<double> photo = means(values(edit.key + "/photo/" + region, "relmse"));
+      if (photo.empty()) throw Error(ErrorKind::Failed, "no view shows such a surface", edit.name);
+      for (const auto& [key, label] : pictures()) {
+        const std::string picture = edit.key + "/" + key + "/" + region;
+        const auto errors = values(picture, "relmse");
+        const std::vector<double> of_rooms = means(errors);
+        std::vector<double> spread;
+        for (const std::vector<double>& seeds : errors) spread.push_back(standard_deviation(seeds));
+        double closer = 0;
+        for (std::size_t i = 0; i < photo.size(); ++i) closer += of_rooms[i] < photo[i];
+        table.add({edit.name, label, measure_of(of_rooms), Measure{mean(spread)},
+                   measure_of(means(values(picture, "psnr"))), Measure{closer},
+                   Measure{static_cast<double>(photo.size())}, Measure{median(means(values(picture, "seconds")))}});
+      }
+    }
+    return table;
+  }
+
+  void conclude() override {
+    const std::string by =
+        fmt::format("{} samples a pixel, {} bounces follow the edit, {} seeds", config_.integer("edit.spp"),
+                    config_.integer("edit.bounces"), config_.integer("edit.seeds"));
+    write_table("edited", table_of("edited", "Edited pixels against the tracer: " + by));
+    std::fputs("\n", stdout);
+    write_table("others", table_of("others", "All other pixels against the tracer: " + by));
+  }
+};
+
+}  // namespace
+
+const std::vector<EditCase>& edit_cases() {
+  static const std::vector<EditCase> cases{
+      {"mirror", "floor to a mirror", EditedSurface::Floor, {{{0.9, 0.9, 0.9}}, 0.02, 1.0}},
+      {"metal", "wall to glossy metal", EditedSurface::Wall, {{{0.8, 0.6, 0.35}}, 0.25, 1.0}},
+      {"rough", "furniture to rough paint", EditedSurface::Furniture, {{{0.15, 0.35, 0.5}}, 0.9, 0.0}}};
+  return cases;
+}
+
+int material_of_surface(const Room& room, const Camera& camera, const TraceMaps& maps, EditedSurface surface,
+                        double least) {
+  constexpr double kNear = 0.005;  // metres: rugs and skirtings stand off further
+  std::map<int, std::size_t> shown;
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * camera.width + x;
+      if (maps.triangle[i] < 0 || maps.emitter[i] >= 0) continue;
+      const Triangle& t = room.scene.triangles[static_cast<std::size_t>(maps.triangle[i])];
+      const Vec3 p = camera.to_world(camera.unproject(x + 0.5, y + 0.5, maps.depth.data[i]));
+      const Vec3 n(glm::normalize(glm::cross(t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position)));
+      const bool floor = std::abs(p.y) < kNear && std::abs(n.y) > 0.99;
+      const bool border =
+          std::abs(std::abs(p.x) - 0.5 * room.size.x) < kNear || std::abs(std::abs(p.z) - 0.5 * room.size.z) < kNear;
+      const bool wall = border && std::abs(n.y) < 0.01;
+      const bool furniture = !floor && p.y > kNear && p.y < room.size.y - kNear &&
+                             std::abs(p.x) < 0.5 * room.size.x - kNear && std::abs(p.z) < 0.5 * room.size.z - kNear;
+      if (surface == EditedSurface::Floor ? floor : surface == EditedSurface::Wall ? wall : furniture)
+        ++shown[t.material];
+    }
+  const auto most =
+      std::max_element(shown.begin(), shown.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const double enough = least * camera.width * camera.height;
+  return most == shown.end() || static_cast<double>(most->second) < enough ? -1 : most->first;
+}
+
+World with_material(const World& world, int material, const MaterialEdit& change) {
+  World changed = world;
+  Material plain;
+  const auto& a = *change.albedo;
+  plain.color_a = plain.color_b =
+      plain.color_c = {static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
+  plain.roughness_a = plain.roughness_b = plain.roughness_c = static_cast<float>(*change.roughness);
+  plain.metallic_a = plain.metallic_b = plain.metallic_c = static_cast<float>(*change.metallic);
+  plain.uncapped = 1;
+  changed.materials.at(static_cast<std::size_t>(material)) = plain;
+  return changed;
+}
+
+Image mask_of_material(const World& world, const TraceMaps& maps, int material) {
+  Image mask(maps.depth.width, maps.depth.height, 1);
+  for (std::size_t i = 0; i < mask.pixels(); ++i)
+    if (maps.triangle[i] >= 0 && maps.emitter[i] < 0 &&
+        world.triangles[static_cast<std::size_t>(maps.triangle[i])].material == material)
+      mask.data[i] = 1;
+  return mask;
+}
+
+std::string run_edit_study(const Config& config, const std::vector<std::string>& command) {
+  return EditStudy(config, command).run();
+}
+
+}  // namespace clerestory
