@@ -112,25 +112,35 @@ std::pair<Image, Image> specular_alone(const Scene& scene) {
   return {std::move(albedo), std::move(material)};
 }
 
-/// How the diffuse part of an edited pixel's channel is made: share w of the photograph's, times k; the rest the
-/// layer's.
+/// The diffuse part of an edited pixel's channel: shares of the photograph's own diffuse part of that channel times k,
+/// of the grey light that fits its three channels best times the new albedo, and of the layer's diffuse part.
 struct DiffuseSource {
-  double k = 0, w = 0;
+  double k = 0, now = 0;
+  double channel = 1, grey = 0, layer = 0;  // shares
 };
+
+/// The share that a source keeps at a gain: beyond the largest one it falls faster than the gain grows.
+double trusted(double gain) { return gain > kMostGain ? std::pow(kMostGain / gain, 2) : 1; }
+
 DiffuseSource diffuse_source(const Scene& before, const EditedScene& with, std::size_t c, std::size_t i) {
-  const double old = diffuse_albedo(before, c, i), now = diffuse_albedo(with.scene, c, i);
-  if (with.emitted[i] || (old == 0 && now > 0)) return {0, 0};
-  if (now == 0) return {0, 1};
-  const double k = now / old;
-  // Beyond the largest gain both the share and the gain that is left, w k, fall to 0 with the old albedo.
-  return {k, k > kMostGain ? std::pow(kMostGain / k, 2) : 1};
+  DiffuseSource s;
+  const double old = diffuse_albedo(before, c, i);
+  s.now = diffuse_albedo(with.scene, c, i);
+  if (s.now == 0) return s;
+  double squares = 0;
+  for (std::size_t d = 0; d < 3; ++d) squares += std::pow(diffuse_albedo(before, d, i), 2) / 3;
+  s.k = old > 0 ? s.now / old : 0;
+  s.channel = with.emitted[i] || old == 0 ? 0 : trusted(s.k);
+  const double grey = with.emitted[i] || squares == 0 ? 0 : trusted(s.now / std::sqrt(squares));
+  s.grey = (1 - s.channel) * grey, s.layer = (1 - s.channel) * (1 - grey);
+  return s;
 }
 
 /// Whether some diffuse part is the layer's to say.
 bool needs_layer(const Scene& before, const EditedScene& with) {
   for (std::size_t i = 0; i < with.edited.size(); ++i)
     for (std::size_t c = 0; with.edited[i] && c < 3; ++c)
-      if (diffuse_source(before, with, c, i).w < 1) return true;
+      if (diffuse_source(before, with, c, i).layer > 0) return true;
   return false;
 }
 
@@ -153,13 +163,22 @@ Image first_change(const Scene& before, const EditedScene& with, EditLayer& laye
   for (std::size_t i = 0; i < n; ++i) {
     if (!shaded[i]) continue;
     shown += 1.0 / static_cast<double>(n);
+    // Irradiance over pi if it were grey: least squares of albedo times it to the photograph's diffuse part.
+    double products = 0, squares = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double old = diffuse_albedo(before, c, i);
+      products += old * std::max(before.photo.data[c * n + i] - old_specular.data[c * n + i], 0.0f);
+      squares += old * old;
+    }
+    const double grey = squares > 0 ? products / squares : 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t at = c * n + i;
       const double photo = before.photo.data[at], now = specular.data[at], residue = photo - old_specular.data[at];
       const DiffuseSource s = diffuse_source(before, with, c, i);
       // Where the layer's specular part is more than all that the photograph shows, the new one is less by as much.
       const double excess = std::min(std::max(-residue, 0.0), now);
-      const double diffuse = s.w * s.k * std::max(residue, 0.0) + (1 - s.w) * std::max(whole.data[at] - now, 0.0);
+      const double diffuse = s.channel * s.k * std::max(residue, 0.0) + s.grey * s.now * grey +
+                             s.layer * std::max(whole.data[at] - now, 0.0);
       change.data[at] = static_cast<float>(now - excess + diffuse - photo);
     }
   }

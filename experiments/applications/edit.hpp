@@ -62,12 +62,15 @@ struct Edit {
   double seconds = 0;               // of rendering, after the plans were made
 };
 
-/// The composite. What an edited pixel shows is made of both lobes apart. Specular: what the layer finds along the
-/// rays. Diffuse: the photograph less its own specular part, times the ratio of diffuse albedos, since the photograph
-/// has measured the light that falls on the surface from lamps in view or not, which the layer only estimates; beyond a
-/// ratio of 4, and for pixels that emitted, the layer's estimate takes over. A mirror is so wholly the layer's, a
-/// repainted wall wholly the photograph's, and an edit to the values that are there changes nothing.
-/// `settings.light` lights the edited surface in bounce 1; later bounces are carried by rays that end on a change.
+/// The composite. Edited pixels are replaced, by both lobes apart. Specular: what the layer finds along the rays, since
+/// the photograph knows nothing of what the new lobe looks at. Diffuse: the photograph less its old specular part,
+/// times the ratio of diffuse albedos, since the photograph has measured the light that falls on the surface, from
+/// lamps out of view too, which the layer only estimates. Beyond a ratio of 4 in one channel that light is taken from
+/// all three as if it were grey; where all are too dark for that, and for pixels that emitted, the layer's estimate
+/// takes over. A mirror is so the layer's, a repainted wall the photograph's, and an edit that changes little changes
+/// the picture little (of metal, only as far as the layer finds what the photograph shows). `settings.light` lights the
+/// edited surface in bounce 1; later bounces are carried by rays that end on a change. What an edited pixel throws on
+/// others is the radiance that it sends to the camera: right for rough surfaces, a guess for mirrors.
 Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const MaterialEdit& change,
                 const RenderSettings& settings, int bounces);
 
