@@ -138,6 +138,38 @@ TEST_F(EditTest, PaintScalesTheDiffusePartOfThePhotograph) {
   EXPECT_GT(compared, 0.02 * 3 * n);
 }
 
+// One bright pixel of an old paint that lacks blue, or all colour, painted grey: the light on it, which is grey, comes
+// from the channels that show it, and from the layer when none does.
+TEST_F(EditTest, DarkPaintDoesNotHideTheLightOnIt) {
+  const std::vector<bool> floor_pixels = floor();
+  const std::size_t n = scene_.photo.pixels();
+  const std::size_t at =
+      static_cast<std::size_t>(std::find(floor_pixels.begin(), floor_pixels.end(), true) - floor_pixels.begin());
+  std::vector<bool> one(n, false);
+  one[at] = true;
+  const auto painted = [&](const std::array<float, 3>& old, float light) {
+    Scene scene = scene_;
+    scene.material.data[n + at] = scene.material.data[2 * n + at] = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      scene.albedo.data[c * n + at] = old[c];
+      scene.photo.data[c * n + at] = old[c] > 0 ? old[c] * light : light;
+    }
+    return std::pair{edited(scene, mask_of(one), {{{0.5, 0.5, 0.5}}, 0.8, 0.0}, 1, "constant"), scene};
+  };
+  const Image yellow = painted({0.6f, 0.6f, 0.01f}, 1e4f).first.composite;
+  // The specular part, at most the ambient of a few units (the pixel's own share of it is 1e4 / 3072), hides in 100.
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(yellow.data[c * n + at], 5000, 0.05 * 5000) << c;
+
+  const auto [black, scene] = painted({0, 0, 0}, 1e4f);
+  Scene after = black.with.scene;
+  RenderSettings settings = settings_;
+  settings.light = "constant";
+  const Image layer = render_scene(*device_, after, settings).radiance;
+  for (std::size_t c = 0; c < 3; ++c)
+    // A difference of two renders added again: a few roundings, and those of taking the photograph away and adding it.
+    EXPECT_NEAR(black.composite.data[c * n + at], layer.data[c * n + at], 8 * 0x1p-24 * 1e4);
+}
+
 // A white mirror under the same light from everywhere shows that light.
 TEST_F(EditTest, WhiteMirrorInAFurnace) {
   const std::vector<bool> floor_pixels = floor();
