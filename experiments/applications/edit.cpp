@@ -162,7 +162,7 @@ Image first_change(const Scene& before, const EditedScene& with, EditLayer& laye
   Image change(before.width(), before.height(), 3);
   for (std::size_t i = 0; i < n; ++i) {
     if (!shaded[i]) continue;
-    shown += 1.0 / static_cast<double>(n);
+    ++shown;
     // Irradiance over pi if it were grey: least squares of albedo times it to the photograph's diffuse part.
     double products = 0, squares = 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -182,6 +182,7 @@ Image first_change(const Scene& before, const EditedScene& with, EditLayer& laye
       change.data[at] = static_cast<float>(now - excess + diffuse - photo);
     }
   }
+  shown /= static_cast<double>(n);
   return change;
 }
 
