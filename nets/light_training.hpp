@@ -2,9 +2,8 @@
 // known, and the picture rendered again.
 #pragma once
 #include "host/ops/nn/adam.hpp"
-#include "nets/light_net.hpp"
+#include "nets/light_model.hpp"
 #include "nets/losses.hpp"
-#include "nets/out_of_view.hpp"
 
 namespace clerestory {
 
@@ -33,12 +32,10 @@ struct LightTrainingOptions {
 ///   "shade_camera", "shade_image" {n,3,...}, "shade_mask" {n,1,...} (0 where emitters are seen), and
 ///   "shade_skip<b>" Int {1,1,pixels,samples}
 ///   "learning_rate" and "step" {1,1,1,1} (1 for the first).
-/// States are named "local.*" and "global.*".
 struct LightTraining {
   NamedValues losses;  // "loss" first
 };
-LightTraining light_training(Graph& graph, const LightNetSize& in_view, const OutOfViewSize& out_of_view,
-                             const LightTrainingOptions& options);
+LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightTrainingOptions& options);
 
 /// RawNeRF's loss of radiance (Mildenhall et al. 2022): <((y' - y) / (sg(y') + 0.001))^2>_m over mask and channels.
 /// prediction and truth {1,3,rows,samples}, mask {1,1,...}.

@@ -114,6 +114,16 @@ Image pad_to_multiple(const Image& image, int multiple, bool repeat) {
   return out;
 }
 
+Image mirrored(const Image& image) {
+  Image out = image;
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < image.height; ++y) {
+      float* row = out.plane(c) + static_cast<std::size_t>(y) * image.width;
+      std::reverse(row, row + image.width);
+    }
+  return out;
+}
+
 Image cut(const Image& image, int width, int height) {
   if (width > image.width || height > image.height)
     throw Error(ErrorKind::Failed, "a cut is larger than its picture", "cut", fmt::format("{}x{}", width, height),

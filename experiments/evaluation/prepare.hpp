@@ -17,6 +17,8 @@ Image resize_nearest(const Image& image, int width, int height);
 Image crop_to_aspect(const Image& image, int width, int height);
 /// Grown to the right and below to multiples of `multiple` by repeating the last column and row, or filled with zeros.
 Image pad_to_multiple(const Image& image, int multiple, bool repeat);
+/// Left and right exchanged.
+Image mirrored(const Image& image);
 /// The upper left part.
 Image cut(const Image& image, int width, int height);
 

@@ -16,21 +16,7 @@ std::uint64_t mix(std::uint64_t z) {
   return z ^ (z >> 31);
 }
 
-std::uint64_t keyed(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
-  return mix(mix(mix(seed) ^ position) ^ purpose);
-}
-
 enum Purpose : std::uint64_t { shuffle = 1, flip_draw = 2, exposure_draw = 3 };
-
-Image mirrored(const Image& image) {
-  Image out = image;
-  for (int c = 0; c < image.channels; ++c)
-    for (int y = 0; y < image.height; ++y) {
-      float* row = out.plane(c) + static_cast<std::size_t>(y) * image.width;
-      std::reverse(row, row + image.width);
-    }
-  return out;
-}
 
 void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
   const Image padded = pad_to_multiple(flip ? mirrored(map) : map, net_multiple, repeat);
@@ -39,8 +25,12 @@ void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
 
 }  // namespace
 
+std::uint64_t keyed_bits(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
+  return mix(mix(mix(seed) ^ position) ^ purpose);
+}
+
 double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
-  return static_cast<double>(keyed(seed, position, purpose) >> 11) * 0x1p-53;
+  return static_cast<double>(keyed_bits(seed, position, purpose) >> 11) * 0x1p-53;
 }
 
 std::size_t ViewOrder::at(std::uint64_t position) {
@@ -49,7 +39,7 @@ std::size_t ViewOrder::at(std::uint64_t position) {
     order_.resize(count_);
     std::iota(order_.begin(), order_.end(), 0u);
     for (std::size_t i = count_ - 1; i > 0; --i)
-      std::swap(order_[i], order_[keyed(seed_ ^ mix(epoch), i, shuffle) % (i + 1)]);
+      std::swap(order_[i], order_[keyed_bits(seed_ ^ mix(epoch), i, shuffle) % (i + 1)]);
     epoch_ = epoch;
   }
   return order_[position % count_];
@@ -104,50 +94,14 @@ TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentat
   return out;
 }
 
-BatchStream::BatchStream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed, int batch,
-                         std::int64_t first_step, int ahead)
-    : store_(store), augmentation_(augmentation), seed_(seed), batch_(batch), ahead_(static_cast<std::size_t>(ahead)) {
-  thread_ = std::thread([this, first_step] { work(first_step); });
-}
-
-BatchStream::~BatchStream() {
-  {
-    const std::lock_guard lock(mutex_);
-    stop_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
-}
-
-void BatchStream::work(std::int64_t step) {
-  ViewOrder order(store_.size(), seed_);
-  try {
-    for (;; ++step) {
-      {
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return stop_ || ready_.size() < ahead_; });
-        if (stop_) return;
-      }
-      TrainingBatch batch = training_batch(store_, order, augmentation_, seed_, step, batch_);
-      const std::lock_guard lock(mutex_);
-      ready_.push_back(std::move(batch));
-      changed_.notify_all();
-    }
-  } catch (...) {
-    const std::lock_guard lock(mutex_);
-    error_ = std::current_exception();
-    changed_.notify_all();
-  }
-}
-
-TrainingBatch BatchStream::next() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return !ready_.empty() || error_; });
-  if (ready_.empty()) std::rethrow_exception(error_);
-  TrainingBatch batch = std::move(ready_.front());
-  ready_.pop_front();
-  changed_.notify_all();
-  return batch;
+std::unique_ptr<BatchStream> batch_stream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed,
+                                          int batch, std::int64_t first_step) {
+  const auto order = std::make_shared<ViewOrder>(store.size(), seed);
+  return std::make_unique<BatchStream>(
+      [&store, order, augmentation, seed, batch](std::int64_t step) {
+        return training_batch(store, *order, augmentation, seed, step, batch);
+      },
+      first_step);
 }
 
 }  // namespace clerestory

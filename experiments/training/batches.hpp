@@ -1,16 +1,12 @@
 // The stream of training batches: which views, in which order, flipped and exposed how. Everything is a function of
 // (seed, position), so a resumed run sees what an uninterrupted one would have seen, whatever the threads do.
 #pragma once
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
-#include <exception>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "experiments/training/prefetch.hpp"
 #include "experiments/training/view_store.hpp"
 #include "host/graph/shape.hpp"
 
@@ -49,7 +45,8 @@ class ViewOrder {
   std::vector<std::uint32_t> order_;
 };
 
-/// Uniform in [0, 1) from a key, the same everywhere (SplitMix64).
+/// 64 bits of a key, the same everywhere (SplitMix64), and as a number in [0, 1).
+std::uint64_t keyed_bits(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose);
 double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose);
 
 /// Views side by side, `flip` and `gain` per view.
@@ -60,31 +57,9 @@ TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::
 TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentation& augmentation, std::uint64_t seed,
                              std::int64_t step, int batch);
 
-/// Prepares batches on a thread of its own, a few ahead.
-class BatchStream {
- public:
-  BatchStream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed, int batch,
-              std::int64_t first_step, int ahead = 3);
-  ~BatchStream();
-  BatchStream(const BatchStream&) = delete;
-  BatchStream& operator=(const BatchStream&) = delete;
-
-  /// Batches in order; rethrows what went wrong while reading. Not to be called again after that.
-  TrainingBatch next();
-
- private:
-  void work(std::int64_t step);
-  ViewStore& store_;
-  Augmentation augmentation_;
-  std::uint64_t seed_;
-  int batch_;
-  std::size_t ahead_;
-  std::deque<TrainingBatch> ready_;
-  std::exception_ptr error_;
-  bool stop_ = false;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::thread thread_;
-};
+/// The batches of a run from `first_step` on, a few ahead. The store must outlive it.
+using BatchStream = Prefetch<TrainingBatch>;
+std::unique_ptr<BatchStream> batch_stream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed,
+                                          int batch, std::int64_t first_step);
 
 }  // namespace clerestory

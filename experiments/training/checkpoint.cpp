@@ -63,9 +63,9 @@ void describe_validation(TensorFile& file, const History& history) {
   const HistoryPoint& last = history.legs.back().curve.back();
   file.metadata["score"] = facts_text(last.score);
   file.metadata["scale_error"] = facts_text(last.scale_error);
-  for (int i = 0; i < map_error_count; ++i)
-    if (const double e = last.errors[static_cast<std::size_t>(i)]; std::isfinite(e))
-      file.metadata[std::string("error.") + info(static_cast<MapError>(i)).key] = facts_text(e);
+  const std::vector<ErrorName>& names = error_names(history.kind());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (std::isfinite(last.errors[i])) file.metadata["error." + names[i].key] = facts_text(last.errors[i]);
 }
 
 History stored_history(const TensorFile& file, const std::string& where) {

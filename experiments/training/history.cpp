@@ -21,26 +21,71 @@ json numbers(const std::vector<double>& values) {
 std::vector<double> numbers(const json& values) {
   std::vector<double> out;
   for (const json& v : values) out.push_back(v.is_null() ? nan : v.get<double>());
-  if (out.size() != map_error_count)
-    throw json::other_error::create(501, "a point of the curve has another number of errors", &values);
   return out;
+}
+
+HistoryPoint point_of(const json& p, std::size_t errors) {
+  HistoryPoint point{p.at("step"),   p.at("hours"),      p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")),
+                     p.at("scale_error")};
+  if (point.errors.size() != errors || point.ratios.size() != errors)
+    throw json::other_error::create(501, "a point of the curve has another number of errors", &p);
+  return point;
 }
 
 std::string cell_of(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-"; }
 
 /// Errors of the last validation, against what a net without skill would get.
-std::string result_table(const HistoryPoint& last) {
-  std::string out = "| map | error on validation | ratio to the best trivial predictor |\n|---|---|---|\n";
-  for (int i = 0; i < map_error_count; ++i) {
-    const auto& metric = info(static_cast<MapError>(i));
-    out += fmt::format("| {} | {} {} | {} |\n", metric.name, cell_of(last.errors[static_cast<std::size_t>(i)]),
-                       metric.unit, cell_of(last.ratios[static_cast<std::size_t>(i)]));
-  }
-  return out + fmt::format("\nGeometric mean of the ratios {}; scene scale: median |Δ ln| {}, a factor of {:.2f}.\n",
-                           cell_of(last.score), cell_of(last.scale_error), std::exp(last.scale_error));
+std::string result_table(const HistoryPoint& last, const std::string& kind) {
+  std::string out = "| | error on validation | ratio to the best trivial predictor |\n|---|---|---|\n";
+  const std::vector<ErrorName>& names = error_names(kind);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    out += fmt::format("| {} | {} {} | {} |\n", names[i].name, cell_of(last.errors[i]), names[i].unit,
+                       cell_of(last.ratios[i]));
+  out += fmt::format("\nGeometric mean of the ratios {}", cell_of(last.score));
+  if (kind == "maps")
+    out += fmt::format("; scene scale: median |Δ ln| {}, a factor of {:.2f}", cell_of(last.scale_error),
+                       std::exp(last.scale_error));
+  return out + ".\n";
+}
+
+struct CardText {
+  const char *title, *purpose, *limits;
+};
+
+CardText card_text(const std::string& kind) {
+  if (kind == "light")
+    return {"Weights of the light",
+            "LightNet and the out-of-view field: the light that arrives at any point of a photographed room from any "
+            "direction. Trained from random weights on generated rooms alone, by the commands below.",
+            "Trained on procedural rooms under their true maps. What lies outside of the picture is a guess at its "
+            "colour and strength, without detail."};
+  return {"Weights of MGNet",
+          "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained from random "
+          "weights on generated rooms alone, by the commands below.",
+          "Trained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its "
+          "scale in metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are "
+          "read as surfaces."};
 }
 
 }  // namespace
+
+const std::vector<ErrorName>& error_names(const std::string& kind) {
+  static const std::vector<ErrorName> maps = [] {
+    std::vector<ErrorName> names;
+    for (int i = 0; i < map_error_count; ++i) {
+      const auto& metric = info(static_cast<MapError>(i));
+      names.push_back({metric.key, metric.name, metric.unit});
+    }
+    return names;
+  }();
+  static const std::vector<ErrorName> light{{"hits_relmse", "rays that hit", "relMSE"},
+                                            {"misses_relmse", "rays that miss", "relMSE"},
+                                            {"all_relmse", "all rays", "relMSE"},
+                                            {"hits_log", "rays that hit, log", "log-RGB RMSE"},
+                                            {"misses_log", "rays that miss, log", "log-RGB RMSE"},
+                                            {"all_log", "all rays, log", "log-RGB RMSE"}};
+  return kind == "light" ? light : maps;
+}
 
 HistoryPoint history_point(const EvaluationSummary& summary) {
   HistoryPoint point;
@@ -76,7 +121,8 @@ std::string history_json(const History& history) {
                        {"errors", numbers(p.errors)},
                        {"ratios", numbers(p.ratios)},
                        {"scale_error", p.scale_error}});
-    legs.push_back({{"experiment", l.experiment},
+    legs.push_back({{"kind", l.kind},
+                    {"experiment", l.experiment},
                     {"variant", l.variant},
                     {"config_hash", l.config_hash},
                     {"commit", l.commit},
@@ -103,14 +149,14 @@ History history_from_json(const std::string& text, const std::string& where) {
     History history;
     for (const json& j : json::parse(text)) {
       Leg l;
+      l.kind = j.value("kind", "maps");
       l.experiment = j.at("experiment"), l.variant = j.at("variant"), l.config_hash = j.at("config_hash");
       l.commit = j.at("commit"), l.started = j.at("started"), l.preset = j.at("preset");
       l.width = j.at("width"), l.height = j.at("height"), l.batch = j.at("batch"), l.seed = j.at("seed");
       l.rooms = j.at("rooms"), l.views = j.at("views"), l.steps = j.at("steps"), l.views_seen = j.at("views_seen");
       l.hours = j.at("hours"), l.init = j.at("init"), l.overrides = j.at("overrides").get<std::vector<std::string>>();
       for (const json& p : j.at("curve"))
-        l.curve.push_back({p.at("step"), p.at("hours"), p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")),
-                           p.at("scale_error")});
+        l.curve.push_back(point_of(p, error_names(l.kind).size()));
       history.legs.push_back(std::move(l));
     }
     return history;
@@ -123,9 +169,10 @@ Plot history_plot(const History& history) {
   Plot plot;
   plot.title = "Validation error over the best trivial predictor";
   plot.x_label = "hours of training", plot.y_label = "ratio (1: no skill)";
-  for (int i = -1; i < map_error_count; ++i) {
+  const std::vector<ErrorName>& names = error_names(history.kind());
+  for (int i = -1; i < static_cast<int>(names.size()); ++i) {
     Series series;
-    series.label = i < 0 ? "geometric mean" : info(static_cast<MapError>(i)).name;
+    series.label = i < 0 ? "geometric mean" : names[static_cast<std::size_t>(i)].name;
     series.stroke = i < 0 ? Stroke::LinePoints : Stroke::Line;
     for (const Leg& leg : history.legs)
       for (const HistoryPoint& p : leg.curve) {
@@ -145,15 +192,13 @@ Plot history_plot(const History& history) {
 
 std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts,
                        const std::string& plot) {
-  std::string card =
-      "# Weights of MGNet\n\nMaps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained "
-      "from random "
-      "weights on generated rooms alone, by the commands below.\n\n| | |\n|---|---|\n";
+  const CardText text = card_text(history.kind());
+  std::string card = fmt::format("# {}\n\n{}\n\n| | |\n|---|---|\n", text.title, text.purpose);
   for (const auto& [name, value] : facts) card += fmt::format("| {} | {} |\n", name, value);
   card += fmt::format("| training | {:.2f} hours, {} views seen, {} leg{} |\n", history.hours(), history.views_seen(),
                       history.legs.size(), history.legs.size() == 1 ? "" : "s");
   if (!history.legs.empty() && !history.legs.back().curve.empty())
-    card += "\n## Validation\n" + result_table(history.legs.back().curve.back()) +
+    card += "\n## Validation\n" + result_table(history.legs.back().curve.back(), history.kind()) +
             fmt::format("\n![validation error against hours]({})\n", plot) +
             "\nConventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.\n";
   card +=
@@ -165,11 +210,7 @@ std::string model_card(const History& history, const std::vector<std::pair<std::
     card += fmt::format("| {} | {} | {}x{} | {} | {} | {} | {} | {} | {:.2f} | {} | {} | {} | `{}` |\n", ++number,
                         l.started, l.width, l.height, l.batch, l.rooms, l.views, l.steps, l.views_seen, l.hours, l.seed,
                         l.init.empty() ? "random" : l.init, l.commit, fmt::join(l.overrides, " "));
-  return card +
-         "\n## Limits\nTrained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is "
-         "relative; its scale in "
-         "metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are read as "
-         "surfaces.\n";
+  return card + fmt::format("\n## Limits\n{}\n", text.limits);
 }
 
 }  // namespace clerestory

@@ -9,20 +9,28 @@
 
 namespace clerestory {
 
+/// What is trained: "maps" (MGNet) or "light" (LightNet and the out-of-view field).
+struct ErrorName {
+  std::string key, name, unit;
+};
+/// The errors of a validation, in the order of HistoryPoint's lists.
+const std::vector<ErrorName>& error_names(const std::string& kind);
+
 /// One validation.
 struct HistoryPoint {
   std::int64_t step = 0;       // of its leg
   double hours = 0;            // of training, all legs together
   double score = 0;            // geometric mean of the ratios to the best trivial predictor
-  std::vector<double> errors;  // map_error_count values, NaN where a metric has no view
+  std::vector<double> errors;  // by error_names, NaN where a metric has no view
   std::vector<double> ratios;
-  double scale_error = 0;  // median |delta ln scene_scale|
+  double scale_error = 0;  // maps: median |delta ln scene_scale|
 };
 /// Without step and hours.
 HistoryPoint history_point(const EvaluationSummary& summary);
 
 /// One uninterrupted plan of training: a config on a set of views.
 struct Leg {
+  std::string kind = "maps";
   std::string experiment, variant, config_hash, commit, started;  // started: UTC
   std::string preset;
   int width = 0, height = 0, batch = 0;
@@ -37,6 +45,7 @@ struct Leg {
 
 struct History {
   std::vector<Leg> legs;
+  std::string kind() const { return legs.empty() ? "maps" : legs.back().kind; }
   double hours() const;
   std::int64_t views_seen() const;
 };

@@ -44,7 +44,7 @@ class MapsTask : public TrainingTask {
     const MapSet means = progress.means->maps(options_.size.width, options_.size.height);
     const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
     judged_ = read_for_judgement(validation_store_, which, &means);
-    stream_ = std::make_unique<BatchStream>(store_, options_.augmentation, options_.seed, options_.batch, progress.step);
+    stream_ = batch_stream(store_, options_.augmentation, options_.seed, options_.batch, progress.step);
   }
 
   Losses step(double rate) override {
@@ -73,7 +73,11 @@ class MapsTask : public TrainingTask {
   void report(const RunDirectory& run, const Config& config, const History& history,
               const Provenance& provenance) override {
     if (!summary_) judge();  // killed between the last checkpoint and here
-    write_training_report(run, config, history, *summary_, samples(), provenance);
+    const std::vector<std::string> conventions = evaluation_conventions(options_.size.width, options_.size.height);
+    write_training_report(run, config, history,
+                          {summary_table(*summary_, "Validation views"), fmt::format("{}", fmt::join(conventions, "\n")),
+                           [this](HtmlReport& page) { add_samples(page, samples()); }},
+                          provenance);
   }
 
  private:

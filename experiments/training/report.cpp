@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "host/io/files.hpp"
-#include "host/report/html.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
 
@@ -61,35 +60,38 @@ void write_model_card(const std::filesystem::path& weights, const History& histo
                          {"size", fmt::format("{:.2f} MB, half precision", static_cast<double>(file.bytes) * 1e-6)},
                          {"hash (FNV-1a, 64 bit)", file.hash},
                          {"preset", last.preset},
-                         {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9, clamped to [0, 1]",
-                                               last.width, last.height)},
+                         {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width,
+                                               last.height, last.kind == "light" ? "" : ", clamped to [0, 1]")},
                          {"commit", last.commit}},
                         "validation.svg"));
 }
 
+void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples) {
+  report.section("Validation views", "Each map beside the truth. Depth is relative to scene_scale.");
+  for (const ReportSample& sample : samples) add_sample(report, sample);
+}
+
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
-                           const EvaluationSummary& last, const std::vector<ReportSample>& samples,
-                           const Provenance& provenance) {
+                           const TrainingPage& page, const Provenance& provenance) {
   write_model_card(run.artifact("weights.safetensors"), history, run / "artifacts");
   // With the table beside the plot, `clerestory report` can make a report again from the files alone.
-  write_file(run.artifact("validation.table.json"), table_json(summary_table(last, "Validation views")));
+  write_file(run.artifact("validation.table.json"), table_json(page.table));
   const auto records = read_metrics(run.metrics_path());
   const Leg& leg = history.legs.back();
-  HtmlReport report("Training of MGNet", run.path().filename().string());
+  HtmlReport report(leg.kind == "light" ? "Training of the light" : "Training of MGNet", run.path().filename().string());
   report.facts({{"preset", leg.preset},
                 {"views", fmt::format("{} of {} rooms, {}x{}", leg.views, leg.rooms, leg.width, leg.height)},
                 {"steps", fmt::format("{} of {} views", leg.steps, leg.batch)},
                 {"time", duration_text(leg.hours * 3600)},
                 {"speed", fmt::format("{:.0f} views an hour", static_cast<double>(leg.views_seen) / leg.hours)},
-                {"score", fmt::format("{:.3f} (geometric mean of the ratios below)", last.score())}});
+                {"score", fmt::format("{:.3f} (geometric mean of ratios to the best trivial predictor)", leg.curve.back().score)}});
   report.section("Validation",
                  "Errors at the end of the leg, beside predictors that know nothing of the picture's content.");
-  report.table(summary_table(last, "Validation views"));
-  report.details("Conventions", fmt::format("{}", fmt::join(evaluation_conventions(leg.width, leg.height), "\n")));
+  report.table(page.table);
+  if (!page.conventions.empty()) report.details("Conventions", page.conventions);
   if (const Plot plot = history_plot(history); !plot.series.empty())
     report.plot(plot, "All legs; 1 is the best trivial predictor.");
-  report.section("Validation views", "Each map beside the truth. Depth is relative to scene_scale.");
-  for (const ReportSample& sample : samples) add_sample(report, sample);
+  page.validation_views(report);
   report.section("Losses");
   if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty())
     report.plot(losses);

@@ -1,6 +1,9 @@
 // What a finished leg of training shows: report.html, card.md and the plot of validation error against hours.
 #pragma once
+#include <functional>
+
 #include "experiments/training/history.hpp"
+#include "host/report/html.hpp"
 #include "host/report/run_directory.hpp"
 
 namespace clerestory {
@@ -12,10 +15,18 @@ struct ReportSample {
   MapSet predicted;
 };
 
+/// What a task has to show of its last validation.
+struct TrainingPage {
+  Table table;
+  std::string conventions;                           // behind the table; may be empty
+  std::function<void(HtmlReport&)> validation_views;  // pictures
+};
+/// Each map beside the truth.
+void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples);
+
 /// Writes report.html into the run, card.md and validation.svg into its artifacts, from metrics.jsonl and the history.
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
-                           const EvaluationSummary& last, const std::vector<ReportSample>& samples,
-                           const Provenance& provenance);
+                           const TrainingPage& page, const Provenance& provenance);
 
 /// The card (under the name `card`) and validation.svg for a weights file, into `folder`.
 void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder,

@@ -18,7 +18,8 @@ Schema make_schema() {
   s.integer("run.seed", 1, "of the first weights, the order of views and the augmentation", {0, 1e15}).aside();
 
   s.section("model", "The network.");
-  s.text("model.preset", "compact", "size of MGNet", {"paper", "compact"});
+  s.text("model.kind", "maps", "what is trained: MGNet's maps, or the light", {"maps", "light"});
+  s.text("model.preset", "compact", "size of the net", {"paper", "compact"});
   s.integer("model.growth", 0, "channels that each dense layer adds; 0: the preset's", {0, 256});
   s.integer("model.first", 0, "channels of the first convolution; 0: the preset's", {0, 1024});
   s.integers("model.layers", {}, "layers of the four dense blocks; empty: the preset's", {1, 256});
@@ -73,6 +74,26 @@ Schema make_schema() {
   s.real("loss.perceptual", 0.02, "VGG16 feature distance, where weights are given", {0, none});
   s.text("loss.perceptual_weights", "", "ImageNet weights of VGG16 as safetensors; empty: no perceptual term");
 
+  s.real("loss.mixed", 1, "light: radiance of rays that hit, both nets mixed by their uncertainty", {0, none});
+  s.real("loss.out_of_view", 1, "light: radiance of all rays, the out-of-view net alone", {0, none});
+  s.real("loss.rerender", 0.1, "light: squared error of the picture rendered again", {0, none});
+
+  s.section("light", "The light's nets and what they are shown (model.kind = light).");
+  s.text("light.output", "", "how LightNet's last number becomes radiance; empty: the preset's",
+         {"", "released", "softplus", "exp", "residual"});
+  s.integer("light.width", 0, "numbers of a hidden layer of LightNet's MLP; 0: the preset's", {0, 4096});
+  s.integer("light.layers", 0, "its hidden layers; 0: the preset's", {0, 64});
+  s.integer("light.frequencies", 0, "of each of its encodings; 0: the preset's", {0, 1024});
+  s.integer("light.segments", 0, "samples along a ray of the out-of-view field; 0: the preset's", {0, 1024});
+  s.integers("light.field", {}, "hidden layers of the field; empty: the preset's", {1, 1024});
+  s.integer("light.rows", 64, "points of a view whose light is compared", {1, 65536});
+  s.integer("light.samples", 64, "directions from each, a multiple of 16", {16, 128});
+  s.real("light.probe_rows", 0.2, "share of the points that are free probes, where a view has any", {0, 1});
+  s.real("light.clipped", 0.5, "share of views whose picture is clamped to [0, 1], as a photograph is", {0, 1});
+  s.integer("light.shade_width", 32, "columns of the grid of pixels that are rendered again", {1, 4096});
+  s.integer("light.shade_height", 24, "its rows", {1, 4096});
+  s.integer("light.shade_samples", 16, "directions of each, a multiple of 16", {16, 65536});
+
   s.section("log", "How often things are written. Steps; 0: never.");
   s.integer("log.every", 20, "training losses into metrics.jsonl", {0, 1e9}).aside();
   s.integer("log.validate_every", 500, "validation; also at the end", {0, 1e9}).aside();
@@ -105,6 +126,40 @@ MgnetSize net_of(const Config& c) {
     forbid(net.decoder[i] % groups[i] != 0, c, "model.decoder", "channels do not divide into groups",
            "multiples of 32, 16, 16, 8, 4");
   return net;
+}
+
+int whole(const Config& c, const std::string& key, int otherwise) {
+  const auto value = static_cast<int>(c.integer(key));
+  return value > 0 ? value : otherwise;
+}
+
+/// The preset's light with what the config changes.
+LightSizes light_of(const Config& c) {
+  LightSizes sizes = light_sizes(c.text("model.preset"));
+  LightNetSize& in_view = sizes.in_view;
+  if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
+  in_view.width = whole(c, "light.width", in_view.width), in_view.layers = whole(c, "light.layers", in_view.layers);
+  in_view.frequencies = whole(c, "light.frequencies", in_view.frequencies);
+  forbid(in_view.again >= in_view.layers, c, "light.layers", "no layer left that is given the input again",
+         fmt::format("more than {}", in_view.again));
+  OutOfViewSize& far = sizes.out_of_view;
+  far.march.segments = whole(c, "light.segments", far.march.segments);
+  if (!c.integers("light.field").empty()) far.hidden.assign(c.integers("light.field").begin(), c.integers("light.field").end());
+  return sizes;
+}
+
+LightTrainingOptions light_step_of(const Config& c, const TrainingOptions& o) {
+  LightTrainingOptions step;
+  step.batch = o.batch, step.height = o.size.height, step.width = o.size.width;
+  const auto number = [&](const char* key) { return static_cast<int>(c.integer(key)); };
+  step.rows = number("light.rows"), step.samples = number("light.samples");
+  step.shade_width = number("light.shade_width"), step.shade_height = number("light.shade_height");
+  step.shade_samples = number("light.shade_samples");
+  for (const char* key : {"light.samples", "light.shade_samples"})
+    forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
+  step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender")};
+  step.adam.beta1 = o.beta1, step.adam.beta2 = o.beta2;
+  return step;
 }
 
 }  // namespace
@@ -142,6 +197,7 @@ TrainingOptions training_options(const Config& c) {
   o.validation_views = static_cast<int>(c.integer("data.validation_views"));
   o.mean_views = static_cast<int>(c.integer("data.mean_views"));
   o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
+  o.kind = c.text("model.kind");
   o.net = net_of(c);
   const auto& exposure = c.reals("data.exposure");
   forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range",
@@ -164,6 +220,8 @@ TrainingOptions training_options(const Config& c) {
   o.w_metallic = c.real("loss.metallic"), o.w_log_depth = c.real("loss.log_depth");
   o.perceptual_weights = c.text("loss.perceptual_weights");
   o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
+  o.light = light_of(c), o.light_step = light_step_of(c, o);
+  o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip, exposure[0], exposure[1]};
   o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");
   o.checkpoint_every = c.integer("log.checkpoint_every"), o.checkpoint_minutes = c.real("log.checkpoint_minutes");
   return o;

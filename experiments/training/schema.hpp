@@ -1,6 +1,7 @@
 // Every key of a training config, with its default and meaning.
 #pragma once
 #include "experiments/training/batches.hpp"
+#include "experiments/training/light_batches.hpp"
 #include "host/io/config.hpp"
 #include "nets/mgnet.hpp"
 
@@ -29,6 +30,7 @@ struct LearningRate {
 
 /// The typed form of a training config. Throws usage_error naming key and origin when values do not go together.
 struct TrainingOptions {
+  std::string kind;  // maps | light
   std::string preset;
   MgnetSize net;
   Size size;  // of views; the longer side is stored with the weights
@@ -44,6 +46,9 @@ struct TrainingOptions {
   Augmentation augmentation;
   double w_albedo = 1, w_normal = 1, w_material = 1, w_depth = 1, w_scale = 1, w_log_depth = 0, w_metallic = 0, w_perceptual = 0;
   std::string perceptual_weights;  // file; empty: the term is off
+  LightSizes light;
+  LightTrainingOptions light_step;
+  LightSampling sampling;
   std::string init, gemm, device, root, experiment, variant;
   std::int64_t log_every = 0, validate_every = 0, checkpoint_every = 0;
   double checkpoint_minutes = 0;

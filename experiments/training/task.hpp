@@ -40,7 +40,8 @@ class TrainingTask {
                       const Provenance& provenance) = 0;
 };
 
-/// MGNet's maps. Makes the states that `states` lacks.
+/// MGNet's maps; the light. Both make the states that `states` lacks. `options` must outlive the task.
 std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options, std::shared_ptr<States> states);
+std::unique_ptr<TrainingTask> light_task(Device device, const TrainingOptions& options, std::shared_ptr<States> states);
 
 }  // namespace clerestory

@@ -113,7 +113,7 @@ void Trainer::prepare() {
   provenance_ = begin_provenance(command_, device.fingerprint());
   provenance_.seeds["run.seed"] = options_.seed;
   states_ = std::make_shared<States>(device);
-  task_ = maps_task(device, options_, states_);
+  task_ = options_.kind == "light" ? light_task(device, options_, states_) : maps_task(device, options_, states_);
   const double views = static_cast<double>(task_->views().size());
   limits_ = {options_.steps, options_.minutes};
   if (options_.epochs > 0) {
@@ -149,6 +149,7 @@ void Trainer::resume_or_begin() {
 void Trainer::begin_leg(const History& earlier) {
   progress_.history = earlier;
   Leg leg;
+  leg.kind = options_.kind;
   leg.experiment = options_.experiment, leg.variant = options_.variant, leg.config_hash = config_hash(config_);
   leg.commit = this_build().commit + (this_build().dirty ? " (changed)" : ""), leg.started = provenance_.started;
   leg.preset = options_.preset, leg.width = options_.size.width, leg.height = options_.size.height,

@@ -113,20 +113,18 @@ struct Wall {
   }
 };
 
-std::pair<LightNetSize, OutOfViewSize> small_sizes() {
-  LightNetSize in_view = light_net_size("compact");
+LightSizes small_sizes() {
+  auto [in_view, far] = light_sizes("compact");
   in_view.trunk = {.blocks = {1, 1, 0, 0}, .channels = {8, 8, 0, 0}, .stages = 2};
   in_view.frequencies = 4, in_view.width = 16, in_view.layers = 2;
-  OutOfViewSize far = out_of_view_size("compact");
   far.trunk = in_view.trunk, far.stem = 16, far.hidden = {16}, far.march.segments = 8;
   return {in_view, far};
 }
 
 TEST(LightTraining, StepsLowerEveryTerm) {
   Wall wall;
-  const auto [in_view, far] = small_sizes();
   Graph graph;
-  const LightTraining training = light_training(graph, in_view, far, wall.options);
+  const LightTraining training = light_training(graph, small_sizes(), wall.options);
   std::vector<Value> outputs;
   for (const auto& [name, value] : training.losses) outputs.push_back(value);
   const auto run = [&](int steps) {
@@ -157,15 +155,14 @@ TEST(LightTraining, StepsLowerEveryTerm) {
 
 TEST(LightTraining, WhatHasNoWeightIsNotBuilt) {
   Wall wall;
-  const auto [in_view, far] = small_sizes();
   wall.options.weights = {.mixed = 0, .out_of_view = 1, .rerender = 0};
   Graph graph;
-  const LightTraining training = light_training(graph, in_view, far, wall.options);
+  const LightTraining training = light_training(graph, small_sizes(), wall.options);
   EXPECT_EQ(training.losses.size(), 2u);
   for (const Node& node : graph.nodes()) EXPECT_NE(node.op->name(), "sample_brdf");
   wall.options.weights = {0, 0, 0};
   Graph empty;
-  EXPECT_THROW(light_training(empty, in_view, far, wall.options), Error);
+  EXPECT_THROW(light_training(empty, small_sizes(), wall.options), Error);
 }
 
 }  // namespace

@@ -1,0 +1,224 @@
+// The light as a task of the trainer.
+#include <algorithm>
+#include <numbers>
+
+#include "experiments/training/light_validation.hpp"
+#include "experiments/training/report.hpp"
+#include "experiments/training/task.hpp"
+#include "experiments/training/validation.hpp"
+#include "host/math/panorama.hpp"
+#include "host/report/html.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kJudgedRows = 64, kJudgedSamples = 64;   // rays of a validation view
+constexpr std::uint64_t kJudgedKey = 0x6a75646765;     // their key: the same in every leg
+constexpr std::uint64_t kLightKey = 0x6c69676874;      // purpose of a view's key in a batch
+
+using LightStream = Prefetch<LightBatch>;
+
+/// The training graph and its states.
+struct LightNetwork {
+  Graph graph;
+  LightTraining training;
+  std::unique_ptr<Executor> run;
+  long parameters = 0;
+
+  LightNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states) {
+    training = light_training(graph, o.light, o.light_step);
+    states->initialise(graph, o.seed);
+    std::vector<Value> outputs;
+    for (const auto& [name, value] : training.losses) outputs.push_back(value);
+    for (const Value& p : graph.parameters()) parameters += p.shape().count();
+    run = std::make_unique<Executor>(compile(graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
+  }
+
+  Losses step(const LightBatch& batch, std::int64_t step, double rate) {
+    for (const auto& [name, tensor] : batch.feeds) run->feed(name, tensor);
+    run->feed("learning_rate", Tensor({}, rate));
+    run->feed("step", Tensor({}, static_cast<double>(step + 1)));
+    run->run(static_cast<std::uint32_t>(step));
+    Losses losses;
+    for (const auto& [name, value] : training.losses) losses.emplace_back(name, run->fetch(value).real.at(0));
+    return losses;
+  }
+};
+
+/// All directions from a probe's point, a row of pixels a row of rays.
+LightRays panorama_rays(const Probe& probe) {
+  LightRays rays;
+  for (int y = 0; y < probe_height; ++y)
+    for (int x = 0; x < probe_width; ++x) {
+      rays.points.push_back(probe.center), rays.directions.push_back(panorama_direction(x, y, probe_width, probe_height));
+      rays.light.push_back({probe.radiance.at(0, y, x), probe.radiance.at(1, y, x), probe.radiance.at(2, y, x)});
+      rays.skip.push_back(-1);
+    }
+  return rays;
+}
+
+Image panorama_of(const std::vector<float>& planar) {
+  Image image(probe_width, probe_height, 3);
+  image.data = planar;
+  return image;
+}
+
+Table light_table(const LightSummary& s) {
+  Table table;
+  table.title = "Incident light on validation views";
+  for (const char* name : {"rays", "error", "full", "out of view alone", "photograph", "best constant"})
+    table.columns.push_back({name, "", Best::None, 4});
+  const auto row = [&](const char* rays, LightSummary::Rays kind, const char* name, double LightError::*error) {
+    std::vector<Cell> cells{std::string(rays), std::string(name)};
+    for (int who = 0; who < light_answerers; ++who) cells.push_back(Measure{s.errors[kind][who].*error});
+    table.add(std::move(cells));
+  };
+  for (const auto& [name, error] : {std::pair{"relMSE", &LightError::relmse}, std::pair{"log-RGB RMSE", &LightError::log_rmse}}) {
+    row("that hit", LightSummary::Hits, name, error), row("that miss", LightSummary::Misses, name, error);
+    row("all", LightSummary::All, name, error);
+  }
+  return table;
+}
+
+std::vector<std::string> light_conventions() {
+  return {"Truth: radiance along single rays, from tiles of environment maps and from probes of generated rooms, in the "
+          "unit in which the picture's 95th percentile of luminance is 0.9; lamps and windows included.",
+          "Errors are means over a view's rays and channels, then over views: relMSE is the mean of d^2 / (truth^2 + "
+          "0.01), log-RGB RMSE the root of the mean of ln((y + 0.01) / (truth + 0.01))^2.",
+          "Photograph: the pixel that a screen-space ray hits, mixed by u with the mean of pixels that do not emit. Best "
+          "constant: of the view and of the rays in question, under the very error.",
+          "True maps; a view without rays of a kind does not count there."};
+}
+
+class LightTask : public TrainingTask {
+ public:
+  LightTask(Device device, const TrainingOptions& options, std::shared_ptr<States> states)
+      : options_(options),
+        store_(name_views(options.train_roots, options.train_split), options.size.width, options.size.height,
+               options.cache_bytes),
+        validation_store_(name_views(options.validation_roots, options.validation_split), options.size.width,
+                          options.size.height, 0),
+        order_(store_.size(), options.seed),
+        network_(device, options, states),
+        predictor_(device, options.light, options.size.width, options.size.height, kJudgedRows, kJudgedSamples, states,
+                   options.gemm),
+        panorama_(device, options.light, options.size.width, options.size.height, probe_height, probe_width, states,
+                  options.gemm),
+        device_name_(device.info().name) {}
+
+  std::string net() const override { return light_text(options_.light); }
+  std::map<std::string, Shape> weights() const override { return light_states(options_.light); }
+  const std::vector<ViewName>& views() const override { return store_.names(); }
+
+  std::vector<std::string> notes() const override {
+    return {fmt::format("light {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch "
+                        "{}, {} x {} rays a view",
+                        options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
+                        device_name_, store_.size(), validation_store_.size(), options_.size.width, options_.size.height,
+                        options_.batch, options_.light_step.rows, options_.light_step.samples)};
+  }
+
+  std::vector<LeftOut> left_out() const override {
+    if (options_.light_step.weights.rerender > 0) return {};
+    return {{"pictures rendered again", "loss.rerender is 0", ""}};
+  }
+
+  void begin(TrainingProgress& progress) override {
+    const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
+    for (const std::size_t i : which) {
+      const auto view = validation_store_.get(i);
+      judged_.push_back({validation_store_.name(i).text(), view,
+                         draw_rays(*view, kJudgedRows, kJudgedSamples, options_.sampling.probe_rows, kJudgedKey + i)});
+    }
+    step_ = progress.step;
+    stream_ = std::make_unique<LightStream>([this](std::int64_t step) { return batch(step); }, progress.step);
+  }
+
+  Losses step(double rate) override {
+    const LightBatch batch = stream_->next();
+    last_views_ = batch.views;
+    return network_.step(batch, step_++, rate);
+  }
+
+  std::vector<std::string> last_views() const override { return last_views_; }
+
+  Judgement judge() override {
+    const LightSummary& summary = summary_.emplace(judge_light(judged_, predictor_));
+    Judgement judgement{summary.point(), {}, {}};
+    judgement.values.emplace_back("val/score", judgement.point.score);
+    judgement.text = fmt::format("score {:.3f};", judgement.point.score);
+    const std::vector<ErrorName>& names = error_names("light");
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      judgement.values.emplace_back("val/" + names[i].key, judgement.point.errors[i]);
+      judgement.values.emplace_back("val/ratio/" + names[i].key, judgement.point.ratios[i]);
+      judgement.text += fmt::format(" {} {:.4g} ({:.2f})", names[i].key, judgement.point.errors[i], judgement.point.ratios[i]);
+    }
+    return judgement;
+  }
+
+  void report(const RunDirectory& run, const Config& config, const History& history,
+              const Provenance& provenance) override {
+    if (!summary_) judge();  // killed between the last checkpoint and here
+    write_training_report(
+        run, config, history,
+        {light_table(*summary_), fmt::format("{}", fmt::join(light_conventions(), "\n")),
+         [this](HtmlReport& page) { add_probes(page); }},
+        provenance);
+  }
+
+ private:
+  LightBatch batch(std::int64_t step) {
+    std::vector<std::shared_ptr<const LightView>> views;
+    std::vector<std::uint64_t> keys;
+    std::vector<std::string> names;
+    for (int k = 0; k < options_.batch; ++k) {
+      const auto position = static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(options_.batch) +
+                            static_cast<std::uint64_t>(k);
+      const std::size_t view = order_.at(position);
+      views.push_back(store_.get(view)), names.push_back(store_.name(view).text());
+      keys.push_back(keyed_bits(options_.seed, position, kLightKey));
+    }
+    LightBatch batch = light_batch(views, options_.light_step, options_.sampling, keys);
+    batch.views = std::move(names);
+    return batch;
+  }
+
+  /// A few probes: the truth, both parts mixed, the photograph's answer.
+  void add_probes(HtmlReport& page) {
+    page.section("Probes", "Incident light at free points of validation rooms: the truth, the nets' answer, the "
+                           "photograph's own (its pixel at hits, its mean elsewhere).");
+    int shown = 0;
+    for (const JudgedLight& v : judged_) {
+      if (v.view->probes.empty() || shown == 3) continue;
+      ++shown;
+      const Probe& probe = v.view->probes[0];
+      const LightAnswers answers = panorama_.answer(*v.view, panorama_rays(probe));
+      page.pictures({picture_of("picture", show_radiance(v.view->image)), picture_of("truth", show_radiance(probe.radiance)),
+                     picture_of("nets", show_radiance(panorama_of(answers.full))),
+                     picture_of("photograph", show_radiance(panorama_of(answers.photograph)))},
+                    v.name);
+    }
+  }
+
+  const TrainingOptions& options_;
+  LightStore store_, validation_store_;
+  ViewOrder order_;
+  LightNetwork network_;
+  LightPredictor predictor_, panorama_;
+  std::string device_name_;
+  std::vector<JudgedLight> judged_;
+  std::optional<LightSummary> summary_;  // of the last validation
+  std::int64_t step_ = 0;
+  std::vector<std::string> last_views_;
+  std::unique_ptr<LightStream> stream_;  // last: its thread uses the above
+};
+
+}  // namespace
+
+std::unique_ptr<TrainingTask> light_task(Device device, const TrainingOptions& options,
+                                         std::shared_ptr<States> states) {
+  return std::make_unique<LightTask>(std::move(device), options, std::move(states));
+}
+
+}  // namespace clerestory

@@ -1,0 +1,64 @@
+// Learned light judged along rays whose truth is known, beside what needs no network.
+#pragma once
+#include "experiments/training/history.hpp"
+#include "experiments/training/light_batches.hpp"
+#include "host/graph/plan.hpp"
+#include "nets/light_model.hpp"
+
+namespace clerestory {
+
+/// Who answers: both parts mixed, the out-of-view part alone, `light = image` (the photograph at hits, its mean
+/// elsewhere), the best constant of the view under the very metric.
+enum class LightAnswerer { Full, OutOfView, Photograph, Constant };
+inline constexpr int light_answerers = 4;
+
+/// Errors of one answerer over one class of rays, means over views that have such rays. relMSE: mean over rays and
+/// channels of d^2 / (truth^2 + 0.01); log-RGB RMSE: root of the mean of ln((y + 0.01) / (truth + 0.01))^2, y at least 0.
+struct LightError {
+  double relmse = 0, log_rmse = 0;
+  int views = 0;
+};
+
+struct LightSummary {
+  enum Rays { Hits, Misses, All, kinds };
+  LightError errors[kinds][light_answerers];
+  int views = 0;
+  const LightError& of(Rays rays, LightAnswerer who) const { return errors[rays][static_cast<int>(who)]; }
+  /// Errors in the order of error_names("light"); ratios to the better of photograph and constant.
+  HistoryPoint point() const;
+};
+
+/// One validation view's rays, drawn once.
+struct JudgedLight {
+  std::string name;
+  std::shared_ptr<const LightView> view;
+  LightRays rays;
+};
+
+/// What the nets and the photograph say about rays, {3, count} planar; hit: 1 where a ray meets the depth map.
+struct LightAnswers {
+  std::vector<float> full, out_of_view, photograph;
+  std::vector<float> hit;
+};
+
+/// Runs the nets on rays of one view at a time, with the states given (running statistics, no jitter).
+class LightPredictor {
+ public:
+  LightPredictor(Device device, const LightSizes& sizes, int width, int height, int rows, int samples,
+                 std::shared_ptr<States> states, const std::string& gemm);
+  ~LightPredictor();
+  LightAnswers answer(const LightView& view, const LightRays& rays);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& predictor);
+
+/// States of the light's nets that inference needs.
+std::map<std::string, Shape> light_states(const LightSizes& sizes);
+/// Identity of the nets' shape.
+std::string light_text(const LightSizes& sizes);
+
+}  // namespace clerestory

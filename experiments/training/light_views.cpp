@@ -1,0 +1,62 @@
+#include "experiments/training/light_views.hpp"
+
+#include <algorithm>
+
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+std::uint64_t bytes_of(const LightView& v) {
+  std::uint64_t floats = v.envmaps.radiance.data.size();
+  for (const Image* image : {&v.image, &v.albedo, &v.normal, &v.depth, &v.material, &v.emission})
+    floats += image->data.size();
+  for (const Probe& p : v.probes) floats += p.radiance.data.size();
+  return sizeof(float) * floats;
+}
+
+Image flags_of(const std::optional<Image>& emission, int width, int height) {
+  Image flags(width, height, 1);
+  if (!emission) return flags;
+  for (std::size_t i = 0; i < flags.data.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (emission->plane(c)[i] > 0) flags.data[i] = 1;
+  return flags;
+}
+
+}  // namespace
+
+LightView read_light_view(const ViewName& name, int width, int height) {
+  RoomView room = read_view(name.room, name.id);
+  if (room.image.width != width || room.image.height != height)
+    throw usage_error("a view of another size than the light is trained at", name.text(),
+                      fmt::format("{}x{}", room.image.width, room.image.height), fmt::format("{}x{}", width, height));
+  if (!room.camera) throw usage_error("a view without a camera", view_file(name.room, name.id, "camera", "json").string());
+  if (std::none_of(room.depth.data.begin(), room.depth.data.end(), [](float z) { return z > 0; }))
+    throw usage_error("no pixel of the view has depth", name.text());
+  LightView view;
+  view.envmaps = read_envmaps(name.room, name.id, width, height);
+  view.probes = read_probes(name.room, name.id);
+  view.emission = flags_of(room.emission, width, height);
+  view.camera = *room.camera;
+  view.image = std::move(room.image), view.albedo = std::move(room.albedo), view.normal = std::move(room.normal);
+  view.depth = std::move(room.depth), view.material = std::move(room.material);
+  return view;
+}
+
+LightStore::LightStore(std::vector<ViewName> names, int width, int height, std::uint64_t cache_bytes)
+    : names_(std::move(names)), width_(width), height_(height), cache_bytes_(cache_bytes), cache_(names_.size()) {}
+
+std::shared_ptr<const LightView> LightStore::get(std::size_t i) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (cache_.at(i)) return cache_[i];
+  }
+  const auto view = std::make_shared<const LightView>(read_light_view(names_[i], width_, height_));
+  const std::uint64_t bytes = bytes_of(*view);
+  const std::lock_guard lock(mutex_);
+  if (!cache_[i] && used_ + bytes <= cache_bytes_) used_ += bytes, cache_[i] = view;
+  return view;
+}
+
+}  // namespace clerestory
