@@ -158,6 +158,7 @@ class EditStudy : public StudyRun {
     table.columns = {{"edit", "", Best::None, 3},
                      {"picture", "", Best::None, 3},
                      {"relMSE", "eps 0.01, rooms", Best::None, 3},
+                     {"median", "relMSE, rooms", Best::None, 3},
                      {"spread", "over seeds", Best::None, 2},
                      {"PSNR", "dB, rooms", Best::None, 4},
                      {"closer than the photograph", "rooms, relMSE", Best::None, 3},
@@ -174,7 +175,7 @@ class EditStudy : public StudyRun {
         for (const std::vector<double>& seeds : errors) spread.push_back(standard_deviation(seeds));
         double closer = 0;
         for (std::size_t i = 0; i < photo.size(); ++i) closer += of_rooms[i] < photo[i];
-        table.add({edit.name, label, measure_of(of_rooms), Measure{mean(spread)},
+        table.add({edit.name, label, measure_of(of_rooms), Measure{median(of_rooms)}, Measure{mean(spread)},
                    measure_of(means(values(picture, "psnr"))), Measure{closer},
                    Measure{static_cast<double>(photo.size())}, Measure{median(means(values(picture, "seconds")))}});
       }
