@@ -1,0 +1,181 @@
+// Rays with known light out of generated views, batches of them, and a leg of training through the trainer.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "experiments/training/light_validation.hpp"
+#include "experiments/training/trainer.hpp"
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/math/panorama.hpp"
+#include "host/report/progress.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kWidth = 40, kHeight = 30;
+
+/// Two bare rooms with their light, as coarse as they come.
+struct LightTask : testing::Test {
+  static void SetUpTestSuite() {
+    set_quiet(true);
+    folder_ = std::make_unique<ScratchFolder>("clerestory-light-task");
+    for (const char* split : {"train", "val"}) {
+      GenerateOptions o;
+      o.out = *folder_ / split, o.rooms = 1, o.views = 2, o.width = kWidth, o.height = kHeight, o.spp = 2;
+      o.light_spp = 1, o.probes = 1, o.seed = 5, o.split = split, o.box_rooms = true;
+      generate(Device::open(), o);
+    }
+  }
+  static void TearDownTestSuite() { folder_.reset(), set_quiet(false); }
+
+  static std::shared_ptr<const LightView> view() {
+    LightStore store(name_views({(*folder_ / "train").string()}, "train"), kWidth, kHeight, 1 << 30);
+    return store.get(0);
+  }
+  static Config config(const std::string& root, const std::vector<std::string>& more) {
+    std::vector<std::string> all{"model.kind=light",
+                                 fmt::format("model.width={}", kWidth),
+                                 fmt::format("model.height={}", kHeight),
+                                 "data.train=[" + (*folder_ / "train").string() + "]",
+                                 "data.validation=[" + (*folder_ / "val").string() + "]",
+                                 "run.root=" + (*folder_ / root).string(),
+                                 "train.batch=2",
+                                 "train.steps=4",
+                                 "log.every=1",
+                                 "log.validate_every=2",
+                                 "log.checkpoint_every=2",
+                                 "light.rows=4",
+                                 "light.samples=16",
+                                 "light.segments=4",
+                                 "light.width=16",
+                                 "light.layers=2",
+                                 "light.shade_width=8",
+                                 "light.shade_height=6"};
+    all.insert(all.end(), more.begin(), more.end());
+    write_file(*folder_ / "light.toml", "");
+    return load_config(*folder_ / "light.toml", training_schema(), all);
+  }
+  static inline std::unique_ptr<ScratchFolder> folder_;
+};
+
+TEST_F(LightTask, RaysAreThoseOfTheFiles) {
+  const auto v = view();
+  const LightRays rays = draw_rays(*v, 6, 32, 0.34, 9);  // two points of six are probes
+  ASSERT_EQ(rays.skip.size(), 6u * 32);
+  int from_probes = 0;
+  for (std::size_t row = 0; row < 6; ++row) {
+    std::set<std::array<float, 3>> directions;
+    for (std::size_t i = 32 * row; i < 32 * (row + 1); ++i) {
+      const Vec3 &p = rays.points[i], &d = rays.directions[i];
+      EXPECT_NEAR(glm::length(d), 1, 0x1p-22);  // as exact as the normals of the file
+      directions.insert({static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)});
+      if (rays.skip[i] < 0) {
+        ++from_probes;
+        EXPECT_EQ(p, v->probes[0].center);
+        const Vec2 uv = panorama_position(d);
+        const int x = static_cast<int>(uv.x * probe_width), y = static_cast<int>(uv.y * probe_height);
+        for (int c = 0; c < 3; ++c) EXPECT_EQ(rays.light[i][static_cast<std::size_t>(c)], v->probes[0].radiance.at(c, y, x));
+        continue;
+      }
+      const int x = rays.skip[i] % kWidth, y = rays.skip[i] / kWidth;
+      EXPECT_NEAR(-p.z, v->depth.at(0, y, x), 1e-6);
+      const Vec2 seen = *v->camera.project(p);
+      EXPECT_NEAR(seen.x, x + 0.5, 1e-6);
+      EXPECT_NEAR(seen.y, y + 0.5, 1e-6);
+      const Vec3 normal{v->normal.at(0, y, x), v->normal.at(1, y, x), v->normal.at(2, y, x)};
+      EXPECT_GT(glm::dot(d, normal), 0);
+    }
+    if (rays.skip[32 * row] >= 0) {
+      EXPECT_EQ(directions.size(), 32u) << "a direction twice";
+    }
+  }
+  EXPECT_EQ(from_probes, 2 * 32);
+  EXPECT_EQ(draw_rays(*v, 6, 32, 0.34, 9).light, rays.light);
+  EXPECT_NE(draw_rays(*v, 6, 32, 0.34, 10).light, rays.light);
+  EXPECT_THROW(draw_rays(*v, 1, 144, 0, 1), Error);
+}
+
+TEST_F(LightTask, MirroredBatchesAreTheSameRoom) {
+  const auto v = view();
+  LightTrainingOptions o{.batch = 2, .height = kHeight, .width = kWidth, .rows = 4, .samples = 16, .shade_height = 6, .shade_width = 8};
+  // The same key with and without mirroring: one of a few keys is mirrored.
+  bool seen = false;
+  for (std::uint64_t key = 1; key < 8; ++key) {
+    const LightBatch plain = light_batch({v, v}, o, {.clipped = 0, .flip = false}, {key, key});
+    const LightBatch maybe = light_batch({v, v}, o, {.clipped = 0, .flip = true}, {key, key});
+    const Tensor &p = plain.feeds.at("points1"), &q = maybe.feeds.at("points1");
+    if (p.real == q.real) continue;
+    seen = true;
+    const std::size_t rays = 64;
+    for (std::size_t i = 0; i < rays; ++i) {
+      EXPECT_EQ(q.real[i], -p.real[i]);
+      EXPECT_EQ(q.real[rays + i], p.real[rays + i]);
+      const int a = plain.feeds.at("skip1").integer[i], b = maybe.feeds.at("skip1").integer[i];
+      EXPECT_EQ(a < 0, b < 0);
+      if (a >= 0) {
+        EXPECT_EQ(a / kWidth * kWidth + kWidth - 1 - a % kWidth, b);
+      }
+    }
+    EXPECT_EQ(maybe.feeds.at("light1").real, plain.feeds.at("light1").real);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        EXPECT_EQ(maybe.feeds.at("depth").at(1, 0, y, x), plain.feeds.at("depth").at(1, 0, y, kWidth - 1 - x));
+        EXPECT_EQ(maybe.feeds.at("normal").at(1, 0, y, x), -plain.feeds.at("normal").at(1, 0, y, kWidth - 1 - x));
+      }
+    EXPECT_EQ(maybe.feeds.at("camera").at(0, 2, 0, 0), kWidth - plain.feeds.at("camera").at(0, 2, 0, 0));
+  }
+  EXPECT_TRUE(seen);
+  o.shade_width = 7;
+  EXPECT_THROW(light_batch({v}, o, {}, {1}), Error);
+}
+
+TEST_F(LightTask, CoarseGridSeesTheSamePoints) {
+  const Camera camera = Camera::from_fov(40, 30, 70), coarse = every_nth(camera, 5, 3, 1);
+  EXPECT_EQ(coarse.width, 8);
+  EXPECT_EQ(coarse.height, 6);
+  for (const int i : {0, 3, 7}) {
+    const Vec3 a = coarse.ray(i + 0.5, i % 6 + 0.5), b = camera.ray(5 * i + 3.5, 5 * (i % 6) + 1.5);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-14);
+  }
+}
+
+TEST_F(LightTask, ALegEndsInTheSameBitsAndItsWeightsSayWhatTheyAre) {
+  const TrainingOutcome first = train(config("a", {}), {"clerestory", "train"});
+  const TrainingOutcome again = train(config("b", {}), {"clerestory", "train"});
+  const TensorFile weights = read_safetensors(first.weights), other = read_safetensors(again.weights);
+  const LightSizes compact = light_sizes("compact");
+  EXPECT_EQ(weights.metadata.at("kind"), "weights");
+  EXPECT_TRUE(weights.metadata.contains("error.all_relmse"));
+  EXPECT_GT(weights.tensors.size(), light_states(compact).size() / 2);
+  int compared = 0;
+  for (const auto& [name, tensor] : weights.tensors) {
+    ASSERT_TRUE(name.starts_with("local.") || name.starts_with("global.")) << name;
+    EXPECT_EQ(tensor.floats(name), other.get(name, "b").floats(name)) << name;
+    ++compared;
+  }
+  EXPECT_GT(compared, 100);
+  EXPECT_TRUE(std::filesystem::exists(first.folder / "report.html"));
+  const std::string card = read_file(first.folder / "artifacts" / "card.md", 1 << 20);
+  EXPECT_NE(card.find("Weights of the light"), std::string::npos);
+  EXPECT_NE(card.find("rays that miss"), std::string::npos);
+}
+
+TEST_F(LightTask, ViewsWithoutLightAreRefused) {
+  GenerateOptions o;
+  o.out = *folder_ / "dark", o.rooms = 1, o.views = 1, o.width = kWidth, o.height = kHeight, o.spp = 2;
+  o.light = false, o.split = "train", o.box_rooms = true;
+  generate(Device::open(), o);
+  try {
+    train(config("c", {"data.train=[" + (*folder_ / "dark").string() + "]"}), {"clerestory", "train"});
+    FAIL() << "trained in the dark";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("envmap.exr"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace clerestory
