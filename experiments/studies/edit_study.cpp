@@ -39,19 +39,10 @@ class EditStudy : public StudyRun {
  private:
   /// One record a room.
   void measure() override {
-    const RoomAssets assets = load_assets(default_assets(), Setting::Training);
-    const std::int64_t rooms = config_.integer("data.rooms");
-    const auto done = static_cast<std::int64_t>(records_.size());
-    Progress progress("study", rooms, "rooms", done);
-    for (std::int64_t r = done; r < rooms; ++r) {
-      run_room(r, assets);
-      progress.advance();
-    }
+    measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) { run_room(r, seed, assets); });
   }
 
-  void run_room(std::int64_t r, const RoomAssets& assets) {
-    const std::uint64_t seed =
-        Random(static_cast<std::uint64_t>(config_.integer("data.seed"))).fork(static_cast<std::uint64_t>(r)).bits();
+  void run_room(std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
     const Room room = make_room(seed, Setting::Training, assets);
     TraceScene traced(device_, room.scene);
     const Camera camera = choose_views(traced, room, 1, static_cast<int>(config_.integer("data.width")),

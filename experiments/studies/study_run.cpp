@@ -32,6 +32,19 @@ std::string StudyRun::run() {
   return run_.path().string();
 }
 
+void StudyRun::measure_rooms(
+    const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room) const {
+  const RoomAssets assets = load_assets(default_assets(), Setting::Training);
+  const std::int64_t rooms = config_.integer("data.rooms");
+  const auto done = static_cast<std::int64_t>(records_.size());
+  const Random seeds(static_cast<std::uint64_t>(config_.integer("data.seed")));
+  Progress progress("study", rooms, "rooms", done);
+  for (std::int64_t r = done; r < rooms; ++r) {
+    measure_room(r, seeds.fork(static_cast<std::uint64_t>(r)).bits(), assets);
+    progress.advance();
+  }
+}
+
 GenerateOptions StudyRun::view_options() const {
   GenerateOptions options;
   options.out = run_ / "data", options.rooms = static_cast<int>(config_.integer("data.rooms")), options.views = 1;

@@ -2,6 +2,7 @@
 // records.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ class StudyRun {
   /// Tables and facts from records_.
   virtual void conclude() = 0;
 
+  /// Calls `measure_room` for each of data.rooms rooms that has no record yet, with the room's seed.
+  void measure_rooms(
+      const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room) const;
   /// Generated rooms of one view each, as the config's section `data` asks.
   GenerateOptions view_options() const;
   std::vector<std::filesystem::path> make_views(const GenerateOptions& options);
