@@ -22,6 +22,9 @@ struct LitPictures {
   Value camera, range;
 };
 
+/// They as inputs of a graph: "image", "depth", "albedo", "normal", "material", "camera", "range".
+LitPictures lit_inputs(Graph& graph, int pictures, int height, int width);
+
 /// One picture, with what its nets say once.
 struct LitPicture {
   Value image, depth, pyramid, normal, camera, range;

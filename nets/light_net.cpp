@@ -115,7 +115,11 @@ LightOutput light_output_of(const std::string& name) {
 LightNetSize light_net_size(const std::string& preset) {
   if (preset == "paper") return {.output = LightOutput::Released, .log_input = false};
   if (preset == "compact")
-    return {.trunk = {.channels = {32, 64, 128, 256}, .stages = 3}, .frequencies = 32, .width = 128, .layers = 4, .again = 0};
+    return {.trunk = {.channels = {32, 64, 128, 256}, .stages = 3},
+            .frequencies = 32,
+            .width = 128,
+            .layers = 4,
+            .again = 0};
   throw usage_error("there is no such preset", "preset", preset, "paper or compact");
 }
 
@@ -141,8 +145,8 @@ LightPixels light_pixels(const Scope& scope, Value image, const Surfaces& surfac
 Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
                     const LightNetSize& size) {
   const Shape &cells = pixels.features.shape(), &picture = pixels.surface.shape();
-  const Value looked_up = add(gather_rays(pixels.surface, hit),
-                              gather_rays(pixels.features, rescale_hits(hit, picture, cells)));
+  const Value looked_up =
+      add(gather_rays(pixels.surface, hit), gather_rays(pixels.features, rescale_hits(hit, picture, cells)));
   const Value along = fourier(scope, "direction", direction, size.frequencies, size.direction_deviation);
   Value x;
   int read = 0;
@@ -151,15 +155,14 @@ Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Va
     const bool reads = layer == 0 || (size.again > 0 && layer == size.again);
     Value y = layer == 0 ? Value{} : part(scope, size, layer, "hidden", x, reads ? Value{} : bias);
     if (reads) {
-      const Value input = add(part(scope, size, layer, "direction", along, bias),
-                              slice(looked_up, size.width * read++, size.width));
+      const Value input =
+          add(part(scope, size, layer, "direction", along, bias), slice(looked_up, size.width * read++, size.width));
       y = y ? add(y, input) : input;
     }
     x = relu(y);
   }
   const double deviation = size.output == LightOutput::Residual ? 0.01 : std::sqrt(2.0 / size.width);
-  const Value weight =
-      (scope / "mlp.out").state("weight", {3, size.width, 1, 1}, Init::normal(deviation));
+  const Value weight = (scope / "mlp.out").state("weight", {3, size.width, 1, 1}, Init::normal(deviation));
   const Value f = conv(x, weight, (scope / "mlp.out").state("bias", {1, 3, 1, 1}, Init::constant(0)));
   return radiance_of(f, hit, photo, size.output);
 }

@@ -1,5 +1,5 @@
-// LightNet's in-view part (Zhu et al. 2022, section 4.2): what a visible surface point sends along a ray, from features of
-// the photograph at the pixel that the ray hits.
+// LightNet's in-view part (Zhu et al. 2022, section 4.2): what a visible surface point sends along a ray, from features
+// of the photograph at the pixel that the ray hits.
 #pragma once
 #include <string>
 
@@ -16,7 +16,7 @@ LightOutput light_output_of(const std::string& name);  // released | softplus | 
 
 struct LightNetSize {
   ResnetSize trunk{.stages = 3};
-  int frequencies = 64;  // of each encoding: twice as many numbers
+  int frequencies = 64;                                   // of each encoding: twice as many numbers
   double direction_deviation = 2, surface_deviation = 1;  // of the frequencies, cycles per unit
   int width = 512, layers = 9;                            // hidden layers of the MLP
   int again = 5;  // the layer, counted from 0, that is given the whole input once more; 0: none
@@ -41,8 +41,8 @@ LightPixels light_pixels(const Scope& scope, Value image, const Surfaces& surfac
 std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, const Surfaces& surfaces,
                                                const LightNetSize& size);
 
-/// Radiance {1, 3, rows, samples} that comes along `direction` (unit, camera frame, from the point towards the surface) from
-/// `hit` (SsrtHits::pixel). What a miss gets means nothing. photo {1, 3, h, w}: read by Residual alone.
+/// Radiance {1, 3, rows, samples} that comes along `direction` (unit, camera frame, from the point towards the surface)
+/// from `hit` (SsrtHits::pixel). What a miss gets means nothing. photo {1, 3, h, w}: read by Residual alone.
 Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
                     const LightNetSize& size);
 

@@ -63,7 +63,8 @@ Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, const 
 
 Value hdr_loss(Value prediction, Value truth, Value mask) {
   constexpr double floor = 1e-3;
-  const Value inverse = detach(activate(scale(activate(affine(prediction, 1, floor), Function::Log), -1), Function::Exp));
+  const Value inverse =
+      detach(activate(scale(activate(affine(prediction, 1, floor), Function::Log), -1), Function::Exp));
   return squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3);
 }
 
@@ -71,12 +72,8 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   const LightLossWeights& w = o.weights;
   if (w.mixed + w.out_of_view + w.rerender == 0)
     throw usage_error("every term has a weight of zero: nothing to train", "loss");
-  const auto map = [&](const char* name, int channels) { return graph.input(name, {o.batch, channels, o.height, o.width}); };
-  const std::vector<LitPicture> pictures = lit_pictures(
-      graph,
-      {map("image", 3), map("depth", 1), {map("albedo", 3), map("normal", 3), map("material", 3)},
-       graph.input("camera", {o.batch, 4, 1, 1}), graph.input("range", {o.batch, 3, 1, 1})},
-      sizes, true);
+  const std::vector<LitPicture> pictures =
+      lit_pictures(graph, lit_inputs(graph, o.batch, o.height, o.width), sizes, true);
   const Shading shading = w.rerender > 0 ? shading_inputs(graph, o) : Shading{};
 
   std::vector<Value> mixed, far, rerender;

@@ -1,5 +1,5 @@
-// One training step of the light as a graph (Zhu et al. 2022, section 5, Eq. 9): incident light along rays whose truth is
-// known, and the picture rendered again.
+// One training step of the light as a graph (Zhu et al. 2022, section 5, Eq. 9): incident light along rays whose truth
+// is known, and the picture rendered again.
 #pragma once
 #include "host/ops/nn/adam.hpp"
 #include "nets/light_model.hpp"
@@ -16,17 +16,19 @@ struct LightLossWeights {
 
 struct LightTrainingOptions {
   int batch = 4, height = 120, width = 160;
-  int rows = 64, samples = 64;               // rays of a picture whose light is known: points x directions
-  int shade_height = 24, shade_width = 32;   // pixels of a picture that are rendered again, on a coarser grid
+  int rows = 64, samples = 64;              // rays of a picture whose light is known: points x directions
+  int shade_height = 24, shade_width = 32;  // pixels of a picture that are rendered again, on a coarser grid
   int shade_samples = 16;
   LightLossWeights weights{};
   AdamOptions adam{};
 };
 
 /// Inputs, with b a picture of the batch:
-///   "image", "albedo", "normal" {n,3,h,w}, "material" {n,3,h,w}, "depth" {n,1,h,w}, "camera" {n,4,1,1}, "range" {n,3,1,1}
-///   "points<b>", "directions<b>", "light<b>" {1,3,rows,samples}: where rays start (camera metres), where they go (unit),
-///     the radiance that arrives (the image's unit); "skip<b>" Int {1,1,rows,samples}: the pixel that a ray starts from, or -1
+///   "image", "albedo", "normal" {n,3,h,w}, "material" {n,3,h,w}, "depth" {n,1,h,w}, "camera" {n,4,1,1}, "range"
+///   {n,3,1,1} "points<b>", "directions<b>", "light<b>" {1,3,rows,samples}: where rays start (camera metres), where
+///   they go (unit),
+///     the radiance that arrives (the image's unit); "skip<b>" Int {1,1,rows,samples}: the pixel that a ray starts
+///     from, or -1
 ///   "known<b>" {1,1,rows,samples}: 1 where the light is known
 ///   and with weights.rerender > 0 the coarser grid: "shade_albedo", "shade_normal", "shade_material", "shade_depth",
 ///   "shade_camera", "shade_image" {n,3,...}, "shade_mask" {n,1,...} (0 where emitters are seen), and

@@ -1,5 +1,5 @@
-// Light from outside of the picture (Zhu et al. 2022, section 4.3): a hypernetwork reads the whole photograph and writes the
-// weights of a small radiance field, which is volume-rendered along rays.
+// Light from outside of the picture (Zhu et al. 2022, section 4.3): a hypernetwork reads the whole photograph and
+// writes the weights of a small radiance field, which is volume-rendered along rays.
 #pragma once
 #include <array>
 #include <string>
@@ -20,8 +20,8 @@ struct OutOfViewSize {
   HyperNet hyper = HyperNet::Paper;
   int stem = 1024, inner = 4096;  // widths of the hypernetwork; LowRank has no inner layers
   int rank = 4;
-  int octaves = 6;                           // of the position's encoding, beside the position itself
-  std::vector<int> hidden = {64, 64, 64};    // of the field
+  int octaves = 6;                         // of the position's encoding, beside the position itself
+  std::vector<int> hidden = {64, 64, 64};  // of the field
   MarchOptions march{.segments = 64};
   bool released_output = true;  // relu for colour and density; false: softplus, which never dies
   bool log_input = false;       // the trunk reads ln(1 + photograph)
@@ -37,8 +37,8 @@ struct LightField {
 /// The field of each picture of `image` {n, 3, h, w}: linear radiance, 95th percentile of luminance 0.9, not clamped.
 std::vector<LightField> light_fields(const Scope& scope, Value image, const OutOfViewSize& size);
 
-/// Radiance {1, 3, rows, samples} that arrives at `points` along `direction` (both {1, 3, rows, samples}, camera frame; the
-/// direction points away). range {1, 3, 1, 1} by depth_range().
+/// Radiance {1, 3, rows, samples} that arrives at `points` along `direction` (both {1, 3, rows, samples}, camera frame;
+/// the direction points away). range {1, 3, 1, 1} by depth_range().
 Value out_of_view_light(const LightField& field, Value points, Value direction, Value range, const OutOfViewSize& size);
 
 /// Numbers of the field itself.

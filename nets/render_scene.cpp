@@ -11,35 +11,36 @@
 #include "nets/scene_maps.hpp"
 
 namespace clerestory {
-namespace {
 
-Value photograph_light(Graph&, const RayBatch& rays, std::span<const Value> in) {
-  return photograph_radiance(in[0], in[1], rays.hits);
-}
-
-LightBuilder light_of(const std::string& name) {
-  if (name == "image") return photograph_light;
+LightBuilder light_named(const std::string& name) {
+  if (name == "image")
+    return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
+      return photograph_radiance(in[0], in[1], rays.hits);
+    };
   if (name == "constant") return constant_light_builder();
   if (name == "panorama") return panorama_light_builder();
   throw usage_error("there is no such light", "--light", name, "image, constant or panorama");
 }
 
-}  // namespace
+std::vector<Value> light_inputs(const SceneValues& values, const std::string& light) {
+  return light == "constant" ? std::vector{values.ambient} : std::vector{values.photo, values.ambient};
+}
 
 Value photograph_radiance(Value photo, Value ambient, const SsrtHits& hits) {
   return mix_light(image_light(photo, ambient, hits.pixel), constant_light(ambient, hits.u, photo), hits.u);
 }
 
-std::array<double, 3> ambient_of(const Scene& scene) {
-  const std::size_t n = scene.photo.pixels();
-  const float* emits = scene.material.plane(2);
+std::array<double, 3> ambient_of(const Scene& scene) { return ambient_of(scene.photo, scene.material.plane(2)); }
+
+std::array<double, 3> ambient_of(const Image& photo, const float* emits) {
+  const std::size_t n = photo.pixels();
   std::array<double, 3> ambient{};
   double count = 0;
   for (std::size_t i = 0; i < n; ++i) count += emits[i] == 0;
   for (std::size_t c = 0; c < 3; ++c) {
     CompensatedSum sum;
     for (std::size_t i = 0; i < n; ++i)
-      if (emits[i] == 0) sum.add(scene.photo.data[c * n + i]);
+      if (emits[i] == 0) sum.add(photo.data[c * n + i]);
     ambient[c] = count > 0 ? sum.value() / count : 0;
   }
   return ambient;
@@ -64,10 +65,8 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   const RenderSpec spec = render_spec(settings);
   Graph graph;
   const SceneValues values = scene_values(graph, scene);
-  const std::vector<Value> inputs =
-      settings.light == "constant" ? std::vector{values.ambient} : std::vector{values.photo, values.ambient};
-  const Rendered rendered =
-      render(graph, spec, values.maps, values.camera, values.range, inputs, light_of(settings.light));
+  const Rendered rendered = render(graph, spec, values.maps, values.camera, values.range,
+                                   light_inputs(values, settings.light), light_named(settings.light));
 
   Executor executor(compile(
       graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally},

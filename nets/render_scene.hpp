@@ -41,5 +41,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
 
 /// Radiance of rays that leave the picture under `light = image`: the mean of the photograph's pixels that do not emit.
 std::array<double, 3> ambient_of(const Scene& scene);
+/// The same for a picture and its emission flags, one a pixel.
+std::array<double, 3> ambient_of(const Image& photo, const float* emits);
 
 }  // namespace clerestory

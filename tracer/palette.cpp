@@ -211,7 +211,7 @@ Material Palette::make(MaterialClass kind) {
     case MaterialClass::Carpet: {
       Material m = base(Texture::Fabric, r);
       const glm::vec3 c = r.chance(0.6f) ? hsv(r.between(0.04f, 0.14f), r.between(0.03f, 0.3f), r.between(0.35f, 0.78f))
-                                        : strong_color();
+                                         : strong_color();
       colors(m, c, c * r.between(0.75f, 0.95f), c);
       roughness(m, 0.96f, 1, 1);
       m.scale = glm::vec3(r.between(3.f, 12.f));

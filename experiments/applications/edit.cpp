@@ -25,15 +25,6 @@ using Rgb = std::array<double, 3>;
 // errors of the maps.
 constexpr double kMostGain = 4;
 
-LightBuilder light_named(const std::string& name) {
-  if (name == "constant") return constant_light_builder();
-  if (name == "panorama") return panorama_light_builder();
-  if (name != "image") throw usage_error("there is no such light", "--light", name, "image, constant or panorama");
-  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
-    return photograph_radiance(in[0], in[1], rays.hits);
-  };
-}
-
 /// The layer on one scene's geometry, compiled once: renders any materials of chosen pixels under any picture as light.
 class EditLayer {
  public:
@@ -42,11 +33,9 @@ class EditLayer {
     const SceneValues v = scene_values(graph_, scene);
     const Value solid = graph_.input("solid", {1, 1, scene.height(), scene.width()});
     const Value skip = graph_.input("skip", {1, 1, scene.height(), scene.width()}, Type::Int);
-    const std::vector<Value> inputs =
-        settings.light == "constant" ? std::vector{v.ambient} : std::vector{v.photo, v.ambient};
     // Rays start from the pixels to shade alone and are traced against the whole scene.
-    rendered_ = render(graph_, render_spec(settings), v.maps, v.camera, v.range, inputs, light_named(settings.light),
-                       {solid, v.maps.surfaces.normal, skip});
+    rendered_ = render(graph_, render_spec(settings), v.maps, v.camera, v.range, light_inputs(v, settings.light),
+                       light_named(settings.light), {solid, v.maps.surfaces.normal, skip});
     executor_.emplace(compile(graph_, {rendered_.radiance, rendered_.status, rendered_.tally}, device));
     feed_scene(*executor_, scene);
     executor_->feed("solid", tensor_of(scene.depth));

@@ -35,7 +35,8 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common, boo
 void add_train_command(CommandLine& line) {
   auto arguments = std::make_shared<TrainArguments>();
   line.add("train",
-           "Trains MGNet or the light on rooms written by `generate`; an interrupted run goes on, a finished one is skipped")
+           "Trains MGNet or the light on rooms written by `generate`; an interrupted run goes on, a finished one is "
+           "skipped")
       .arguments("CONFIG [KEY=VALUE...]",
                  "Config file, then overrides such as train.minutes=30 data.train=[rooms_a,rooms_b]", arguments->words)
       .option("--init", "WEIGHTS", "Weights or a checkpoint to start from (model.init)", arguments->init)

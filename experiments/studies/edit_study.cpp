@@ -7,10 +7,9 @@
 #include "experiments/studies/compare.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
-#include "experiments/studies/truth_study.hpp"
+#include "experiments/studies/traced_room.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
-#include "tracer/views.hpp"
 
 namespace clerestory {
 namespace {
@@ -43,30 +42,27 @@ class EditStudy : public StudyRun {
   }
 
   void run_room(std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
-    const Room room = make_room(seed, Setting::Training, assets);
-    TraceScene traced(device_, room.scene);
-    const Camera camera = choose_views(traced, room, 1, static_cast<int>(config_.integer("data.width")),
-                                       static_cast<int>(config_.integer("data.height")), Random(seed).fork(100))
-                              .at(0);
-    const TraceMaps maps = traced.maps(camera);
-    Scene scene = scene_of(maps, camera);
+    TracedRoom view(device_, assets, seed, static_cast<int>(config_.integer("data.width")),
+                    static_cast<int>(config_.integer("data.height")));
+    const World& world = view.room.scene;
+    Scene& scene = view.scene;
     const int spp = static_cast<int>(config_.integer("data.spp"));
     const auto tracer_seed = static_cast<std::uint32_t>(Random(seed).fork(1).bits());
-    scene.photo = traced.picture(camera, spp, tracer_seed).mean;
+    scene.photo = view.traced.picture(view.camera, spp, tracer_seed).mean;
     const auto exposure = static_cast<float>(exposure_of(scene.photo.data));
     for (float& v : scene.photo.data) v *= exposure;
 
     MetricRecord record{r + 1, 0, {}};
     for (const EditCase& edit : edit_cases()) {
       stop_if_interrupted("study");
-      const int material = material_of_surface(room, camera, maps, edit.surface, kLeastShare);
+      const int material = material_of_surface(view.room, view.camera, view.maps, edit.surface, kLeastShare);
       if (material < 0) continue;
-      TraceScene changed(device_, with_material(room.scene, material, edit.change));
+      TraceScene changed(device_, with_material(world, material, edit.change));
       // At equal seeds paths that do not meet the surface are equal: errors are those of the edit.
-      Image truth = changed.picture(camera, spp, tracer_seed).mean;
+      Image truth = changed.picture(view.camera, spp, tracer_seed).mean;
       for (float& v : truth.data) v *= exposure;
-      const Image mask = mask_of_material(room.scene, maps, material);
-      check_maps(changed.maps(camera), apply_edit(scene, mask, edit.change), edit);
+      const Image mask = mask_of_material(world, view.maps, material);
+      check_maps(changed.maps(view.camera), apply_edit(scene, mask, edit.change), edit);
       run_case(r, edit, scene, mask, truth, record);
     }
     MetricsWriter(run_.metrics_path()).write(record.step, record.values);

@@ -6,10 +6,10 @@
 
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
+#include "experiments/studies/traced_room.hpp"
 #include "experiments/studies/truth_light.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
-#include "tracer/views.hpp"
 
 namespace clerestory {
 namespace {
@@ -39,19 +39,6 @@ struct Stated {
     std::transform(mean.begin(), mean.end(), image.data.begin(), [](double v) { return static_cast<float>(v); });
     return image;
   }
-};
-
-/// A generated room, its first view, and what the tracer sees there.
-struct TracedRoom {
-  TracedRoom(const Device& device, const RoomAssets& assets, std::uint64_t seed, int width, int height)
-      : room(make_room(seed, Setting::Training, assets)),
-        traced(device, room.scene),
-        camera(choose_views(traced, room, 1, width, height, Random(seed).fork(100)).at(0)),
-        scene(scene_of(traced.maps(camera), camera)) {}
-  Room room;
-  TraceScene traced;
-  Camera camera;
-  Scene scene;
 };
 
 struct LightRow {

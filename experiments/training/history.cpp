@@ -25,7 +25,7 @@ std::vector<double> numbers(const json& values) {
 }
 
 HistoryPoint point_of(const json& p, std::size_t errors) {
-  HistoryPoint point{p.at("step"),   p.at("hours"),      p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")),
+  HistoryPoint point{p.at("step"),       p.at("hours"), p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")),
                      p.at("scale_error")};
   if (point.errors.size() != errors || point.ratios.size() != errors)
     throw json::other_error::create(501, "a point of the curve has another number of errors", &p);
@@ -155,8 +155,7 @@ History history_from_json(const std::string& text, const std::string& where) {
       l.width = j.at("width"), l.height = j.at("height"), l.batch = j.at("batch"), l.seed = j.at("seed");
       l.rooms = j.at("rooms"), l.views = j.at("views"), l.steps = j.at("steps"), l.views_seen = j.at("views_seen");
       l.hours = j.at("hours"), l.init = j.at("init"), l.overrides = j.at("overrides").get<std::vector<std::string>>();
-      for (const json& p : j.at("curve"))
-        l.curve.push_back(point_of(p, error_names(l.kind).size()));
+      for (const json& p : j.at("curve")) l.curve.push_back(point_of(p, error_names(l.kind).size()));
       history.legs.push_back(std::move(l));
     }
     return history;

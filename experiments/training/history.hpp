@@ -9,11 +9,11 @@
 
 namespace clerestory {
 
-/// What is trained: "maps" (MGNet) or "light" (LightNet and the out-of-view field).
 struct ErrorName {
   std::string key, name, unit;
 };
-/// The errors of a validation, in the order of HistoryPoint's lists.
+/// The errors of a validation, in the order of HistoryPoint's lists. `kind`: what is trained, "maps" (MGNet) or "light"
+/// (LightNet and the out-of-view field).
 const std::vector<ErrorName>& error_names(const std::string& kind);
 
 /// One validation.

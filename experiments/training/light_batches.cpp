@@ -46,10 +46,10 @@ void mirror(Prepared& p) {
 
 Prepared prepared(const LightView& view, const LightTrainingOptions& o, const LightSampling& sampling,
                   std::uint64_t key) {
-  Prepared p{view.image,    view.albedo, view.normal, view.depth,
+  Prepared p{view.image,    view.albedo,   view.normal, view.depth,
              view.material, view.emission, view.camera, draw_rays(view, o.rows, o.samples, sampling.probe_rows, key)};
-  const double target = sampling.exposure_low +
-                        (sampling.exposure_high - sampling.exposure_low) * keyed_uniform(key, 0, exposure_draw);
+  const double target =
+      sampling.exposure_low + (sampling.exposure_high - sampling.exposure_low) * keyed_uniform(key, 0, exposure_draw);
   const float gain = static_cast<float>(target / 0.9);
   for (float& v : p.image.data) v *= gain;
   for (auto& rgb : p.rays.light)
@@ -80,19 +80,13 @@ void append(LightBatch& batch, const std::string& name, const Tensor& one) {
   t.real.insert(t.real.end(), one.real.begin(), one.real.end());
 }
 
-void put_rays(LightBatch& batch, const LightRays& rays, const LightTrainingOptions& o, const std::string& at) {
-  const Shape three{1, 3, o.rows, o.samples}, one{1, 1, o.rows, o.samples};
-  Tensor points(three), directions(three), light(three);
-  const std::size_t count = rays.skip.size();
-  for (std::size_t i = 0; i < count; ++i)
-    for (int c = 0; c < 3; ++c) {
-      const std::size_t to = static_cast<std::size_t>(c) * count + i;
-      points.real[to] = rays.points[i][c], directions.real[to] = rays.directions[i][c];
-      light.real[to] = rays.light[i][static_cast<std::size_t>(c)];
-    }
-  batch.feeds["points" + at] = std::move(points), batch.feeds["directions" + at] = std::move(directions);
-  batch.feeds["light" + at] = std::move(light), batch.feeds["known" + at] = Tensor(one, 1);
-  batch.feeds["skip" + at] = Tensor::of_int(one, rays.skip);
+void put_rays(LightBatch& batch, const LightRays& rays, int samples, const std::string& at) {
+  for (auto& [name, tensor] : ray_tensors(rays, samples)) batch.feeds[name + at] = std::move(tensor);
+  const int rows = static_cast<int>(rays.light.size()) / samples;
+  Tensor light(Shape{1, 3, rows, samples});
+  for (std::size_t i = 0; i < rays.light.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) light.real[c * rays.light.size() + i] = rays.light[i][c];
+  batch.feeds["light" + at] = std::move(light), batch.feeds["known" + at] = Tensor({1, 1, rows, samples}, 1);
 }
 
 /// The coarse grid of pixels that are rendered again.
@@ -120,8 +114,7 @@ void put_shading(LightBatch& batch, const Prepared& p, const LightTrainingOption
     for (int x = 0; x < depth.width; ++x)
       skip.insert(skip.end(), static_cast<std::size_t>(o.shade_samples),
                   (stride * y + y0) * p.image.width + stride * x + x0);
-  batch.feeds["shade_skip" + at] =
-      Tensor::of_int({1, 1, depth.height * depth.width, o.shade_samples}, std::move(skip));
+  batch.feeds["shade_skip" + at] = Tensor::of_int({1, 1, depth.height * depth.width, o.shade_samples}, std::move(skip));
 }
 
 }  // namespace
@@ -139,7 +132,8 @@ Camera every_nth(const Camera& camera, int stride, int x, int y) {
 LightRays draw_rays(const LightView& view, int rows, int samples, double probe_rows, std::uint64_t key) {
   constexpr int texels = envmap_azimuths * envmap_elevations;
   if (samples > texels)
-    throw usage_error("more directions than a tile has", "light.samples", std::to_string(samples), std::to_string(texels));
+    throw usage_error("more directions than a tile has", "light.samples", std::to_string(samples),
+                      std::to_string(texels));
   const EnvmapLayout& layout = view.envmaps.layout;
   std::vector<int> tiles;
   for (int tile = 0; tile < layout.tiles(); ++tile)
@@ -178,11 +172,25 @@ LightRays draw_rays(const LightView& view, int rows, int samples, double probe_r
       std::swap(order[static_cast<std::size_t>(s)], order[static_cast<std::size_t>(s + draws.below(texels - s))]);
       const int texel = order[static_cast<std::size_t>(s)];
       const int azimuth = texel % envmap_azimuths, elevation = texel / envmap_azimuths;
-      add(point, envmap_direction(frame, column, r, azimuth, elevation),
-          view.envmaps.at(column, r, azimuth, elevation), y * view.depth.width + x);
+      add(point, envmap_direction(frame, column, r, azimuth, elevation), view.envmaps.at(column, r, azimuth, elevation),
+          y * view.depth.width + x);
     }
   }
   return rays;
+}
+
+std::map<std::string, Tensor> ray_tensors(const LightRays& rays, int samples) {
+  const std::size_t count = rays.skip.size();
+  const int rows = static_cast<int>(count) / samples;
+  const auto planar = [&](const std::vector<Vec3>& vectors) {
+    Tensor t(Shape{1, 3, rows, samples});
+    for (std::size_t i = 0; i < count; ++i)
+      for (int c = 0; c < 3; ++c) t.real[static_cast<std::size_t>(c) * count + i] = vectors[i][c];
+    return t;
+  };
+  return {{"points", planar(rays.points)},
+          {"directions", planar(rays.directions)},
+          {"skip", Tensor::of_int({1, 1, rows, samples}, rays.skip)}};
 }
 
 LightBatch light_batch(const std::vector<std::shared_ptr<const LightView>>& views, const LightTrainingOptions& o,
@@ -198,7 +206,7 @@ LightBatch light_batch(const std::vector<std::shared_ptr<const LightView>>& view
     append(batch, "material", p.material), append(batch, "depth", p.depth);
     append(batch, "camera", camera_tensor(std::span(&p.camera, 1)));
     append(batch, "range", depth_range(Tensor({1, 1, p.depth.height, p.depth.width}, p.depth.data)));
-    put_rays(batch, p.rays, o, at);
+    put_rays(batch, p.rays, o.samples, at);
     if (o.weights.rerender > 0) put_shading(batch, p, o, keys[b], at);
   }
   return batch;

@@ -21,13 +21,16 @@ struct LightBatch {
 
 /// Rays of one view: `rows` points, from each `samples` directions; ray i is sample i % samples of point i / samples.
 struct LightRays {
-  std::vector<Vec3> points, directions;      // camera metres; unit, away from the point
-  std::vector<std::array<float, 3>> light;   // radiance that arrives, the image's unit
-  std::vector<int> skip;                     // pixel that a ray starts from, or -1
+  std::vector<Vec3> points, directions;     // camera metres; unit, away from the point
+  std::vector<std::array<float, 3>> light;  // radiance that arrives, the image's unit
+  std::vector<int> skip;                    // pixel that a ray starts from, or -1
 };
 /// Points are pixels of environment-map tiles that have depth, and probes. Directions are texels: of a tile all
 /// different, of a probe drawn by solid angle. `key` keys all choices. samples <= 128.
 LightRays draw_rays(const LightView& view, int rows, int samples, double probe_rows, std::uint64_t key);
+
+/// "points", "directions" {1, 3, rows, samples} and "skip" {1, 1, rows, samples} as the light's graphs take them.
+std::map<std::string, Tensor> ray_tensors(const LightRays& rays, int samples);
 
 /// Views side by side; `keys` key what is drawn for each: rays, mirroring, exposure, clipping, the coarse grid's place.
 /// Throws usage_error when the coarse grid does not divide the view evenly.

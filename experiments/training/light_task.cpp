@@ -1,7 +1,4 @@
 // The light as a task of the trainer.
-#include <algorithm>
-#include <numbers>
-
 #include "experiments/training/light_validation.hpp"
 #include "experiments/training/report.hpp"
 #include "experiments/training/task.hpp"
@@ -13,9 +10,9 @@
 namespace clerestory {
 namespace {
 
-constexpr int kJudgedRows = 64, kJudgedSamples = 64;   // rays of a validation view
-constexpr std::uint64_t kJudgedKey = 0x6a75646765;     // their key: the same in every leg
-constexpr std::uint64_t kLightKey = 0x6c69676874;      // purpose of a view's key in a batch
+constexpr int kJudgedRows = 64, kJudgedSamples = 64;  // rays of a validation view
+constexpr std::uint64_t kJudgedKey = 0x6a75646765;    // their key: the same in every leg
+constexpr std::uint64_t kLightKey = 0x6c69676874;     // purpose of a view's key in a batch
 
 using LightStream = Prefetch<LightBatch>;
 
@@ -51,7 +48,8 @@ LightRays panorama_rays(const Probe& probe) {
   LightRays rays;
   for (int y = 0; y < probe_height; ++y)
     for (int x = 0; x < probe_width; ++x) {
-      rays.points.push_back(probe.center), rays.directions.push_back(panorama_direction(x, y, probe_width, probe_height));
+      rays.points.push_back(probe.center),
+          rays.directions.push_back(panorama_direction(x, y, probe_width, probe_height));
       rays.light.push_back({probe.radiance.at(0, y, x), probe.radiance.at(1, y, x), probe.radiance.at(2, y, x)});
       rays.skip.push_back(-1);
     }
@@ -74,7 +72,8 @@ Table light_table(const LightSummary& s) {
     for (int who = 0; who < light_answerers; ++who) cells.push_back(Measure{s.errors[kind][who].*error});
     table.add(std::move(cells));
   };
-  for (const auto& [name, error] : {std::pair{"relMSE", &LightError::relmse}, std::pair{"log-RGB RMSE", &LightError::log_rmse}}) {
+  for (const auto& [name, error] :
+       {std::pair{"relMSE", &LightError::relmse}, std::pair{"log-RGB RMSE", &LightError::log_rmse}}) {
     row("that hit", LightSummary::Hits, name, error), row("that miss", LightSummary::Misses, name, error);
     row("all", LightSummary::All, name, error);
   }
@@ -82,13 +81,14 @@ Table light_table(const LightSummary& s) {
 }
 
 std::vector<std::string> light_conventions() {
-  return {"Truth: radiance along single rays, from tiles of environment maps and from probes of generated rooms, in the "
-          "unit in which the picture's 95th percentile of luminance is 0.9; lamps and windows included.",
-          "Errors are means over a view's rays and channels, then over views: relMSE is the mean of d^2 / (truth^2 + "
-          "0.01), log-RGB RMSE the root of the mean of ln((y + 0.01) / (truth + 0.01))^2.",
-          "Photograph: the pixel that a screen-space ray hits, mixed by u with the mean of pixels that do not emit. Best "
-          "constant: of the view and of the rays in question, under the very error.",
-          "True maps; a view without rays of a kind does not count there."};
+  return {
+      "Truth: radiance along single rays, from tiles of environment maps and from probes of generated rooms, in the "
+      "unit in which the picture's 95th percentile of luminance is 0.9; lamps and windows included.",
+      "Errors are means over a view's rays and channels, then over views: relMSE is the mean of d^2 / (truth^2 + "
+      "0.01), log-RGB RMSE the root of the mean of ln((y + 0.01) / (truth + 0.01))^2.",
+      "Photograph: the pixel that a screen-space ray hits, mixed by u with the mean of pixels that do not emit. Best "
+      "constant: of the view and of the rays in question, under the very error.",
+      "True maps; a view without rays of a kind does not count there."};
 }
 
 class LightTask : public TrainingTask {
@@ -112,11 +112,12 @@ class LightTask : public TrainingTask {
   const std::vector<ViewName>& views() const override { return store_.names(); }
 
   std::vector<std::string> notes() const override {
-    return {fmt::format("light {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch "
-                        "{}, {} x {} rays a view",
-                        options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
-                        device_name_, store_.size(), validation_store_.size(), options_.size.width, options_.size.height,
-                        options_.batch, options_.light_step.rows, options_.light_step.samples)};
+    return {
+        fmt::format("light {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch "
+                    "{}, {} x {} rays a view",
+                    options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
+                    device_name_, store_.size(), validation_store_.size(), options_.size.width, options_.size.height,
+                    options_.batch, options_.light_step.rows, options_.light_step.samples)};
   }
 
   std::vector<LeftOut> left_out() const override {
@@ -152,7 +153,8 @@ class LightTask : public TrainingTask {
     for (std::size_t i = 0; i < names.size(); ++i) {
       judgement.values.emplace_back("val/" + names[i].key, judgement.point.errors[i]);
       judgement.values.emplace_back("val/ratio/" + names[i].key, judgement.point.ratios[i]);
-      judgement.text += fmt::format(" {} {:.4g} ({:.2f})", names[i].key, judgement.point.errors[i], judgement.point.ratios[i]);
+      judgement.text +=
+          fmt::format(" {} {:.4g} ({:.2f})", names[i].key, judgement.point.errors[i], judgement.point.ratios[i]);
     }
     return judgement;
   }
@@ -160,11 +162,10 @@ class LightTask : public TrainingTask {
   void report(const RunDirectory& run, const Config& config, const History& history,
               const Provenance& provenance) override {
     if (!summary_) judge();  // killed between the last checkpoint and here
-    write_training_report(
-        run, config, history,
-        {light_table(*summary_), fmt::format("{}", fmt::join(light_conventions(), "\n")),
-         [this](HtmlReport& page) { add_probes(page); }},
-        provenance);
+    write_training_report(run, config, history,
+                          {light_table(*summary_), fmt::format("{}", fmt::join(light_conventions(), "\n")),
+                           [this](HtmlReport& page) { add_probes(page); }},
+                          provenance);
   }
 
  private:
@@ -173,8 +174,8 @@ class LightTask : public TrainingTask {
     std::vector<std::uint64_t> keys;
     std::vector<std::string> names;
     for (int k = 0; k < options_.batch; ++k) {
-      const auto position = static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(options_.batch) +
-                            static_cast<std::uint64_t>(k);
+      const auto position =
+          static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(options_.batch) + static_cast<std::uint64_t>(k);
       const std::size_t view = order_.at(position);
       views.push_back(store_.get(view)), names.push_back(store_.name(view).text());
       keys.push_back(keyed_bits(options_.seed, position, kLightKey));
@@ -186,18 +187,20 @@ class LightTask : public TrainingTask {
 
   /// A few probes: the truth, both parts mixed, the photograph's answer.
   void add_probes(HtmlReport& page) {
-    page.section("Probes", "Incident light at free points of validation rooms: the truth, the nets' answer, the "
-                           "photograph's own (its pixel at hits, its mean elsewhere).");
+    page.section("Probes",
+                 "Incident light at free points of validation rooms: the truth, the nets' answer, the "
+                 "photograph's own (its pixel at hits, its mean elsewhere).");
     int shown = 0;
     for (const JudgedLight& v : judged_) {
       if (v.view->probes.empty() || shown == 3) continue;
       ++shown;
       const Probe& probe = v.view->probes[0];
       const LightAnswers answers = panorama_.answer(*v.view, panorama_rays(probe));
-      page.pictures({picture_of("picture", show_radiance(v.view->image)), picture_of("truth", show_radiance(probe.radiance)),
-                     picture_of("nets", show_radiance(panorama_of(answers.full))),
-                     picture_of("photograph", show_radiance(panorama_of(answers.photograph)))},
-                    v.name);
+      page.pictures(
+          {picture_of("picture", show_radiance(v.view->image)), picture_of("truth", show_radiance(probe.radiance)),
+           picture_of("nets", show_radiance(panorama_of(answers.full))),
+           picture_of("photograph", show_radiance(panorama_of(answers.photograph)))},
+          v.name);
     }
   }
 

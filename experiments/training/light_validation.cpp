@@ -65,20 +65,13 @@ class ViewErrors {
   const std::vector<std::size_t>& used_;
 };
 
-Tensor rays_tensor(const std::vector<Vec3>& v, int rows, int samples) {
-  Tensor t(Shape{1, 3, rows, samples});
-  for (std::size_t i = 0; i < v.size(); ++i)
-    for (int c = 0; c < 3; ++c) t.real[static_cast<std::size_t>(c) * v.size() + i] = v[i][c];
-  return t;
-}
-
 }  // namespace
 
 struct LightPredictor::State {
   Graph graph;
   LightAnswer answer;
   Value photograph, hit;
-  int rows, samples;
+  int samples;
   std::unique_ptr<Executor> run;
 };
 
@@ -86,12 +79,9 @@ LightPredictor::LightPredictor(Device device, const LightSizes& given, int width
                                std::shared_ptr<States> states, const std::string& gemm)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
-  s.rows = rows, s.samples = samples;
+  s.samples = samples;
   const LightSizes sizes = without_jitter(given);
-  const auto map = [&](const char* name, int channels) { return s.graph.input(name, {1, channels, height, width}); };
-  const LitPictures pictures{map("image", 3), map("depth", 1), {map("albedo", 3), map("normal", 3), map("material", 3)},
-                             s.graph.input("camera", {1, 4, 1, 1}), s.graph.input("range", {1, 3, 1, 1})};
-  const LitPicture picture = lit_pictures(s.graph, pictures, sizes, false)[0];
+  const LitPicture picture = lit_pictures(s.graph, lit_inputs(s.graph, 1, height, width), sizes, false)[0];
   const Shape three{1, 3, rows, samples};
   s.answer = ask_light(s.graph, picture, sizes, s.graph.input("points", three), s.graph.input("directions", three),
                        s.graph.input("skip", {1, 1, rows, samples}, Type::Int));
@@ -108,20 +98,13 @@ LightAnswers LightPredictor::answer(const LightView& view, const LightRays& rays
   State& s = *state_;
   Executor& run = *s.run;
   const Tensor depth = tensor_of(view.depth);
-  Tensor ambient(Shape{1, 3, 1, 1});
-  for (std::size_t c = 0; c < 3; ++c) {
-    double sum = 0, count = 0;
-    for (std::size_t i = 0; i < view.emission.data.size(); ++i)
-      if (view.emission.data[i] == 0) sum += view.image.data[c * view.emission.data.size() + i], ++count;
-    ambient.real[c] = count > 0 ? sum / count : 0;
-  }
+  const std::array<double, 3> ambient = ambient_of(view.image, view.emission.data.data());
   run.feed("image", tensor_of(view.image)), run.feed("albedo", tensor_of(view.albedo));
   run.feed("normal", tensor_of(view.normal)), run.feed("material", tensor_of(view.material));
-  run.feed("depth", depth), run.feed("range", depth_range(depth)), run.feed("ambient", ambient);
+  run.feed("depth", depth), run.feed("range", depth_range(depth)),
+      run.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
   run.feed("camera", camera_tensor(std::span(&view.camera, 1)));
-  run.feed("points", rays_tensor(rays.points, s.rows, s.samples));
-  run.feed("directions", rays_tensor(rays.directions, s.rows, s.samples));
-  run.feed("skip", Tensor::of_int({1, 1, s.rows, s.samples}, rays.skip));
+  for (const auto& [name, tensor] : ray_tensors(rays, s.samples)) run.feed(name, tensor);
   run.run();
   return {run.fetch_floats(s.answer.mixed), run.fetch_floats(s.answer.out_of_view), run.fetch_floats(s.photograph),
           run.fetch_floats(s.hit)};
@@ -175,16 +158,10 @@ HistoryPoint LightSummary::point() const {
 
 std::map<std::string, Shape> light_states(const LightSizes& sizes) {
   Graph graph;
-  const Shape three{1, 3, 64, 64}, rays{1, 3, 1, 16}, one{1, 1, 64, 64};
-  const auto input = [&](const char* name, const Shape& shape, Type type = Type::Real) {
-    return graph.input(name, shape, type);
-  };
-  const LitPictures pictures{input("image", three), input("depth", one),
-                             {input("albedo", three), input("normal", three), input("material", three)},
-                             input("camera", {1, 4, 1, 1}), input("range", {1, 3, 1, 1})};
-  const LitPicture picture = lit_pictures(graph, pictures, sizes, false)[0];
-  ask_light(graph, picture, sizes, input("points", rays), input("directions", rays),
-            input("skip", {1, 1, 1, 16}, Type::Int));
+  const Shape rays{1, 3, 1, 16};
+  const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 64, 64), sizes, false)[0];
+  ask_light(graph, picture, sizes, graph.input("points", rays), graph.input("directions", rays),
+            graph.input("skip", {1, 1, 1, 16}, Type::Int));
   std::map<std::string, Shape> states;
   for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
   return states;
@@ -196,12 +173,12 @@ std::string light_text(const LightSizes& s) {
   };
   const LightNetSize& l = s.in_view;
   const OutOfViewSize& o = s.out_of_view;
-  return fmt::format("in view {}, {} frequencies, {} x {}, again {}, output {}{}; out of view {}, {}, stem {}, rank {}, "
-                     "octaves {}, field {}, {} segments{}",
-                     trunk(l.trunk), l.frequencies, l.layers, l.width, l.again, static_cast<int>(l.output),
-                     l.log_input ? ", log input" : "", trunk(o.trunk), o.hyper == HyperNet::Paper ? "paper" : "low rank",
-                     o.stem, o.rank, o.octaves, fmt::join(o.hidden, "-"), o.march.segments,
-                     o.released_output ? ", released output" : "");
+  return fmt::format(
+      "in view {}, {} frequencies, {} x {}, again {}, output {}{}; out of view {}, {}, stem {}, rank {}, "
+      "octaves {}, field {}, {} segments{}",
+      trunk(l.trunk), l.frequencies, l.layers, l.width, l.again, static_cast<int>(l.output),
+      l.log_input ? ", log input" : "", trunk(o.trunk), o.hyper == HyperNet::Paper ? "paper" : "low rank", o.stem,
+      o.rank, o.octaves, fmt::join(o.hidden, "-"), o.march.segments, o.released_output ? ", released output" : "");
 }
 
 }  // namespace clerestory

@@ -13,7 +13,8 @@ enum class LightAnswerer { Full, OutOfView, Photograph, Constant };
 inline constexpr int light_answerers = 4;
 
 /// Errors of one answerer over one class of rays, means over views that have such rays. relMSE: mean over rays and
-/// channels of d^2 / (truth^2 + 0.01); log-RGB RMSE: root of the mean of ln((y + 0.01) / (truth + 0.01))^2, y at least 0.
+/// channels of d^2 / (truth^2 + 0.01); log-RGB RMSE: root of the mean of ln((y + 0.01) / (truth + 0.01))^2, y at least
+/// 0.
 struct LightError {
   double relmse = 0, log_rmse = 0;
   int views = 0;

@@ -31,7 +31,8 @@ LightView read_light_view(const ViewName& name, int width, int height) {
   if (room.image.width != width || room.image.height != height)
     throw usage_error("a view of another size than the light is trained at", name.text(),
                       fmt::format("{}x{}", room.image.width, room.image.height), fmt::format("{}x{}", width, height));
-  if (!room.camera) throw usage_error("a view without a camera", view_file(name.room, name.id, "camera", "json").string());
+  if (!room.camera)
+    throw usage_error("a view without a camera", view_file(name.room, name.id, "camera", "json").string());
   if (std::none_of(room.depth.data.begin(), room.depth.data.end(), [](float z) { return z > 0; }))
     throw usage_error("no pixel of the view has depth", name.text());
   LightView view;

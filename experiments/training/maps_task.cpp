@@ -24,11 +24,10 @@ class MapsTask : public TrainingTask {
   const std::vector<ViewName>& views() const override { return store_.names(); }
 
   std::vector<std::string> notes() const override {
-    std::vector<std::string> notes{
-        fmt::format("MGNet {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch {}",
-                    options_.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20,
-                    device_name_, store_.size(), validation_store_.size(), options_.size.width, options_.size.height,
-                    options_.batch)};
+    std::vector<std::string> notes{fmt::format(
+        "MGNet {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch {}",
+        options_.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20, device_name_,
+        store_.size(), validation_store_.size(), options_.size.width, options_.size.height, options_.batch)};
     if (options_.w_perceptual == 0)
       notes.push_back("the perceptual term is off: no ImageNet weights of VGG16 were given (loss.perceptual_weights)");
     return notes;
@@ -74,10 +73,11 @@ class MapsTask : public TrainingTask {
               const Provenance& provenance) override {
     if (!summary_) judge();  // killed between the last checkpoint and here
     const std::vector<std::string> conventions = evaluation_conventions(options_.size.width, options_.size.height);
-    write_training_report(run, config, history,
-                          {summary_table(*summary_, "Validation views"), fmt::format("{}", fmt::join(conventions, "\n")),
-                           [this](HtmlReport& page) { add_samples(page, samples()); }},
-                          provenance);
+    write_training_report(
+        run, config, history,
+        {summary_table(*summary_, "Validation views"), fmt::format("{}", fmt::join(conventions, "\n")),
+         [this](HtmlReport& page) { add_samples(page, samples()); }},
+        provenance);
   }
 
  private:
@@ -116,8 +116,7 @@ class MapsTask : public TrainingTask {
 
 }  // namespace
 
-std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options,
-                                        std::shared_ptr<States> states) {
+std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options, std::shared_ptr<States> states) {
   return std::make_unique<MapsTask>(std::move(device), options, std::move(states));
 }
 

@@ -78,13 +78,15 @@ void write_training_report(const RunDirectory& run, const Config& config, const 
   write_file(run.artifact("validation.table.json"), table_json(page.table));
   const auto records = read_metrics(run.metrics_path());
   const Leg& leg = history.legs.back();
-  HtmlReport report(leg.kind == "light" ? "Training of the light" : "Training of MGNet", run.path().filename().string());
+  HtmlReport report(leg.kind == "light" ? "Training of the light" : "Training of MGNet",
+                    run.path().filename().string());
   report.facts({{"preset", leg.preset},
                 {"views", fmt::format("{} of {} rooms, {}x{}", leg.views, leg.rooms, leg.width, leg.height)},
                 {"steps", fmt::format("{} of {} views", leg.steps, leg.batch)},
                 {"time", duration_text(leg.hours * 3600)},
                 {"speed", fmt::format("{:.0f} views an hour", static_cast<double>(leg.views_seen) / leg.hours)},
-                {"score", fmt::format("{:.3f} (geometric mean of ratios to the best trivial predictor)", leg.curve.back().score)}});
+                {"score", fmt::format("{:.3f} (geometric mean of ratios to the best trivial predictor)",
+                                      leg.curve.back().score)}});
   report.section("Validation",
                  "Errors at the end of the leg, beside predictors that know nothing of the picture's content.");
   report.table(page.table);

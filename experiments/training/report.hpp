@@ -18,7 +18,7 @@ struct ReportSample {
 /// What a task has to show of its last validation.
 struct TrainingPage {
   Table table;
-  std::string conventions;                           // behind the table; may be empty
+  std::string conventions;                            // behind the table; may be empty
   std::function<void(HtmlReport&)> validation_views;  // pictures
 };
 /// Each map beside the truth.

@@ -144,7 +144,8 @@ LightSizes light_of(const Config& c) {
          fmt::format("more than {}", in_view.again));
   OutOfViewSize& far = sizes.out_of_view;
   far.march.segments = whole(c, "light.segments", far.march.segments);
-  if (!c.integers("light.field").empty()) far.hidden.assign(c.integers("light.field").begin(), c.integers("light.field").end());
+  if (!c.integers("light.field").empty())
+    far.hidden.assign(c.integers("light.field").begin(), c.integers("light.field").end());
   return sizes;
 }
 

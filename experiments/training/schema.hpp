@@ -44,7 +44,8 @@ struct TrainingOptions {
   LearningRate rate;
   double beta1 = 0, beta2 = 0;
   Augmentation augmentation;
-  double w_albedo = 1, w_normal = 1, w_material = 1, w_depth = 1, w_scale = 1, w_log_depth = 0, w_metallic = 0, w_perceptual = 0;
+  double w_albedo = 1, w_normal = 1, w_material = 1, w_depth = 1, w_scale = 1, w_log_depth = 0, w_metallic = 0,
+         w_perceptual = 0;
   std::string perceptual_weights;  // file; empty: the term is off
   LightSizes light;
   LightTrainingOptions light_step;

@@ -60,7 +60,8 @@ class Trainer {
   Leg& leg() { return progress_.history.legs.back(); }
   void update_leg();
   RunIdentity identity() const {
-    return {options_.preset, task_->net(), options_.size, options_.seed, config_hash(config_), views_hash(task_->views())};
+    return {options_.preset, task_->net(),         options_.size,
+            options_.seed,   config_hash(config_), views_hash(task_->views())};
   }
   void save_weights(const std::string& artifact) const {
     write_weights(run_.artifact(artifact), *states_, progress_.history, progress_.means,

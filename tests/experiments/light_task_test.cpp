@@ -78,7 +78,8 @@ TEST_F(LightTask, RaysAreThoseOfTheFiles) {
         EXPECT_EQ(p, v->probes[0].center);
         const Vec2 uv = panorama_position(d);
         const int x = static_cast<int>(uv.x * probe_width), y = static_cast<int>(uv.y * probe_height);
-        for (int c = 0; c < 3; ++c) EXPECT_EQ(rays.light[i][static_cast<std::size_t>(c)], v->probes[0].radiance.at(c, y, x));
+        for (int c = 0; c < 3; ++c)
+          EXPECT_EQ(rays.light[i][static_cast<std::size_t>(c)], v->probes[0].radiance.at(c, y, x));
         continue;
       }
       const int x = rays.skip[i] % kWidth, y = rays.skip[i] / kWidth;
@@ -101,7 +102,8 @@ TEST_F(LightTask, RaysAreThoseOfTheFiles) {
 
 TEST_F(LightTask, MirroredBatchesAreTheSameRoom) {
   const auto v = view();
-  LightTrainingOptions o{.batch = 2, .height = kHeight, .width = kWidth, .rows = 4, .samples = 16, .shade_height = 6, .shade_width = 8};
+  LightTrainingOptions o{
+      .batch = 2, .height = kHeight, .width = kWidth, .rows = 4, .samples = 16, .shade_height = 6, .shade_width = 8};
   // The same key with and without mirroring: one of a few keys is mirrored.
   bool seen = false;
   for (std::uint64_t key = 1; key < 8; ++key) {

@@ -51,8 +51,7 @@ void add_gradients(std::map<std::string, Value>& results, const std::string& pre
   const std::vector<Value> gradients = gradient(outputs, seeds, wrt);
   for (std::size_t i = 0; i < wrt.size(); ++i) {
     const auto* state = dynamic_cast<const StateOp*>(wrt[i].node->op.get());
-    const std::string& name =
-        state ? state->state_name : static_cast<const InputOp&>(*wrt[i].node->op).input_name;
+    const std::string& name = state ? state->state_name : static_cast<const InputOp&>(*wrt[i].node->op).input_name;
     if (!gradients[i]) throw Error(ErrorKind::Failed, "there is no gradient", name);
     results[prefix + name] = gradients[i];
   }

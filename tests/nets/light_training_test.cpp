@@ -34,12 +34,13 @@ TEST(LightTraining, HdrLossAgainstItsDefinitionAndGradient) {
   Graph graph;
   const Value p = graph.input("prediction", kRays);
   const Value value = hdr_loss(p, graph.constant(truth), graph.constant(mask));
-  const std::vector<Tensor> results = evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()},
-                                               device_for(Precision::Double), {{"prediction", prediction}},
-                                               {.precision = Precision::Double});
+  const std::vector<Tensor> results =
+      evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
+               {{"prediction", prediction}}, {.precision = Precision::Double});
   // The scale goes through a logarithm of at most 10 and back: 10 units in the last place.
   EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
-  for (std::size_t i = 0; i < slope.size(); ++i) EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
+  for (std::size_t i = 0; i < slope.size(); ++i)
+    EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
 }
 
 /// A wall two metres away under a light that depends on direction alone.

@@ -22,8 +22,8 @@ struct MarchOp : Op {
     const RayTile t = ray_tile(l, l.in(0).shape);
     const Defines defines = options.jitter ? Defines{{"JITTER", "1"}} : Defines{};
     l.run_with(defines, "light/march.cl", "march", ray_range(t), l.in(0), l.in(1), l.in(2), l.out(0), l.out(1),
-               t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
-               l.in(2).shape.n, static_cast<int>(picture.plane()), options.segments, Launch::Real{options.near},
+               t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, l.in(2).shape.n,
+               static_cast<int>(picture.plane()), options.segments, Launch::Real{options.near},
                Launch::Real{options.radius}, l.seed);
   }
 };

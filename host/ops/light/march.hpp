@@ -7,7 +7,7 @@ namespace clerestory {
 struct MarchOptions {
   int segments = 64;
   double near = 0.05, radius = 3;  // in units of the scene's scale; the sphere is around the camera
-  bool jitter = true;              // false: the middle of each piece, for results that do not depend on how rays are listed
+  bool jitter = true;  // false: the middle of each piece, for results that do not depend on how rays are listed
 };
 
 struct Marched {

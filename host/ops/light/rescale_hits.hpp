@@ -4,8 +4,8 @@
 
 namespace clerestory {
 
-/// hit Int {1, 1, pixels, samples}: pixel y * w + x of a picture of `from`'s size, or -1 -> the cell of a grid of `to`'s
-/// size that holds the pixel's centre. Only h and w of the shapes count.
+/// hit Int {1, 1, pixels, samples}: pixel y * w + x of a picture of `from`'s size, or -1 -> the cell of a grid of
+/// `to`'s size that holds the pixel's centre. Only h and w of the shapes count.
 Value rescale_hits(Value hit, const Shape& from, const Shape& to);
 
 }  // namespace clerestory

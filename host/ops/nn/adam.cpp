@@ -62,7 +62,8 @@ struct AdamOp : Op {  // gradient, parameter, first moment, second moment of eac
       const Shape& s = g.shape;
       const bool one_run = s.n == 1 || g.stride == s.item();  // states always are
       const int items = one_run ? 1 : s.n, count = static_cast<int>(one_run ? s.count() : s.item());
-      for (int n = 0; n < items; ++n) slots.push_back({item_of(g, n), item_of(p, n), item_of(m, n), item_of(v, n), count});
+      for (int n = 0; n < items; ++n)
+        slots.push_back({item_of(g, n), item_of(p, n), item_of(m, n), item_of(v, n), count});
     }
     return slots;
   }
@@ -85,8 +86,8 @@ struct AdamOp : Op {  // gradient, parameter, first moment, second moment of eac
       groups += (slots[i].count + block - 1) / block;
     }
     const auto slot = [&](std::size_t i) -> const Slot& { return slots[std::min(i, slots.size() - 1)]; };
-    const auto arguments = std::tuple_cat(
-        std::tie(slot(k).gradient, slot(k).parameter, slot(k).first_moment, slot(k).second_moment, slot(k).count, begin[k])...);
+    const auto arguments = std::tuple_cat(std::tie(slot(k).gradient, slot(k).parameter, slot(k).first_moment,
+                                                   slot(k).second_moment, slot(k).count, begin[k])...);
     std::apply(
         [&](const auto&... argument) {
           l.run_with(row_defines(l.device), kFile, "adam_update", row_range(l.device, groups), argument...,

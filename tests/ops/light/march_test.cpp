@@ -82,7 +82,8 @@ TEST(March, JitterIsStratifiedAndEven) {
               range = g.constant(Tensor(Shape{1, 3, 1, 1}, 1));
   const Marched m = march(points, along, range, {1, 1, rows, samples}, {.segments = segments, .near = 0, .radius = 7});
   const auto run = [&](std::uint32_t seed) {
-    Executor executor(compile(g, {m.position, m.length}, test_device(Precision::Double), {.precision = Precision::Double}));
+    Executor executor(
+        compile(g, {m.position, m.length}, test_device(Precision::Double), {.precision = Precision::Double}));
     executor.run(seed);
     return std::vector{executor.fetch(m.position), executor.fetch(m.length)};
   };

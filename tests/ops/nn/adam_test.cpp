@@ -50,8 +50,9 @@ OP_CASES(adam) {
 
 // More parameters than one launch takes, of unlike sizes, one of them without a gradient: each moves as it does alone.
 TEST(Adam, ManyParametersMoveAsEachAlone) {
-  const std::vector<Shape> shapes{{3, 5, 1, 1}, {1, 7, 1, 1}, {40, 30, 3, 3}, {1, 1, 1, 1}, {2, 2, 2, 2}, {1, 16, 1, 1},
-                                  {8, 4, 3, 3}, {1, 9, 1, 1}, {100, 90, 1, 1}, {1, 3, 1, 1}, {5, 5, 1, 1}};
+  const std::vector<Shape> shapes{{3, 5, 1, 1},    {1, 7, 1, 1},  {40, 30, 3, 3}, {1, 1, 1, 1},
+                                  {2, 2, 2, 2},    {1, 16, 1, 1}, {8, 4, 3, 3},   {1, 9, 1, 1},
+                                  {100, 90, 1, 1}, {1, 3, 1, 1},  {5, 5, 1, 1}};
   constexpr std::size_t without = 4;
   const auto name = [](std::size_t i) { return fmt::format("p{}", i); };
   const auto moved = [&](const std::vector<std::size_t>& which) {
