@@ -9,24 +9,37 @@ namespace {
 
 using Body = std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>;
 
-/// The subgraph of one chunk, and an executor of it per precision.
+/// The subgraph of one chunk, and an executor of it per precision. Its states live in the outer graph, under the same
+/// names, and are lent to it.
 struct Inner {
   Graph graph;
   std::vector<Value> inputs;
+  std::vector<const StateOp*> states;  // in the order in which the outer node has them behind the inputs
   std::vector<ChunkOutput> outputs;
-  std::map<Precision, std::unique_ptr<Executor>> executors;
+
+  struct Ready {
+    std::shared_ptr<States> states;
+    std::unique_ptr<Executor> executor;
+  };
+  std::map<Precision, Ready> ready;
 
   Executor& executor(const Launch& l) {
-    std::unique_ptr<Executor>& found = executors[l.precision];
-    if (found) return *found;
-    std::vector<Value> values;
-    for (const ChunkOutput& o : outputs) values.push_back(o.value);
-    found = std::make_unique<Executor>(compile(graph, values, l.device, {.precision = l.precision, .gemm = l.gemm}));
-    return *found;
+    Ready& found = ready[l.precision];
+    if (!found.states) found.states = std::make_shared<States>(l.device, l.precision);
+    for (std::size_t i = 0; i < states.size(); ++i)
+      found.states->bind(states[i]->state_name, l.inputs[inputs.size() + i]);
+    if (!found.executor) {
+      std::vector<Value> values;
+      for (const ChunkOutput& o : outputs) values.push_back(o.value);
+      found.executor = std::make_unique<Executor>(
+          compile(graph, values, l.device, {.precision = l.precision, .gemm = l.gemm}), found.states);
+    }
+    for (std::size_t i = 0; i < inputs.size(); ++i) found.executor->bind(input_name(i), l.inputs[i]);
+    return *found.executor;
   }
-};
 
-std::string input_name(std::size_t i) { return fmt::format("input{}", i); }
+  static std::string input_name(std::size_t i) { return fmt::format("input{}", i); }
+};
 
 struct TakeOp : Op {
   int capacity;
@@ -62,15 +75,15 @@ std::vector<Value> TakeOp::adjoint(const Node& node, std::span<const Value> g) c
   return {put_pixels(g[0], node.in_shape(0))};
 }
 
+Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs, const Body& body);
+
 struct MapChunksOp : Op {
   ChunkDomain domain;
   Body body;
-  std::shared_ptr<Inner> inner = std::make_shared<Inner>();
+  std::shared_ptr<Inner> inner;
 
-  MapChunksOp(const ChunkDomain& d, std::span<const Value> outer, Body b) : domain(d), body(std::move(b)) {
-    for (std::size_t i = 0; i < outer.size(); ++i)
-      inner->inputs.push_back(inner->graph.input(input_name(i), outer[i].shape(), outer[i].type()));
-    inner->outputs = body(inner->graph, inner->inputs);
+  MapChunksOp(const ChunkDomain& d, Body b, std::shared_ptr<Inner> i)
+      : domain(d), body(std::move(b)), inner(std::move(i)) {
     for (const ChunkOutput& o : inner->outputs) {
       const Shape& s = o.value.shape();
       if (!o.total && (s.n != 1 || s.h != domain.chunk_pixels || s.w != 1))
@@ -93,7 +106,6 @@ struct MapChunksOp : Op {
 
   void launch(Launch& l) const override {
     Executor& executor = inner->executor(l);
-    for (std::size_t i = 0; i < l.inputs.size(); ++i) executor.bind(input_name(i), l.inputs[i]);
     for (int pixel = 0; pixel < pixels(); pixel += domain.chunk_pixels)
       for (int sample = 0; sample < domain.samples; sample += domain.chunk_samples) {
         const Chunk chunk{pixel, std::min(domain.chunk_pixels, pixels() - pixel), sample,
@@ -121,18 +133,18 @@ struct MapChunksOp : Op {
   }
 
   /// Another map_chunks over the same domain: it runs the body again from the same seeds, and adds up what every chunk
-  /// gives to the whole-map inputs. Nothing of the forward pass is stored.
+  /// gives to the whole-map inputs and to states. Nothing of the forward pass is stored.
   std::vector<Value> adjoint(const Node& node, std::span<const Value> gradients) const override {
     Graph& graph = *node.graph;
-    std::vector<Value> outer = node.inputs;
+    const std::size_t maps_count = inner->inputs.size();
+    std::vector<Value> outer(node.inputs.begin(), node.inputs.begin() + static_cast<std::ptrdiff_t>(maps_count));
     std::vector<std::size_t> arrived;
     for (std::size_t o = 0; o < gradients.size(); ++o)
       if (gradients[o]) arrived.push_back(o), outer.push_back(gradients[o]);
 
-    const auto reached = std::make_shared<std::vector<std::size_t>>();  // inputs that have a gradient
-    const std::size_t maps_count = node.inputs.size();
-    const auto backward = [body = body, capacity = domain.chunk_pixels, arrived, reached, maps_count](
-                              Graph& g, std::span<const Value> in) {
+    const auto reached = std::make_shared<std::vector<std::size_t>>();  // inputs and states that have a gradient
+    const auto backward = [body = body, forward_inner = inner, capacity = domain.chunk_pixels, arrived, reached,
+                           maps_count](Graph& g, std::span<const Value> in) {
       const std::span<const Value> maps = in.first(maps_count);
       const std::vector<ChunkOutput> forward = body(g, maps);
       std::vector<Value> outputs, seeds;
@@ -142,7 +154,9 @@ struct MapChunksOp : Op {
         outputs.push_back(o.value);
         seeds.push_back(o.total ? whole : take_pixels(whole, capacity));
       }
-      const std::vector<Value> found = gradient(outputs, seeds, maps);
+      std::vector<Value> wanted(maps.begin(), maps.end());
+      for (const StateOp* s : forward_inner->states) wanted.push_back(g.state(s->state_name, s->shape, s->init));
+      const std::vector<Value> found = gradient(outputs, seeds, wanted);
       std::vector<ChunkOutput> totals;
       reached->clear();
       for (std::size_t i = 0; i < found.size(); ++i)
@@ -150,11 +164,30 @@ struct MapChunksOp : Op {
       return totals;
     };
     std::vector<Value> result(node.inputs.size());
-    const Value first = graph.make<MapChunksOp>(outer, domain, outer, backward);
+    const Value first = make_map_chunks(graph, domain, outer, backward);
     for (std::size_t i = 0; i < reached->size(); ++i) result[(*reached)[i]] = first.node->value(static_cast<int>(i));
     return result;
   }
 };
+
+/// Runs the body once to learn what it reads. States that it uses become states of the outer graph, and inputs of the
+/// node behind the whole maps.
+Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs, const Body& body) {
+  const auto inner = std::make_shared<Inner>();
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    inner->inputs.push_back(inner->graph.input(Inner::input_name(i), inputs[i].shape(), inputs[i].type()));
+  inner->outputs = body(inner->graph, inner->inputs);
+  if (!inner->graph.updates().empty())
+    throw Error(ErrorKind::Failed, "a body writes a state: chunks would see different ones", "map_chunks",
+                inner->graph.updates()[0].node->op->name());
+  std::vector<Value> outer = inputs;
+  for (const Value& v : inner->graph.states()) {
+    const auto& state = static_cast<const StateOp&>(*v.node->op);
+    inner->states.push_back(&state);
+    outer.push_back(graph.state(state.state_name, state.shape, state.init));
+  }
+  return graph.make<MapChunksOp>(std::move(outer), domain, body, inner);
+}
 
 }  // namespace
 
@@ -171,8 +204,7 @@ std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span
   if (domain.n < 1 || domain.height < 1 || domain.width < 1 || domain.samples < 1 || domain.chunk_pixels < 1 ||
       domain.chunk_samples < 1)
     throw Error(ErrorKind::Failed, "an empty domain", "map_chunks");
-  const std::vector<Value> outer(inputs.begin(), inputs.end());
-  const Value first = graph.make<MapChunksOp>(outer, domain, inputs, body);
+  const Value first = make_map_chunks(graph, domain, {inputs.begin(), inputs.end()}, body);
   std::vector<Value> outputs;
   for (std::size_t o = 0; o < first.node->outputs.size(); ++o)
     outputs.push_back(first.node->value(static_cast<int>(o)));

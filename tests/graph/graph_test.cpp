@@ -1,6 +1,7 @@
 // The graph by itself: what compile() may share, what it must not, and that every pass leaves values as they are.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
 
 #include "host/graph/map_chunks.hpp"
@@ -197,6 +198,60 @@ TEST(MapChunks, ItsAdjointReplaysTheChunks) {
   const auto values = evaluate(g, {dx}, device(), {{"x", input}, {"w", weight}}, {.precision = Precision::Double});
   for (std::size_t i = 0; i < input.real.size(); ++i)
     EXPECT_NEAR(values[0].real[i], 8 * input.real[i] * weight.real[i] + 6, 1e-12);
+}
+
+TEST(MapChunks, StatesOfABodyAreTheOuterGraphs) {
+  const Tensor input = random_tensor({1, 3, 5, 7}, 6), weight = random_tensor({1, 3, 5, 7}, 7);
+  const Tensor gain = random_tensor({1, 3, 1, 1}, 8);
+  Graph g;
+  const Value x = g.input("x", input.shape), w = g.input("w", input.shape);
+  const Init init = Init::constant(1);
+  const auto body = [&](Graph& inner, std::span<const Value> in) {
+    return std::vector<ChunkOutput>{{multiply(take_pixels(in[0], 8), inner.state("gain", gain.shape, init)), false}};
+  };
+  const Value scaled = map_chunks(g, {1, 5, 7, 1, 8, 1}, std::span(&x, 1), body)[0];
+  ASSERT_EQ(g.states().size(), 1u);
+  const Value state = g.state("gain", gain.shape, init);  // the same one, that a node outside reads too
+  const Value loss = sum(multiply(add(scaled, multiply(x, state), 0.5), w));
+  const std::vector<Value> gradients = gradient(loss, std::array{x, state});
+  const auto states = std::make_shared<States>(device(), Precision::Double);
+  states->set("gain", gain);
+  const auto values = evaluate(g, {scaled, gradients[0], gradients[1]}, device(), {{"x", input}, {"w", weight}},
+                               {.precision = Precision::Double}, 0, states);
+  std::array<double, 3> sums{};
+  for (std::size_t i = 0; i < input.real.size(); ++i) {
+    const std::size_t c = i / 35;
+    EXPECT_DOUBLE_EQ(values[0].real[i], input.real[i] * gain.real[c]);
+    EXPECT_NEAR(values[1].real[i], 1.5 * gain.real[c] * weight.real[i], 1e-15);
+    sums[c] += 1.5 * input.real[i] * weight.real[i];
+  }
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(values[2].real[c], sums[c], 1e-13);  // 35 terms below 1.5
+
+  // What somebody sets between two runs is what the next one reads.
+  Executor run(compile(g, {scaled}, device(), {.precision = Precision::Double}), states);
+  run.feed("x", input), run.feed("w", weight);
+  run.run();
+  states->set("gain", Tensor(gain.shape, 3));
+  run.run();
+  EXPECT_DOUBLE_EQ(run.fetch(scaled).real[0], 3 * input.real[0]);
+}
+
+/// Claims to write its input, a state.
+struct WriteOp : Op {
+  std::string name() const override { return "write"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[0].shape()}}; }
+  void launch(Launch&) const override {}
+  std::vector<int> writes() const override { return {0}; }
+};
+
+TEST(MapChunks, RefusesABodyThatUpdatesAState) {
+  Graph g;
+  const Value x = g.input("x", {1, 1, 2, 2});
+  const auto body = [](Graph& inner, std::span<const Value> in) {
+    inner.make<WriteOp>({inner.state("s", {}, Init::fixed(0))});
+    return std::vector<ChunkOutput>{{take_pixels(in[0], 4), false}};
+  };
+  EXPECT_THROW(map_chunks(g, {1, 2, 2, 1, 4, 1}, std::span(&x, 1), body), Error);
 }
 
 TEST(MapChunks, RefusesAnEmptyDomain) {
