@@ -5,14 +5,10 @@
 
 #include "experiments/evaluation/metrics.hpp"
 #include "host/io/datasets.hpp"
+#include "host/io/resize.hpp"
 
 namespace clerestory {
 
-/// Mean over the box that each new pixel covers (weights are areas), or the bilinear interpolation between pixel
-/// centres along an axis that grows. Unchanged when the size is equal.
-Image resize_area(const Image& image, int width, int height);
-/// The pixel under each new pixel's centre: floor((x + .5) * w / width).
-Image resize_nearest(const Image& image, int width, int height);
 /// The largest centred cut with the proportions width : height.
 Image crop_to_aspect(const Image& image, int width, int height);
 /// Grown to the right and below to multiples of `multiple` by repeating the last column and row, or filled with zeros.
@@ -25,13 +21,6 @@ Image cut(const Image& image, int width, int height);
 /// Nets halve their input four times and the padding of a photograph is a multiple of this (replicated pixels).
 constexpr int net_multiple = 32;
 inline int padded_size(int size) { return (size + net_multiple - 1) / net_multiple * net_multiple; }
-
-/// Size at which a picture enters MGNet: the longer side becomes `longer`, the other follows, at least one pixel.
-struct Size {
-  int width = 0, height = 0;
-  bool operator==(const Size&) const = default;
-};
-Size net_size(int width, int height, int longer);
 
 /// A view as the nets see it, `width` x `height`, not yet padded.
 struct PreparedView {

@@ -97,8 +97,10 @@ struct MapChunksOp : Op {
   std::vector<Signature> infer(std::span<const Value>) const override {
     std::vector<Signature> signatures;
     for (const ChunkOutput& o : inner->outputs)
-      signatures.push_back(
-          {o.total ? o.value.shape() : Shape{domain.n, o.value.shape().c, domain.height, domain.width}, Type::Real});
+      if (o.total)
+        signatures.push_back({o.value.shape(), o.value.type()});
+      else
+        signatures.push_back({{domain.n, o.value.shape().c, domain.height, domain.width}, Type::Real});
     return signatures;
   }
 
@@ -121,7 +123,8 @@ struct MapChunksOp : Op {
       const TensorView& whole = l.outputs[o];
       if (inner->outputs[o].total) {
         const int count = static_cast<int>(whole.shape.count());
-        l.run("tensor/place.cl", "add_total", Range::of(static_cast<std::size_t>(count)), part, whole, count,
+        l.run("tensor/place.cl", part.type == Type::Int ? "add_total_int" : "add_total",
+              Range::of(static_cast<std::size_t>(count)), part, whole, count,
               static_cast<int>(chunk.first_pixel > 0 || chunk.first_sample > 0));
       } else {
         l.run("tensor/place.cl", "place",

@@ -11,7 +11,7 @@ struct ChunkDomain {
 };
 
 /// What the body gives: a map {1, C, chunk_pixels, 1} whose columns land at the chunk's pixels of an {n, C, h, w} map,
-/// added over sample chunks; or a total of any shape, added over all chunks.
+/// added over sample chunks; or a total of any shape, added over all chunks (integers modulo 2^32).
 struct ChunkOutput {
   Value value;
   bool total = false;

@@ -24,6 +24,14 @@ kernel void add_total(IN(part), OUT(total), const int count, const int add) {
   AT(total, 0)[i] = add ? AT(total, 0)[i] + value : value;
 }
 
+// The same for integers, modulo 2^32.
+kernel void add_total_int(IN_INT(part), OUT_INT(total), const int count, const int add) {
+  const int i = (int)get_global_id(0);
+  if (i >= count) return;
+  const uint value = (uint)AT(part, 0)[i];
+  AT(total, 0)[i] = (int)(add ? (uint)AT(total, 0)[i] + value : value);
+}
+
 // tile[c, p] = whole[n, c, pixel] for p < pixels, 0 beyond.
 kernel void take(IN(whole), OUT(tile), const int first, const int pixels, const int capacity, const int plane) {
   const int p = (int)get_global_id(0);

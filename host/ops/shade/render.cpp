@@ -66,6 +66,7 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   const std::size_t light_at = outer.size();
   outer.insert(outer.end(), light_inputs.begin(), light_inputs.end());
 
+  const auto counts = std::make_shared<RayCounts>();
   const auto body = [=](Graph& g, std::span<const Value> in) -> std::vector<ChunkOutput> {
     const Surfaces surfaces{in[2], in[3], in[4]};
     const Surfaces from = detached ? Surfaces{in[sampling_at], in[sampling_at + 1], in[sampling_at + 2]} : surfaces;
@@ -77,15 +78,21 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
       traced = {in[0], t[1], t[0], surfaces.normal, {}};
       if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
     }
-    const RayBatch rays{samples.direction, trace(spec, traced, in[1], samples.direction), {in[0], surfaces}, in[1]};
+    const RayBatch rays{
+        samples.direction, trace(spec, traced, in[1], samples.direction), {in[0], surfaces}, in[1], counts.get()};
+    counts->clear();
     const Value radiance = light(g, rays, in.subspan(light_at));
     const SampleSums sums =
         accumulate_samples(samples.weight, radiance, samples.pdf, rays.hits.u, rays.hits.pixel, spec.spp);
-    return {{sums.mean}, {sums.squares}, {sums.tally}, {samples.status}};
+    std::vector<ChunkOutput> outputs{{sums.mean}, {sums.squares}, {sums.tally}, {samples.status}};
+    for (const auto& [name, count] : *counts) outputs.push_back({count, true});
+    return outputs;
   };
   const std::vector<Value> whole = map_chunks(graph, domain, outer, body);
   const SampleStatistics statistics = finish_samples(whole[1], whole[2], spec.spp, sample_chunks(domain));
-  return {whole[0], statistics.standard_error, statistics.uncertainty, whole[3], whole[2]};
+  Rendered rendered{whole[0], statistics.standard_error, statistics.uncertainty, whole[3], whole[2], {}};
+  for (std::size_t i = 4; i < whole.size(); ++i) rendered.counts.emplace_back((*counts)[i - 4].first, whole[i]);
+  return rendered;
 }
 
 LightBuilder image_light_builder() {

@@ -32,12 +32,16 @@ struct Blockers {
   Value depth, normal, skip;
 };
 
+/// What a light counts, by name: Int {1, 1, 1, 1}, added over chunks modulo 2^32. A name may come more than once.
+using RayCounts = std::vector<std::pair<std::string, Value>>;
+
 /// One chunk's rays, as a light sees them inside map_chunks.
 struct RayBatch {
   Value direction;   // {1, 3, pixels, samples}, camera frame; (0, 0, 0): none
   SsrtHits hits;     // no values when RenderSpec::trace is false
   SurfaceMaps maps;  // whole maps of the pixels that the rays start from
   Value camera;
+  RayCounts* counts = nullptr;  // for the light to append to
 };
 /// Radiance {1, 3, pixels, samples} along the rays. `inputs`: the whole-map values named to render(), in that order.
 using LightBuilder = std::function<Value(Graph& inner, const RayBatch& rays, std::span<const Value> inputs)>;
@@ -48,6 +52,7 @@ struct Rendered {
   Value uncertainty;     // {n, 1, h, w}: mean u
   Value status;          // {n, 1, h, w}: 0 shaded, 1 no depth, 2 normal faces away
   Value tally;           // {n, 5, h, w}: see SampleSums
+  RayCounts counts;      // what the light counted
 };
 
 /// camera {n, 4, 1, 1} and range {n, 3, 1, 1} by camera_tensor() and depth_range() (of the blockers' depth). Detached
