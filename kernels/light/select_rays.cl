@@ -1,0 +1,63 @@
+// The rays that need one part of the light, as a list in ascending order: blocks of fixed length count theirs, the counts
+// are summed in order, every block places its own (Blelloch 1990, "Prefix sums and their applications"). No atomics: same
+// list run to run, on any device.
+//
+// u {1, 1, pixels, samples}, hit Int {1, 1, ...}: pixel or -1, direction {1, 3, ...} (kernels/lib/chunk.clh). A ray is
+// wanted when it lies inside the chunk, has a direction other than (0, 0, 0), and
+//   in view (out_of_view = 0): hit >= 0 and u < 1 - epsilon;   out of view: u > epsilon.
+// list Int: the wanted rays' numbers p * samples + s, then -1 for as many as are not wanted; count Int {1, 1, 1, 1}.
+#include "lib/chunk.clh"
+
+#define WANTED_ARGS \
+  IN(u), IN_INT(hit), IN(direction), CHUNK_ARGS, const int out_of_view, const real epsilon, const int length
+// The rays of block b, begin ... end - 1.
+#define BLOCK                                                        \
+  const int b = (int)get_global_id(0), rays = (int)RAY_PLANE;        \
+  if (b >= blocks) return;                                           \
+  const int begin = b * length, end = min(begin + length, rays);
+#define IS_WANTED(ray)                                                                                             \
+  is_wanted(AT(u, 0)[ray], AT(hit, 0)[ray], AT(direction, 0) + (ray), RAY_PLANE, (ray) / sample_capacity < pixels, \
+            (ray) % sample_capacity < samples, out_of_view, epsilon)
+
+static inline int is_wanted(real u, int hit, global const real *d, ulong plane, int in_rows, int in_samples,
+                            int out_of_view, real epsilon) {
+  const int moves = d[0] != R(0) || d[plane] != R(0) || d[2 * plane] != R(0);
+  const int counts = out_of_view ? u > epsilon : (hit >= 0 && u < R(1) - epsilon);
+  return in_rows && in_samples && moves && counts;
+}
+
+// counts {blocks}.
+kernel void count_wanted(WANTED_ARGS, const int blocks, OUT_INT(counts)) {
+  BLOCK
+  int sum = 0;
+  for (int i = begin; i < end; ++i) sum += IS_WANTED(i);
+  AT(counts, 0)[b] = sum;
+}
+
+// counts become where each block's rays begin in the list; their sum is the count. One work-group of 64.
+kernel void begin_blocks(OUT_INT(counts), const int blocks, OUT_INT(count)) {
+  local int sums[64];
+  const int i = (int)get_local_id(0), length = (blocks + 63) / 64;
+  const int begin = min(i * length, blocks), end = min(begin + length, blocks);
+  int sum = 0;
+  for (int k = begin; k < end; ++k) sum += AT(counts, 0)[k];
+  sums[i] = sum;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  int before = 0;
+  for (int k = 0; k < i; ++k) before += sums[k];
+  if (i == 63) AT(count, 0)[0] = before + sum;
+  for (int k = begin; k < end; ++k) {
+    const int own = AT(counts, 0)[k];
+    AT(counts, 0)[k] = before;
+    before += own;
+  }
+}
+
+// Every ray has one place: wanted ones in order from the front, the others behind the last wanted one.
+kernel void place_wanted(WANTED_ARGS, const int blocks, IN_INT(counts), IN_INT(count), OUT_INT(list)) {
+  BLOCK
+  int at = AT(counts, 0)[b], other = AT(count, 0)[0] + begin - at;
+  for (int i = begin; i < end; ++i)
+    if (IS_WANTED(i)) AT(list, 0)[at++] = i;
+    else AT(list, 0)[other++] = -1;
+}
