@@ -145,8 +145,9 @@ LightPixels light_pixels(const Scope& scope, Value image, const Surfaces& surfac
 Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
                     const LightNetSize& size) {
   const Shape &cells = pixels.features.shape(), &picture = pixels.surface.shape();
+  const Value pixel = rescale_hits(hit, photo.shape(), picture);
   const Value looked_up =
-      add(gather_rays(pixels.surface, hit), gather_rays(pixels.features, rescale_hits(hit, picture, cells)));
+      add(gather_rays(pixels.surface, pixel), gather_rays(pixels.features, rescale_hits(pixel, picture, cells)));
   const Value along = fourier(scope, "direction", direction, size.frequencies, size.direction_deviation);
   Value x;
   int read = 0;

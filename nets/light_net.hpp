@@ -42,7 +42,8 @@ std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, 
                                                const LightNetSize& size);
 
 /// Radiance {1, 3, rows, samples} that comes along `direction` (unit, camera frame, from the point towards the surface)
-/// from `hit` (SsrtHits::pixel). What a miss gets means nothing. photo {1, 3, h, w}: read by Residual alone.
+/// from `hit` (SsrtHits::pixel). What a miss gets means nothing. photo {1, 3, H, W}: the picture whose pixels `hit`
+/// counts, of whatever size; its radiance is read by Residual alone.
 Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
                     const LightNetSize& size);
 

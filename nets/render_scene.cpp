@@ -7,24 +7,12 @@
 #include "host/math/statistics.hpp"
 #include "host/ops/light/image_light.hpp"
 #include "host/ops/light/mix_light.hpp"
+#include "host/ops/light/surface_points.hpp"
 #include "host/ops/shade/render.hpp"
+#include "nets/scene_light.hpp"
 #include "nets/scene_maps.hpp"
 
 namespace clerestory {
-
-LightBuilder light_named(const std::string& name) {
-  if (name == "image")
-    return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
-      return photograph_radiance(in[0], in[1], rays.hits);
-    };
-  if (name == "constant") return constant_light_builder();
-  if (name == "panorama") return panorama_light_builder();
-  throw usage_error("there is no such light", "--light", name, "image, constant or panorama");
-}
-
-std::vector<Value> light_inputs(const SceneValues& values, const std::string& light) {
-  return light == "constant" ? std::vector{values.ambient} : std::vector{values.photo, values.ambient};
-}
 
 Value photograph_radiance(Value photo, Value ambient, const SsrtHits& hits) {
   return mix_light(image_light(photo, ambient, hits.pixel), constant_light(ambient, hits.u, photo), hits.u);
@@ -46,6 +34,13 @@ std::array<double, 3> ambient_of(const Image& photo, const float* emits) {
   return ambient;
 }
 
+RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light) {
+  RenderSpec spec = render_spec(settings);
+  spec.trace = light.traces;
+  if (settings.chunk_rays == 0) spec.chunk_rays = light.chunk_rays;
+  return spec;
+}
+
 RenderSpec render_spec(const RenderSettings& settings) {
   RenderSpec spec;
   spec.spp = settings.spp;
@@ -55,23 +50,62 @@ RenderSpec render_spec(const RenderSettings& settings) {
   spec.sampling.brdf = brdf_model_of(settings.brdf);
   spec.ssrt.solver = ssrt_solver_of(settings.ssrt);
   spec.ssrt.delta = delta_depth_of(settings.delta);
-  spec.trace = settings.light == "image";
+  if (settings.chunk_rays > 0) spec.chunk_rays = settings.chunk_rays;
   if (spec.spp < 2)
     throw usage_error("a standard error needs two samples", "--spp", fmt::format("{}", spec.spp), "at least 2");
   return spec;
 }
 
+namespace {
+
+/// Counts by name; a name may come several times.
+std::vector<std::pair<std::string, double>> counted(Executor& executor, const RayCounts& counts) {
+  std::vector<std::pair<std::string, double>> sums;
+  for (const auto& [name, value] : counts) {
+    const double rays = static_cast<std::uint32_t>(executor.fetch(value).integer.at(0));
+    const auto found = std::find_if(sums.begin(), sums.end(), [&](const auto& s) { return s.first == name; });
+    if (found == sums.end())
+      sums.emplace_back(name, rays);
+    else
+      found->second += rays;
+  }
+  return sums;
+}
+
+/// Kernel times are collected while this lives.
+class Profiled {
+ public:
+  Profiled(Device& device, bool on) : device_(device), on_(on) {
+    if (on_) device_.set_profiling(true), device_.reset_profile();
+  }
+  ~Profiled() {
+    if (on_) device_.set_profiling(false);
+  }
+  std::vector<KernelProfile> kernels() { return on_ ? device_.profile() : std::vector<KernelProfile>{}; }
+
+ private:
+  Device& device_;
+  bool on_;
+};
+
+}  // namespace
+
 Rendering render_scene(Device& device, const Scene& scene, const RenderSettings& settings) {
-  const RenderSpec spec = render_spec(settings);
   Graph graph;
   const SceneValues values = scene_values(graph, scene);
-  const Rendered rendered = render(graph, spec, values.maps, values.camera, values.range,
-                                   light_inputs(values, settings.light), light_named(settings.light));
+  const SceneLight light = scene_light(graph, values, scene, settings);
+  const RenderSpec spec = render_spec(settings, light);
+  const Rendered rendered =
+      render(graph, spec, values.maps, values.camera, values.range,
+             inputs_of(light, surface_points(values.maps.depth, values.camera)), builder_of(light));
 
-  Executor executor(compile(
-      graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally},
-      device));
+  std::vector<Value> outputs{rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status,
+                             rendered.tally};
+  for (const auto& [name, count] : rendered.counts) outputs.push_back(count);
+  Executor executor(compile(graph, outputs, device), light.states);
   feed_scene(executor, scene);
+  light.feed(executor);
+  Profiled profiled(device, settings.profile);
   device.finish();
   const auto start = std::chrono::steady_clock::now();
   executor.run(settings.seed);
@@ -80,6 +114,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   const RenderCounts counts = render_counts(executor.fetch(rendered.status), executor.fetch(rendered.tally));
 
   Rendering result;
+  result.kernels = profiled.kernels();
   const auto image = [&](Value v) {
     Image picture(scene.width(), scene.height(), v.shape().c);
     picture.data = executor.fetch_floats(v);
@@ -89,6 +124,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.uncertainty = image(rendered.uncertainty);
   result.rays = counts.directions, result.hits = counts.hits, result.dropped = counts.dropped;
   result.facing_away = counts.facing_away;
+  result.answered = counted(executor, rendered.counts);
   result.seconds = elapsed.count();
   result.bytes = executor.bytes();
   result.explanation = executor.explain();

@@ -3,13 +3,17 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/cl/device.hpp"
 #include "nets/scene.hpp"
 
 namespace clerestory {
+
+struct LightNets;  // nets/scene_light.hpp
 
 /// Names as on the command line; render_scene() throws usage_error naming the setting on an unknown one.
 struct RenderSettings {
@@ -18,9 +22,12 @@ struct RenderSettings {
   std::string points = "sobol";       // independent | sobol
   std::string ssrt = "hierarchical";  // dda | hierarchical
   std::string delta = "linear";       // linear | window
-  std::string light = "image";        // image | constant | panorama
-  std::string brdf = "ggx";           // ggx | li2020
+  std::string light = "image";        // image | constant | panorama | net | out_of_view
+  std::shared_ptr<const LightNets> nets;  // of net and out_of_view
+  std::string brdf = "ggx";               // ggx | li2020
   std::uint32_t seed = 0;
+  int chunk_rays = 0;    // rays at once; 0: as many as the light allows
+  bool profile = false;  // fill Rendering::kernels
 };
 
 /// What the layer gives for every pixel, in the scene's own units, and what it counted.
@@ -31,9 +38,12 @@ struct Rendering {
   std::string first_dropped;                    // pixel, sample and seed of the first of them, to be replayed
   double facing_away = 0;                       // pixels not shaded because their normal faces away from the viewer
   double hits = 0;                              // rays that end on a visible surface
-  double seconds = 0;                           // of the run alone, after the plan was made
-  std::size_t bytes = 0;                        // device memory of the plan
-  std::string explanation;                      // of the plan
+  /// Rays that each part of a learned light answered: "in view", "out of view".
+  std::vector<std::pair<std::string, double>> answered;
+  std::vector<KernelProfile> kernels;  // seconds by kernel, when asked for
+  double seconds = 0;                  // of the run alone, after the plan was made
+  std::size_t bytes = 0;               // device memory of the plan
+  std::string explanation;             // of the plan
   std::vector<std::string> left_out;
 };
 

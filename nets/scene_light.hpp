@@ -44,6 +44,9 @@ const std::vector<std::string>& light_names();
 /// Whether a light needs RenderSettings::nets. Throws usage_error on an unknown name.
 bool is_learned_light(const std::string& name);
 
+/// render_spec() as this light wants it: whether rays are traced, how many at once.
+RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light);
+
 /// For render(): pass inputs_of(light, points) with `points` = surface_points() of what is shaded, {1, 3, h, w}.
 std::vector<Value> inputs_of(const SceneLight& light, Value points);
 LightBuilder builder_of(const SceneLight& light);

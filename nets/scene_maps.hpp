@@ -23,10 +23,6 @@ Tensor tensor_of(const Image& image);  // {1, channels, height, width}
 /// the ambient where it is not (Eq. 6 with a constant in place of the out-of-view light). {1, 3, pixels, samples}.
 Value photograph_radiance(Value photo, Value ambient, const SsrtHits& hits);
 
-/// The light that `--light` names, and what of the scene it reads. Throws usage_error on an unknown name.
-LightBuilder light_named(const std::string& name);
-std::vector<Value> light_inputs(const SceneValues& values, const std::string& light);
-
 /// Throws usage_error naming the setting.
 RenderSpec render_spec(const RenderSettings& settings);
 

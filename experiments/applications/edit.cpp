@@ -10,10 +10,11 @@
 #include "host/graph/plan.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
+#include "host/ops/light/surface_points.hpp"
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
-#include "nets/scene_maps.hpp"
+#include "nets/scene_light.hpp"
 
 namespace clerestory {
 namespace {
@@ -34,10 +35,13 @@ class EditLayer {
     const Value solid = graph_.input("solid", {1, 1, scene.height(), scene.width()});
     const Value skip = graph_.input("skip", {1, 1, scene.height(), scene.width()}, Type::Int);
     // Rays start from the pixels to shade alone and are traced against the whole scene.
-    rendered_ = render(graph_, render_spec(settings), v.maps, v.camera, v.range, light_inputs(v, settings.light),
-                       light_named(settings.light), {solid, v.maps.surfaces.normal, skip});
-    executor_.emplace(compile(graph_, {rendered_.radiance, rendered_.status, rendered_.tally}, device));
+    const SceneLight light = scene_light(graph_, v, scene, settings);
+    rendered_ = render(graph_, render_spec(settings, light), v.maps, v.camera, v.range,
+                       inputs_of(light, surface_points(v.maps.depth, v.camera)), builder_of(light),
+                       {solid, v.maps.surfaces.normal, skip});
+    executor_.emplace(compile(graph_, {rendered_.radiance, rendered_.status, rendered_.tally}, device), light.states);
     feed_scene(*executor_, scene);
+    light.feed(*executor_);
     executor_->feed("solid", tensor_of(scene.depth));
     std::vector<int> own(scene.photo.pixels());
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = static_cast<int>(i);
@@ -334,7 +338,7 @@ Image read_edit_mask(const fs::path& path, const Scene& scene) {
 std::string edit(const EditOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   check_change(options.change), check_bounces(options.bounces);
-  light_named(options.render.light), render_spec(options.render);
+  is_learned_light(options.render.light), render_spec(options.render);
   const Scene scene = read_run(options.run);
   const Image mask = read_edit_mask(options.mask, scene);
   const fs::path out = options.out.empty() ? options.run / "edit" : options.out;

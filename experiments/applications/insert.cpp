@@ -178,14 +178,16 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   const Value shows = graph.input("shows", map1), skip = graph.input("skip", map1, Type::Int);
   const Value materials = graph.input("materials", {static_cast<int>(list.size()), 5, 1, 1});
   const ObjectsLightInputs inputs{
-      v.photo, v.ambient, depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera),
-      shows,   materials};
-  const RenderSpec spec = render_spec(settings);
-  const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs.list(),
-                                   objects_light(objects, spec.ssrt, bounces), {depth, normal, skip});
+      depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera), shows, materials};
+  const SceneLight light = scene_light(graph, v, scene, settings);
+  RenderSpec spec = render_spec(settings, light);
+  spec.trace = true;  // an object is met only before what a ray sees of the scene
+  const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs_of(inputs, light),
+                                   objects_light(objects, light, spec.ssrt, bounces), {depth, normal, skip});
 
-  Executor executor(compile(graph, {rendered.radiance}, device));
+  Executor executor(compile(graph, {rendered.radiance}, device), light.states);
   feed_scene(executor, with.scene);
+  light.feed(executor);
   executor.feed("scene depth", tensor_of(scene.depth)), executor.feed("scene normal", tensor_of(scene.normal));
   executor.feed("range", depth_range(tensor_of(scene.depth)));
   const std::array<double, 3> ambient = ambient_of(scene);  // of the scene, not of the picture with objects

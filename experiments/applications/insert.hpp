@@ -46,7 +46,7 @@ struct SceneWithObjects {
 SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& objects,
                             const std::vector<InsertedObject>& list);
 
-/// The scene with objects under `light = image`.
+/// The scene with objects under the light of `settings`.
 struct Insertion {
   SceneWithObjects with;
   Image composite;     // 3: photograph + what the objects change; their own pixels show what they reflect

@@ -42,15 +42,19 @@ ObjectHits meet(const std::shared_ptr<TraceObjects>& objects, Value points, Valu
 /// What the light of one chunk needs, by name.
 struct Chunked {
   std::shared_ptr<TraceObjects> objects;
+  const SceneLight& light;
+  std::span<const Value> light_inputs;
   SsrtOptions options;
   ObjectsLightInputs in;
   Value camera;
+  RayCounts* counts;
   Value nowhere;  // Int, one per ray, -1: rays from objects skip no cell
   int bounces;
 
-  /// Radiance along rays from `points` (per pixel or per ray) whose hits on the scene are known.
+  /// Radiance along rays from `points` (of the chunk's pixels or per ray) whose hits on the scene are known.
   Value radiance(Value points, Value direction, const SsrtHits& seen, int number, Value shows) const {
-    const Value scene = photograph_radiance(in.photo, in.ambient, seen);
+    const Value starts = number == 1 ? points_of_chunk(points, direction) : points;
+    const Value scene = light.radiance({starts, direction, seen, camera}, light_inputs, counts);
     if (number > bounces) return scene;
     const ObjectHits met = meet(objects, points, direction);
     const Bounce next = bounce(direction, met.normal, met.object, in.materials, number);
@@ -62,15 +66,25 @@ struct Chunked {
   }
 };
 
+constexpr std::size_t kOwnInputs = 7;
+
 }  // namespace
 
-LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SsrtOptions& ssrt_options, int bounces) {
+std::vector<Value> inputs_of(const ObjectsLightInputs& in, const SceneLight& light) {
+  std::vector<Value> list{in.depth, in.pyramid, in.normal, in.range, in.points, in.shows, in.materials};
+  list.insert(list.end(), light.inputs.begin(), light.inputs.end());
+  return list;
+}
+
+LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SceneLight& light,
+                           const SsrtOptions& ssrt_options, int bounces) {
   return [=](Graph& inner, const RayBatch& rays, std::span<const Value> v) {
-    const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+    const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6]};
     const Shape one{1, 1, rays.direction.shape().h, rays.direction.shape().w};
     const Value nowhere =
         inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
-    const Chunked chunk{objects, ssrt_options, in, rays.camera, nowhere, bounces};
+    const Chunked chunk{objects, light,  v.subspan(kOwnInputs), ssrt_options, in, rays.camera, rays.counts,
+                        nowhere, bounces};
     return chunk.radiance(in.points, rays.direction, rays.hits, 1, in.shows);
   };
 }

@@ -3,23 +3,24 @@
 #include <memory>
 
 #include "host/ops/shade/render.hpp"
-#include "nets/scene_maps.hpp"
+#include "nets/scene_light.hpp"
 #include "tracer/trace_objects.hpp"
 
 namespace clerestory {
 
-/// The whole-map values that objects_light() asks render() to hand in, in this order.
+/// The whole-map values that objects_light() asks render() to hand in, in this order, before those of the light.
 struct ObjectsLightInputs {
-  Value photo, ambient;          // of the scene
   Value depth, pyramid, normal;  // of the scene without objects
   Value range, points;           // its range; surface points of what is shaded, {1, 3, h, w}
   Value shows;                   // {1, 1, h, w}: 1 where a pixel shows an object
   Value materials;               // {objects, 5, 1, 1}: albedo, roughness, metallic
-  std::vector<Value> list() const { return {photo, ambient, depth, pyramid, normal, range, points, shows, materials}; }
 };
+std::vector<Value> inputs_of(const ObjectsLightInputs& inputs, const SceneLight& light);
 
-/// `light = image` with objects before it. Rays that hit an object are scattered there up to `bounces` times. Pixels
-/// that show the scene get the difference that the objects make, pixels that show an object its radiance.
-LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SsrtOptions& ssrt, int bounces);
+/// The scene's light with objects before it. Rays that hit an object are scattered there up to `bounces` times; those
+/// that leave it are answered by the scene's light again. Pixels that show the scene get the difference that the
+/// objects make, pixels that show an object its radiance. RenderSpec::trace must be set.
+LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SceneLight& light, const SsrtOptions& ssrt,
+                           int bounces);
 
 }  // namespace clerestory

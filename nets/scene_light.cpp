@@ -1,0 +1,75 @@
+#include "nets/scene_light.hpp"
+
+#include <algorithm>
+
+#include "host/graph/map_chunks.hpp"
+#include "host/ops/light/image_light.hpp"
+#include "nets/net_light.hpp"
+
+namespace clerestory {
+namespace {
+
+using Asked = std::span<const Value>;
+
+SceneLight without_nets(std::vector<Value> inputs, bool traces,
+                        std::function<Value(const AskedRays&, Asked)> radiance) {
+  SceneLight light;
+  light.inputs = std::move(inputs);
+  light.traces = traces;
+  light.radiance = [radiance](const AskedRays& rays, Asked in, RayCounts*) { return radiance(rays, in); };
+  light.feed = [](Executor&) {};
+  return light;
+}
+
+void check_name(const std::string& name) {
+  const std::vector<std::string>& known = light_names();
+  if (std::find(known.begin(), known.end(), name) == known.end())
+    throw usage_error("there is no such light", "--light", name, fmt::format("{}", fmt::join(known, ", ")));
+}
+
+}  // namespace
+
+const std::vector<std::string>& light_names() {
+  static const std::vector<std::string> names{"image", "constant", "panorama", "net", "out_of_view"};
+  return names;
+}
+
+bool is_learned_light(const std::string& name) {
+  check_name(name);
+  return name == "net" || name == "out_of_view";
+}
+
+SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings) {
+  check_name(settings.light);
+  if (is_learned_light(settings.light)) {
+    if (!settings.nets)
+      throw usage_error("learned light without its weights", "--light", settings.light, "--light-weights DIR");
+    return net_light(graph, v, scene, *settings.nets, settings.light == "net");
+  }
+  if (settings.light == "image")
+    return without_nets({v.photo, v.ambient}, true,
+                        [](const AskedRays& rays, Asked in) { return photograph_radiance(in[0], in[1], rays.hits); });
+  if (settings.light == "constant")  // the photograph only says how large a picture is
+    return without_nets({v.photo, v.ambient}, false,
+                        [](const AskedRays& rays, Asked in) { return constant_light(in[1], rays.direction, in[0]); });
+  return without_nets({v.photo, v.ambient}, false, [](const AskedRays& rays, Asked in) {
+    return panorama_light(in[0], in[1], rays.camera, rays.direction);
+  });
+}
+
+std::vector<Value> inputs_of(const SceneLight& light, Value points) {
+  std::vector<Value> inputs = light.inputs;
+  inputs.push_back(points);
+  return inputs;
+}
+
+LightBuilder builder_of(const SceneLight& light) {
+  return [radiance = light.radiance](Graph&, const RayBatch& rays, std::span<const Value> in) {
+    const Value points = points_of_chunk(in.back(), rays.direction);
+    return radiance({points, rays.direction, rays.hits, rays.camera}, in.first(in.size() - 1), rays.counts);
+  };
+}
+
+Value points_of_chunk(Value whole, Value direction) { return take_pixels(whole, direction.shape().h); }
+
+}  // namespace clerestory
