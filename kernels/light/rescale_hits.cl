@@ -1,9 +1,7 @@
 // Hits of a picture as cells of a coarser or finer grid laid over it: the cell that holds the hit pixel's centre,
 // floor((x + 0.5) w' / w), rows alike; misses stay -1. hit, y Int {1, 1, pixels, samples} (kernels/lib/chunk.clh).
 #include "lib/chunk.clh"
-
-// Exact in integers: floor((2 x + 1) to / (2 from)).
-static inline int cell_of(int x, int from, int to) { return (int)(((long)(2 * x + 1) * to) / (2 * (long)from)); }
+#include "light/cells.clh"
 
 kernel void rescale_hits(IN_INT(hit), OUT_INT(y), CHUNK_ARGS, const int from_w, const int from_h, const int to_w,
                          const int to_h) {

@@ -1,5 +1,5 @@
-// The in-view light's MLP in one kernel: lookup of the hit pixel, Fourier features of the direction, all layers; nothing
-// between them goes through memory (kernels/light/ask_mlp.cl). For inference: the same numbers, to rounding, as
+// The in-view light's MLP in one kernel: lookup of the hit pixel, Fourier features of the direction, all layers;
+// nothing between them goes through memory (kernels/light/ask_mlp.cl). For inference: the same numbers, to rounding, as
 // gather_rays, encode and conv together, which have gradients.
 #pragma once
 #include <vector>

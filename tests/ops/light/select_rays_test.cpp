@@ -61,9 +61,7 @@ OpCase select_case(const std::string& label, Tensors inputs, LightPart part, dou
     const RayList list = select_rays(v.at("u"), v.at("hit"), v.at("direction"), part, epsilon);
     return std::vector{list.rays, list.count};
   };
-  c.reference = [=](const Tensors& t) {
-    return reference(t, part, epsilon, {t.at("u").shape.h, t.at("u").shape.w});
-  };
+  c.reference = [=](const Tensors& t) { return reference(t, part, epsilon, {t.at("u").shape.h, t.at("u").shape.w}); };
   c.no_gradient = "the list is discrete";
   return c;
 }

@@ -1,0 +1,124 @@
+#include "host/ops/light/ask_field.hpp"
+
+#include <array>
+
+#include "host/ops/light/packed_layers.hpp"
+#include "host/ops/light/rays.hpp"
+#include "host/ops/tensor/rows.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kMostLayers = 5, kMostWidth = 64, kMostOctaves = 10;
+
+/// What kernels/light/ask_field.cl takes as its argument `net`.
+struct FieldLayers {
+  int count = 0;
+  std::array<int, kMostLayers + 1> width{};
+};
+
+// Inputs: points, directions, range, then list and count when `listed`, then a weight and a bias per layer.
+struct AskFieldOp : Op {
+  FieldOptions options;
+  bool listed;
+  int layers;
+  AskFieldOp(const FieldOptions& o, bool l, int n) : options(o), listed(l), layers(n) {}
+  std::string name() const override { return "ask_field"; }
+
+  int first_layer() const { return listed ? 5 : 3; }
+
+  template <class ShapeOf>
+  FieldLayers field(const ShapeOf& shape_of) const {
+    FieldLayers net{layers, {}};
+    net.width[0] = 3 + 6 * options.octaves;
+    for (int i = 0; i < layers; ++i) net.width[static_cast<std::size_t>(i) + 1] = shape_of(first_layer() + 2 * i).n;
+    return net;
+  }
+  FieldLayers field(const Node& node) const {
+    return field([&](int i) -> const Shape& { return node.in_shape(i); });
+  }
+
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    check_rays(in[1], 3, "ask_field");
+    const Shape &points = in[0].shape(), &rays = in[1].shape(), &range = in[2].shape();
+    if (points.n != 1 || points.c != 3 || points.h != rays.h || (points.w != rays.w && points.w != 1))
+      throw Error(ErrorKind::Failed, "points and directions are of different rays", "ask_field", points.text(),
+                  fmt::format("{}, or one sample of it", rays.text()));
+    if (!(range == Shape{1, 3, 1, 1}))
+      throw Error(ErrorKind::Failed, "the field is of one picture, so is its range of depths", "ask_field",
+                  range.text(), "1x3x1x1");
+    if (listed && (in[3].type() != Type::Int || in[3].shape().count() != rays.plane() || in[4].type() != Type::Int))
+      throw Error(ErrorKind::Failed, "the list is of other rays", "ask_field", in[3].shape().text(), rays.text());
+    const FieldLayers net = field([&](int i) -> const Shape& { return in[static_cast<std::size_t>(i)].shape(); });
+    for (int i = 0; i < layers; ++i) {
+      const std::size_t at = static_cast<std::size_t>(first_layer() + 2 * i);
+      const int out = net.width[static_cast<std::size_t>(i) + 1];
+      if (out < 1 || out > kMostWidth || (i + 1 == layers && out != 4))
+        throw Error(ErrorKind::Failed, fmt::format("layer {} has a width that it cannot have", i), "ask_field",
+                    std::to_string(out), i + 1 == layers ? "4: red, green, blue, density" : "1 to 64");
+      check_layer(in[at], in[at + 1], net.width[static_cast<std::size_t>(i)], out, "ask_field");
+    }
+    return {{{1, 3, rays.h, rays.w}, Type::Real}};
+  }
+
+  std::vector<Value> adjoint(const Node&, std::span<const Value>) const override {
+    throw Error(ErrorKind::Failed, "is for inference and has no adjoint; march, encode, conv and composite have",
+                "ask_field");
+  }
+
+  std::size_t workspace(const Node& node) const override {
+    const FieldLayers net = field(node);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(layers); ++i)
+      count += packed_elements(net.width[i], net.width[i + 1]);
+    return count;
+  }
+
+  void launch(Launch& l) const override {
+    std::size_t at = 0;
+    for (int i = 0; i < layers; ++i)
+      at = pack_layer(l, l.in(first_layer() + 2 * i), &l.in(first_layer() + 2 * i + 1), at);
+    const FieldLayers net = field([&](int i) -> const Shape& { return l.in(i).shape; });
+    const TensorView& y = l.out();
+    const std::size_t real = real_size(l.precision);
+    l.device.zero(y.buffer, size(y.shape.count()) * real, y.offset * real);
+    const RayTile t = ray_tile(l, y.shape);
+    const TensorView &list = l.in(listed ? 3 : 0), &count = l.in(listed ? 4 : 0);
+    l.run_with(row_defines(l.device), "light/ask_field.cl", "ask_field", net_range(l.device, y.shape.plane()), l.in(0),
+               l.in(1), l.in(2), list, count, l.workspace, y, t.first_pixel, t.pixels, t.first_sample, t.samples,
+               t.pixel_capacity, t.sample_capacity, static_cast<int>(listed),
+               static_cast<int>(l.in(0).shape.w != y.shape.w), options.march.segments, Launch::Real{options.march.near},
+               Launch::Real{options.march.radius}, static_cast<int>(options.march.jitter), l.seed, options.octaves, net,
+               static_cast<int>(!options.released_output));
+  }
+
+  /// Of all rays: how many are listed is known on the device only.
+  Cost cost(const Node& node) const override {
+    const FieldLayers net = field(node);
+    double products = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(layers); ++i)
+      products += static_cast<double>(net.width[i]) * net.width[i + 1];
+    const double rays = static_cast<double>(node.outputs[0].shape.plane());
+    return {2 * products * options.march.segments * rays, Op::cost(node).bytes};
+  }
+};
+
+}  // namespace
+
+Value ask_field(std::span<const Value> weights, std::span<const Value> biases, Value points, Value directions,
+                Value range, const RayList& list, const FieldOptions& options) {
+  const std::size_t layers = weights.size();
+  if (layers < 1 || layers > kMostLayers || biases.size() != layers)
+    throw Error(ErrorKind::Failed, "a field has as many weights as biases", "ask_field",
+                fmt::format("{} and {}", layers, biases.size()), "1 to 5");
+  if (options.octaves < 0 || options.octaves > kMostOctaves)
+    throw Error(ErrorKind::Failed, "octaves out of range", "ask_field", std::to_string(options.octaves), "0 to 10");
+  if (options.march.segments < 1 || !(options.march.near >= 0) || !(options.march.radius > 0))
+    throw Error(ErrorKind::Failed, "segments, near distance or radius out of range", "ask_field");
+  std::vector<Value> inputs{points, directions, range};
+  if (list) inputs.insert(inputs.end(), {list.rays, list.count});
+  for (std::size_t i = 0; i < layers; ++i) inputs.insert(inputs.end(), {weights[i], biases[i]});
+  return points.graph().make<AskFieldOp>(std::move(inputs), options, static_cast<bool>(list), static_cast<int>(layers));
+}
+
+}  // namespace clerestory

@@ -1,0 +1,115 @@
+// Light from a radiance field in one kernel (Zhu et al. 2022, section 4.3): march (light/march.cl), positional encoding
+// [x, sin(2^k x), cos(2^k x)] (Mildenhall et al. 2020), MLP with relu between its layers, compositing (light/composite.cl):
+// with optical depths t_k = density * length and T_k = exp(-sum_{j<k} t_j)
+//   radiance = sum_k T_k (1 - exp(-t_k)) c_k,
+// where segments that begin behind an optical depth of OPAQUE are left out, ray by ray: T there is below 1e-6. A
+// work-item ends when all its rays do.
+//
+// points: camera metres, {1, 3, pixels, samples} or, with per_row, {1, 3, pixels, 1}; direction {1, 3, pixels, samples}, any
+// length; range {1, 3, 1, 1}: scene_scale first, the unit of the march; radiance {1, 3, pixels, samples}, zeroed before.
+// With `listed` only the rays list[0 ... count - 1] are asked, else all of the tile. packed: the layers one after the
+// other, as light/pack_layer.cl leaves them, from 3 + 6 octaves numbers to 4: red, green, blue, density.
+#include "lib/chunk.clh"
+#include "light/march.clh"
+#include "light/mlp.clh"
+
+#define MOST_WIDTH 64
+#define MOST_LAYERS 5
+#define OPAQUE R(14)
+
+typedef struct {
+  int count;
+  int width[MOST_LAYERS + 1];  // numbers that go into each layer, and those that leave the last
+} FieldLayers;
+
+// Rows of `to`: position, sines of x, y and z in turn, cosines alike; octave k doubles the angle. Every third octave is
+// computed from its angle, the two between by sin 2a = 2 sin a cos a, cos 2a = 1 - 2 sin^2 a, which double an error
+// and add at most 1.5 units: two doublings of one unit stay below 9 units in the last place of 1.
+static inline void encode_position(lanes *to, const lanes *x, int octaves) {
+  for (int c = 0; c < 3; ++c)
+    for (int v = 0; v < 2; ++v) {
+      to[2 * c + v] = x[2 * c + v];
+      lanes turns = x[2 * c + v] * (R(0.5) * INV_PI), sine, cosine;
+      for (int k = 0; k < octaves; ++k, turns *= R(2)) {
+        if (k % 3 == 0) {
+          wave(turns, &sine, &cosine);
+        } else {
+          const lanes twice = R(2) * sine * cosine;
+          cosine = R(1) - R(2) * sine * sine;
+          sine = twice;
+        }
+        to[2 * (3 + c * octaves + k) + v] = sine;
+        to[2 * (3 + (3 + c) * octaves + k) + v] = cosine;
+      }
+    }
+}
+
+static inline lanes softplus(const lanes x) { return fmax(x, (lanes)(R(0))) + log1p(exp(-fabs(x))); }
+
+kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT(count), IN(packed), OUT(radiance),
+                      CHUNK_ARGS, const int listed, const int per_row, const int segments, const real near,
+                      const real radius, const int jittered, const uint seed, const int octaves, const FieldLayers net,
+                      const int soft) {
+  const int first = (int)get_global_id(0) * RAYS, asked = listed ? AT(count, 0)[0] : pixels * sample_capacity;
+  if (first >= asked) return;
+  int rays[RAYS];
+  lanes origin[6], along[6], far[2], piece[2];
+  for (int l = 0; l < RAYS; ++l) {
+    const int i = min(first + l, asked - 1), ray = listed ? AT(list, 0)[i] : i;
+    const ulong plane = per_row ? (ulong)pixel_capacity : RAY_PLANE;
+    global const real *from = AT(points, 0) + (per_row ? ray / sample_capacity : ray), *d = AT(direction, 0) + ray;
+    const MarchRay r = march_ray((real3)(from[0], from[plane], from[2 * plane]),
+                                 (real3)(d[0], d[RAY_PLANE], d[2 * RAY_PLANE]), AT(range, 0)[0], near, radius, segments);
+    rays[l] = ray;
+    LANE(origin, l) = r.origin.x, LANE(origin + 2, l) = r.origin.y, LANE(origin + 4, l) = r.origin.z;
+    LANE(along, l) = r.d.x, LANE(along + 2, l) = r.d.y, LANE(along + 4, l) = r.d.z;
+    LANE(far, l) = r.far, LANE(piece, l) = r.piece;
+  }
+  lanes share[8], next[2], depth[2], sum[6], at[6], one[2 * MOST_WIDTH], other[2 * MOST_WIDTH];
+  for (int v = 0; v < 8; ++v) share[v] = (lanes)(R(0.5));
+  for (int v = 0; v < 6; ++v) sum[v] = (lanes)(R(0));
+  depth[0] = depth[1] = next[0] = next[1] = (lanes)(R(0));
+  for (int k = -1; k < segments; ++k) {
+    // The points k and k + 1 of each ray; the first round only finds the first point.
+    const int ahead = k + 1;
+    if (jittered && (ahead & 3) == 0 && ahead < segments)
+      for (int l = 0; l < RAYS; ++l) {
+        const int p = rays[l] / sample_capacity;
+        const real4 u = march_jitter(seed, first_pixel + p, first_sample + rays[l] - p * sample_capacity, ahead);
+        LANE(share, l) = u.x, LANE(share + 2, l) = u.y, LANE(share + 4, l) = u.z, LANE(share + 6, l) = u.w;
+      }
+    lanes length[2];
+    for (int v = 0; v < 2; ++v) {
+      const lanes here = next[v];
+      next[v] = ahead < segments ? near + ((real)ahead + share[2 * (ahead & 3) + v]) * piece[v] : fmax(far[v], here);
+      length[v] = next[v] - here;
+      for (int c = 0; c < 3; ++c) at[2 * c + v] = origin[2 * c + v] + here * along[2 * c + v];
+    }
+    if (k < 0) continue;
+    encode_position(one, at, octaves);
+    lanes *from = one, *to = other;
+    global const real *weights = AT(packed, 0);
+    for (int i = 0; i < net.count; ++i) {
+      dense(to, from, weights, net.width[i], net.width[i + 1], 0, i + 1 < net.count || !soft);
+      weights += PACKED(net.width[i], net.width[i + 1]);
+      lanes *const written = to;
+      to = from, from = written;
+    }
+    if (soft)
+      for (int v = 0; v < 8; ++v) from[v] = softplus(from[v]);
+    for (int v = 0; v < 2; ++v) {
+      const lanes thickness = from[6 + v] * length[v], seen = exp(-depth[v]) * -expm1(-thickness);
+      const lanes_mask open = depth[v] < OPAQUE;
+      for (int c = 0; c < 3; ++c) {
+        const lanes more = sum[2 * c + v] + seen * from[2 * c + v];
+        sum[2 * c + v] = WHERE(open, more, sum[2 * c + v]);
+      }
+      depth[v] += thickness;
+    }
+    if (!ANY(depth[0] < OPAQUE || depth[1] < OPAQUE)) break;
+  }
+  for (int l = 0; l < RAYS && first + l < asked; ++l) {
+    global real *y = AT(radiance, 0) + rays[l];
+    y[0] = LANE(sum, l), y[RAY_PLANE] = LANE(sum + 2, l), y[2 * RAY_PLANE] = LANE(sum + 4, l);
+  }
+}
