@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/light_validation.hpp"
 #include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
 #include "host/io/files.hpp"
@@ -37,16 +38,33 @@ void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
   write_json_result(common, out.dump(1));
 }
 
-void export_weights(const WeightsArguments& arguments, const CommonOptions& common) {
-  const LoadedWeights loaded = load_weights(arguments.file, Device::open(common.device));
+void export_maps(const WeightsArguments& arguments, Device device) {
+  const LoadedWeights loaded = load_weights(arguments.file, std::move(device));
   if (loaded.history.legs.empty()) throw usage_error("the file says nothing of its training", arguments.file.string());
   const std::filesystem::path folder = arguments.out.has_parent_path() ? arguments.out.parent_path() : ".";
   make_directories(folder);
-  const Leg& last = loaded.history.legs.back();
   write_weights(arguments.out, *loaded.states, loaded.history, loaded.means,
-                {loaded.preset, net_text(loaded.net), loaded.size, last.commit, inference_states(loaded.net)});
-  write_model_card(arguments.out, loaded.history, folder, "CARD.md");
-  std::printf("%s\n%s\n", arguments.out.c_str(), (folder / "CARD.md").c_str());
+                {loaded.preset, net_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
+                 inference_states(loaded.net)});
+  std::printf("%s\n%s\n", arguments.out.c_str(), write_folder_card(folder, arguments.out).c_str());
+}
+
+void export_light(const WeightsArguments& arguments, Device device) {
+  if (arguments.out.extension() == ".safetensors")
+    throw usage_error("the light's weights are two files, and OUT the folder for both", "OUT", arguments.out.string(),
+                      "a folder such as nets/weights");
+  const LoadedLight loaded = load_light(arguments.file, std::move(device));
+  make_directories(arguments.out);
+  write_light(arguments.out, *loaded.states, loaded.history,
+              {loaded.preset, light_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
+               light_states(loaded.net)});
+  for (const std::filesystem::path& file : weights_files(arguments.out)) std::printf("%s\n", file.c_str());
+  std::printf("%s\n", write_folder_card(arguments.out, arguments.out / "maps.safetensors").c_str());
+}
+
+void export_weights(const WeightsArguments& arguments, const CommonOptions& common) {
+  const bool light = read_history(weights_files(arguments.file)[0]).kind() == "light";
+  (light ? export_light : export_maps)(arguments, Device::open(common.device));
 }
 
 }  // namespace
@@ -58,9 +76,14 @@ void add_weights_commands(CommandLine& line) {
       .argument("FILE", "Weights or checkpoint (.safetensors)", arguments->file)
       .common({Common::Json})
       .run([arguments](const CommonOptions& common) { inspect(*arguments, common); });
-  line.add("weights export", "Weights for inference in half precision, with CARD.md and validation.svg beside them")
-      .argument("FILE", "Checkpoint or weights of `clerestory train`", arguments->file)
-      .argument("OUT", "File to write, such as nets/weights/maps.safetensors", arguments->out)
+  line.add("weights export",
+           "Weights for inference in half precision, with CARD.md and plots of validation beside them")
+      .argument("FILE", "Checkpoint or weights of `clerestory train`, or a folder with the light's two files",
+                arguments->file)
+      .argument("OUT",
+                "What to write. Maps: a file such as nets/weights/maps.safetensors. Light: the folder for "
+                "light_local.safetensors and light_global.safetensors, such as nets/weights",
+                arguments->out)
       .common({Common::Device})
       .run([arguments](const CommonOptions& common) { export_weights(*arguments, common); });
 }

@@ -1,10 +1,12 @@
 #include "experiments/training/checkpoint.hpp"
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <set>
 
+#include "experiments/training/light_validation.hpp"
 #include "experiments/training/network.hpp"
 #include "host/error.hpp"
 
@@ -26,12 +28,19 @@ StoredTensor stored_state(const States& states, const std::string& name) {
   return StoredTensor(stored_shape(tensor.shape), tensor.floats());
 }
 
-void set_state(States& states, const std::string& name, const StoredTensor& stored, const std::string& where) {
-  const Shape shape = states.view(name).shape;
+/// The tensor `name` of a file, which must have this shape.
+const StoredTensor& shaped_tensor(const TensorFile& file, const std::string& name, const Shape& shape,
+                                  const std::string& where) {
+  const StoredTensor& stored = file.get(name, where);
   if (stored.shape != stored_shape(shape))
     throw usage_error("a tensor has another shape than the network", where + ": " + name, shape_text(stored.shape),
                       shape_text(stored_shape(shape)));
-  states.set(name, Tensor(shape, stored.floats(where + ": " + name)));
+  return stored;
+}
+
+void set_state(States& states, const std::string& name, const Shape& shape, const TensorFile& file,
+               const std::string& where) {
+  states.set(name, Tensor(shape, shaped_tensor(file, name, shape, where).floats(where + ": " + name)));
 }
 
 const std::string& fact(const TensorFile& file, const std::string& key, const std::string& where) {
@@ -71,6 +80,88 @@ void describe_validation(TensorFile& file, const History& history) {
 History stored_history(const TensorFile& file, const std::string& where) {
   const auto found = file.metadata.find("history");
   return found == file.metadata.end() ? History{} : history_from_json(found->second, where);
+}
+
+/// Tensors and metadata of weights, but for the mean maps.
+TensorFile weights_of(const States& states, const History& history, const WeightsFacts& facts) {
+  TensorFile file;
+  std::uint64_t numbers = 0;
+  for (const auto& [name, shape] : facts.states) {
+    file.tensors[name] = stored_state(states, name);
+    numbers += static_cast<std::uint64_t>(shape.count());
+  }
+  std::set<std::uint64_t> seeds;
+  for (const Leg& leg : history.legs) seeds.insert(leg.seed);
+  file.metadata["kind"] = "weights";
+  file.metadata["net"] = facts.net;
+  file.metadata["preset"] = facts.preset;
+  file.metadata["width"] = std::to_string(facts.size.width);
+  file.metadata["height"] = std::to_string(facts.size.height);
+  file.metadata["longer_side"] = std::to_string(std::max(facts.size.width, facts.size.height));
+  file.metadata["numbers"] = std::to_string(numbers);
+  file.metadata["hours"] = facts_text(history.hours());
+  file.metadata["views_seen"] = std::to_string(history.views_seen());
+  file.metadata["seeds"] = fmt::format("{}", fmt::join(seeds, ","));
+  file.metadata["commit"] = facts.commit;
+  file.metadata["history"] = history_json(history);
+  describe_validation(file, history);
+  return file;
+}
+
+Size stored_size(const TensorFile& file, const std::string& where) {
+  return {whole_fact(file, "width", where, 16, 4096), whole_fact(file, "height", where, 16, 4096)};
+}
+
+/// "maps" or "light".
+std::string trained_kind(const TensorFile& file, const std::string& where) {
+  const auto kind = file.metadata.find("kind");
+  return kind != file.metadata.end() && kind->second == "light" ? "light" : stored_history(file, where).kind();
+}
+
+void must_be_light(const TensorFile& file, const std::string& where) {
+  if (const std::string kind = trained_kind(file, where); kind != "light")
+    throw usage_error("these are no weights of the light", where, "weights of the " + kind,
+                      "what `clerestory weights export` or `train` wrote for model.kind=light");
+}
+
+constexpr std::array<const char*, 2> light_parts{"local", "global"};
+
+std::filesystem::path light_file(const std::filesystem::path& folder, const std::string& part) {
+  return folder / ("light_" + part + ".safetensors");
+}
+
+/// Both parts of a folder as one file.
+TensorFile read_light_folder(const std::filesystem::path& folder) {
+  TensorFile both;
+  const std::string twin = light_file(folder, light_parts[0]).string();
+  for (const std::string part : light_parts) {
+    const std::filesystem::path path = light_file(folder, part);
+    const std::string where = path.string();
+    TensorFile file = read_safetensors(path);
+    must_be_light(file, where);
+    if (fact(file, "part", where) != part)
+      throw usage_error("this is another part of the light", where, fact(file, "part", where), part);
+    const LightSizes sizes = light_from_text(fact(file, "net", where), where);
+    for (const auto& [name, shape] : light_states(sizes))
+      if (name.starts_with(part + ".")) shaped_tensor(file, name, shape, where);
+    if (both.metadata.empty()) both.metadata = file.metadata;
+    for (const char* key : {"net", "preset", "width", "height", "history"})
+      if (fact(file, key, where) != fact(both, key, twin))
+        throw usage_error("the two parts of the light do not belong together", fmt::format("{}: {}", where, key),
+                          fact(file, key, where), fmt::format("{} as in {}", fact(both, key, twin), twin));
+    both.tensors.merge(file.tensors);
+  }
+  return both;
+}
+
+TensorFile read_weights_files(const std::filesystem::path& path) {
+  return std::filesystem::is_directory(path) ? read_light_folder(path) : read_safetensors(path);
+}
+
+/// What a file of the given kind says about its net, as this program would write it.
+std::string net_of(const TensorFile& file, const std::string& where) {
+  const std::string& text = fact(file, "net", where);
+  return trained_kind(file, where) == "light" ? light_text(light_from_text(text, where)) : text;
 }
 
 }  // namespace
@@ -113,7 +204,7 @@ TrainingProgress read_checkpoint(const std::filesystem::path& path, States& stat
         "the training views are not those that the run began with", where, fact(file, "views_hash", where),
         fmt::format("{:016x}; put the data set back, or begin anew with another run.variant", identity.views_hash));
   for (const std::string& name : states.names())
-    if (!is_frozen_feature(name)) set_state(states, name, file.get(name, where), where);
+    if (!is_frozen_feature(name)) set_state(states, name, states.view(name).shape, file, where);
 
   const auto& words = file.get(progress_tensor, where).words(where);
   if (words.size() < 4) throw usage_error("the checkpoint's progress is cut short", where);
@@ -129,59 +220,72 @@ TrainingProgress read_checkpoint(const std::filesystem::path& path, States& stat
 
 void write_weights(const std::filesystem::path& path, const States& states, const History& history,
                    const std::optional<MeanMaps>& means, const WeightsFacts& facts) {
-  TensorFile file;
-  std::uint64_t numbers = 0;
-  for (const auto& [name, shape] : facts.states) {
-    file.tensors[name] = stored_state(states, name);
-    numbers += static_cast<std::uint64_t>(shape.count());
-  }
+  TensorFile file = weights_of(states, history, facts);
   if (means) means->store(file);
-  std::set<std::uint64_t> seeds;
-  for (const Leg& leg : history.legs) seeds.insert(leg.seed);
-  file.metadata["kind"] = "weights";
-  file.metadata["net"] = facts.net;
-  file.metadata["preset"] = facts.preset;
-  file.metadata["width"] = std::to_string(facts.size.width),
-  file.metadata["height"] = std::to_string(facts.size.height);
-  file.metadata["longer_side"] = std::to_string(std::max(facts.size.width, facts.size.height));
-  file.metadata["numbers"] = std::to_string(numbers);
-  file.metadata["hours"] = facts_text(history.hours());
-  file.metadata["views_seen"] = std::to_string(history.views_seen());
-  file.metadata["seeds"] = fmt::format("{}", fmt::join(seeds, ","));
-  file.metadata["commit"] = facts.commit;
-  file.metadata["history"] = history_json(history);
-  describe_validation(file, history);
   write_safetensors(path, file, FloatStorage::F16);
+}
+
+void write_light(const std::filesystem::path& folder, const States& states, const History& history,
+                 const WeightsFacts& facts) {
+  for (const std::string part : light_parts) {
+    WeightsFacts own = facts;
+    std::erase_if(own.states, [&](const auto& state) { return !state.first.starts_with(part + "."); });
+    TensorFile file = weights_of(states, history, own);
+    file.metadata["kind"] = "light", file.metadata["part"] = part;
+    write_safetensors(light_file(folder, part), file, FloatStorage::F16);
+  }
+}
+
+std::vector<std::filesystem::path> weights_files(const std::filesystem::path& path) {
+  if (!std::filesystem::is_directory(path)) return {path};
+  std::vector<std::filesystem::path> files;
+  for (const char* part : light_parts) files.push_back(light_file(path, part));
+  return files;
 }
 
 History read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
                              const std::map<std::string, Shape>& wanted) {
   const std::string where = path.string();
-  const TensorFile file = read_safetensors(path);
-  if (const auto found = file.metadata.find("net"); found != file.metadata.end() && found->second != net)
-    throw usage_error("weights of another net", where, found->second, net);
-  for (const auto& [name, shape] : wanted) set_state(states, name, file.get(name, where), where);
+  const TensorFile file = read_weights_files(path);
+  if (file.metadata.contains("net") && net_of(file, where) != net)
+    throw usage_error("weights of another net", where, file.metadata.at("net"), net);
+  for (const auto& [name, shape] : wanted) set_state(states, name, shape, file, where);
   return stored_history(file, where);
+}
+
+History read_history(const std::filesystem::path& path) {
+  return stored_history(read_safetensors(path), path.string());
 }
 
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   const std::string where = path.string();
   const TensorFile file = read_safetensors(path);
+  if (trained_kind(file, where) == "light")
+    throw usage_error("these are weights of the light", where, "", "weights of the maps");
   LoadedWeights out;
   out.metadata = file.metadata;
   out.preset = fact(file, "preset", where);
   out.net = net_from_text(fact(file, "net", where), where);
-  out.size = {whole_fact(file, "width", where, 16, 4096), whole_fact(file, "height", where, 16, 4096)};
+  out.size = stored_size(file, where);
   out.history = stored_history(file, where);
   if (MeanMaps::stored(file)) out.means = MeanMaps::restore(file, where);
   out.states = std::make_shared<States>(std::move(device));
-  for (const auto& [name, shape] : inference_states(out.net)) {
-    const StoredTensor& stored = file.get(name, where);
-    if (stored.shape != stored_shape(shape))
-      throw usage_error("a tensor has another shape than the network", where + ": " + name, shape_text(stored.shape),
-                        shape_text(stored_shape(shape)));
-    out.states->set(name, Tensor(shape, stored.floats(where + ": " + name)));
-  }
+  for (const auto& [name, shape] : inference_states(out.net)) set_state(*out.states, name, shape, file, where);
+  return out;
+}
+
+LoadedLight load_light(const std::filesystem::path& path, Device device) {
+  const std::string where = path.string();
+  const TensorFile file = read_weights_files(path);
+  must_be_light(file, where);
+  LoadedLight out;
+  out.metadata = file.metadata;
+  out.preset = fact(file, "preset", where);
+  out.net = light_from_text(fact(file, "net", where), where);
+  out.size = stored_size(file, where);
+  out.history = stored_history(file, where);
+  out.states = std::make_shared<States>(std::move(device));
+  for (const auto& [name, shape] : light_states(out.net)) set_state(*out.states, name, shape, file, where);
   return out;
 }
 

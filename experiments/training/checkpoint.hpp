@@ -1,5 +1,6 @@
 // Checkpoints (all states in float, exactly) and weights (what inference needs, in half), as safetensors.
 #pragma once
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "experiments/training/history.hpp"
 #include "host/graph/plan.hpp"
 #include "host/io/safetensors.hpp"
+#include "nets/light_model.hpp"
 #include "nets/mgnet.hpp"
 
 namespace clerestory {
@@ -29,7 +31,7 @@ struct TrainingProgress {
 /// What a checkpoint must agree with to be gone on from.
 struct RunIdentity {
   std::string preset;
-  std::string net;  // net_text()
+  std::string net;  // net_text() or light_text()
   Size size;
   std::uint64_t seed = 0;
   std::string config_hash;
@@ -46,23 +48,35 @@ TrainingProgress read_checkpoint(const std::filesystem::path& path, States& stat
 /// Facts that travel with weights, beside the history: see write_weights for the keys.
 struct WeightsFacts {
   std::string preset;
-  std::string net;  // net_text()
+  std::string net;  // net_text() or light_text()
   Size size;
   std::string commit;
   std::map<std::string, Shape> states;  // that go into the file
 };
-/// Inference tensors in half precision with metadata (kind, preset, net, width, height, longer_side, parameters,
+/// Inference tensors in half precision with metadata (kind = weights, preset, net, width, height, longer_side, numbers,
 /// scale_error, hours, views_seen, seeds, commit, score, errors by key, history as JSON) and the training set's mean
 /// maps.
 void write_weights(const std::filesystem::path& path, const States& states, const History& history,
                    const std::optional<MeanMaps>& means, const WeightsFacts& facts);
 
-/// Weights or a checkpoint to start from: sets the states that inference needs. Returns the history they carry. Throws
-/// usage_error naming file, tensor, found and expected shape.
+/// The light's parts in a folder: light_local.safetensors has the states "local.*", light_global.safetensors
+/// "global.*". Metadata as write_weights gives them, but kind = light, and part = local or global.
+void write_light(const std::filesystem::path& folder, const States& states, const History& history,
+                 const WeightsFacts& facts);
+
+/// The files behind weights that a user names: both parts for a folder, which is a light's; else the file itself.
+std::vector<std::filesystem::path> weights_files(const std::filesystem::path& path);
+
+/// Weights or a checkpoint to start from, for a light also the folder of its parts: sets the states that inference
+/// needs. Returns the history they carry. Throws usage_error naming file, tensor, found and expected shape.
 History read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
                              const std::map<std::string, Shape>& wanted);
 
-/// Weights for evaluation: preset, size, mean maps when stored, and states ready for MapPredictor.
+/// What a weights file or checkpoint says of its training; without legs when it says nothing.
+History read_history(const std::filesystem::path& path);
+
+/// Weights of the maps for inference: preset, size, mean maps when stored, and states ready for MapPredictor. Throws
+/// usage_error naming the file when it is a light's.
 struct LoadedWeights {
   std::string preset;
   MgnetSize net;
@@ -73,5 +87,20 @@ struct LoadedWeights {
   std::shared_ptr<States> states;
 };
 LoadedWeights load_weights(const std::filesystem::path& path, Device device);
+
+/// Weights of the light for inference.
+struct LoadedLight {
+  std::string preset;
+  LightSizes net;
+  Size size;  // of the training views
+  History history;
+  std::map<std::string, std::string> metadata;  // of the local part
+  std::shared_ptr<States> states;               // "local.*" and "global.*"
+  int longer_side() const { return std::max(size.width, size.height); }
+};
+/// From the folder of its parts, or from one weights file or checkpoint of a training of kind light. Throws usage_error
+/// naming the file that is missing, is for maps, is the other part, comes from another net or training than its twin,
+/// or lacks a tensor or has one of another shape.
+LoadedLight load_light(const std::filesystem::path& path, Device device);
 
 }  // namespace clerestory

@@ -167,18 +167,4 @@ std::map<std::string, Shape> light_states(const LightSizes& sizes) {
   return states;
 }
 
-std::string light_text(const LightSizes& s) {
-  const auto trunk = [](const ResnetSize& r) {
-    return fmt::format("{} x {}, {} stages", fmt::join(r.blocks, "-"), fmt::join(r.channels, "-"), r.stages);
-  };
-  const LightNetSize& l = s.in_view;
-  const OutOfViewSize& o = s.out_of_view;
-  return fmt::format(
-      "in view {}, {} frequencies, {} x {}, again {}, output {}{}; out of view {}, {}, stem {}, rank {}, "
-      "octaves {}, field {}, {} segments{}",
-      trunk(l.trunk), l.frequencies, l.layers, l.width, l.again, static_cast<int>(l.output),
-      l.log_input ? ", log input" : "", trunk(o.trunk), o.hyper == HyperNet::Paper ? "paper" : "low rank", o.stem,
-      o.rank, o.octaves, fmt::join(o.hidden, "-"), o.march.segments, o.released_output ? ", released output" : "");
-}
-
 }  // namespace clerestory

@@ -2,6 +2,7 @@
 #pragma once
 #include "experiments/training/history.hpp"
 #include "experiments/training/light_batches.hpp"
+#include "experiments/training/light_text.hpp"
 #include "host/graph/plan.hpp"
 #include "nets/light_model.hpp"
 
@@ -59,7 +60,5 @@ LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& 
 
 /// States of the light's nets that inference needs.
 std::map<std::string, Shape> light_states(const LightSizes& sizes);
-/// Identity of the nets' shape.
-std::string light_text(const LightSizes& sizes);
 
 }  // namespace clerestory

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "experiments/training/checkpoint.hpp"
 #include "host/io/files.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
@@ -46,24 +47,39 @@ void add_sample(HtmlReport& report, const ReportSample& sample) {
       sample.name);
 }
 
+/// The card of what these files hold together; its plot goes beside it.
+std::string card_of(const std::vector<std::filesystem::path>& files, const History& history,
+                    const std::filesystem::path& folder, const std::string& plot_name) {
+  const Plot plot = history_plot(history);
+  if (!plot.series.empty()) write_plot((folder / plot_name).string(), plot);
+  std::vector<std::string> names, sizes, hashes;
+  for (const std::filesystem::path& file : files) {
+    const FileRecord record = record_file(file);
+    names.push_back(file.filename().string()), hashes.push_back(record.hash);
+    sizes.push_back(fmt::format("{:.2f}", static_cast<double>(record.bytes) * 1e-6));
+  }
+  const Leg& last = history.legs.back();
+  return model_card(history,
+                    {{"file", fmt::format("{}", fmt::join(names, ", "))},
+                     {"size", fmt::format("{} MB, half precision", fmt::join(sizes, " + "))},
+                     {"hash (FNV-1a, 64 bit)", fmt::format("{}", fmt::join(hashes, ", "))},
+                     {"preset", last.preset},
+                     {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width,
+                                           last.height, last.kind == "light" ? "" : ", clamped to [0, 1]")},
+                     {"commit", last.commit}},
+                    plot_name);
+}
+
 }  // namespace
 
-void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder,
-                      const std::string& card) {
-  const Plot plot = history_plot(history);
-  if (!plot.series.empty()) write_plot((folder / "validation.svg").string(), plot);
-  const FileRecord file = record_file(weights);
-  const Leg& last = history.legs.back();
-  write_file(folder / card,
-             model_card(history,
-                        {{"file", weights.filename().string()},
-                         {"size", fmt::format("{:.2f} MB, half precision", static_cast<double>(file.bytes) * 1e-6)},
-                         {"hash (FNV-1a, 64 bit)", file.hash},
-                         {"preset", last.preset},
-                         {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width,
-                                               last.height, last.kind == "light" ? "" : ", clamped to [0, 1]")},
-                         {"commit", last.commit}},
-                        "validation.svg"));
+std::filesystem::path write_folder_card(const std::filesystem::path& folder, const std::filesystem::path& maps) {
+  std::string card;
+  if (std::filesystem::exists(maps)) card = card_of({maps}, read_history(maps), folder, "validation.svg");
+  const auto light = weights_files(folder);
+  if (std::ranges::all_of(light, [](const auto& file) { return std::filesystem::exists(file); }))
+    card += (card.empty() ? "" : "\n") + card_of(light, read_history(light[0]), folder, "validation_light.svg");
+  write_file(folder / "CARD.md", card);
+  return folder / "CARD.md";
 }
 
 void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples) {
@@ -73,7 +89,8 @@ void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples) {
 
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
                            const TrainingPage& page, const Provenance& provenance) {
-  write_model_card(run.artifact("weights.safetensors"), history, run / "artifacts");
+  const std::filesystem::path artifacts = run / "artifacts";
+  write_file(artifacts / "card.md", card_of({artifacts / "weights.safetensors"}, history, artifacts, "validation.svg"));
   // With the table beside the plot, `clerestory report` can make a report again from the files alone.
   write_file(run.artifact("validation.table.json"), table_json(page.table));
   const auto records = read_metrics(run.metrics_path());

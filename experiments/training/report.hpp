@@ -28,8 +28,8 @@ void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples);
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
                            const TrainingPage& page, const Provenance& provenance);
 
-/// The card (under the name `card`) and validation.svg for a weights file, into `folder`.
-void write_model_card(const std::filesystem::path& weights, const History& history, const std::filesystem::path& folder,
-                      const std::string& card = "card.md");
+/// CARD.md for the weights that lie in `folder`, with its plots: the maps of `maps`, if there is such a file, then the
+/// light of light_local and light_global.safetensors, if both are there. Returns its path.
+std::filesystem::path write_folder_card(const std::filesystem::path& folder, const std::filesystem::path& maps);
 
 }  // namespace clerestory

@@ -133,7 +133,8 @@ void Trainer::resume_or_begin() {
     History earlier;
     if (!options_.init.empty()) {
       earlier = read_initial_weights(options_.init, *states_, task_->net(), task_->weights());
-      provenance_.inputs.push_back(record_file(options_.init));
+      for (const std::filesystem::path& file : weights_files(options_.init))
+        provenance_.inputs.push_back(record_file(file));
       run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen)", options_.init, earlier.hours(),
                            earlier.views_seen()));
     }
@@ -159,7 +160,8 @@ void Trainer::begin_leg(const History& earlier) {
   std::set<std::string> rooms;
   for (const ViewName& name : task_->views()) rooms.insert(name.room.string());
   leg.rooms = static_cast<std::int64_t>(rooms.size());
-  leg.init = std::filesystem::path(options_.init).filename().string();
+  const std::filesystem::path init = options_.init;  // a folder for a light, perhaps with a slash at its end
+  leg.init = (init.has_filename() ? init : init.parent_path()).filename().string();
   leg.overrides = settings_of(config_);
   progress_.history.legs.push_back(std::move(leg));
 }
