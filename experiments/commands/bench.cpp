@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/bench/conv_bench.hpp"
+#include "experiments/bench/light_bench.hpp"
 #include "experiments/cli.hpp"
 
 namespace clerestory {
@@ -16,7 +17,7 @@ struct Family {
 };
 
 const std::vector<Family>& families() {
-  static const std::vector<Family> all{{"conv", bench_conv}};
+  static const std::vector<Family> all{{"conv", bench_conv}, {"light", bench_light}};
   return all;
 }
 
@@ -34,7 +35,7 @@ const Family& family(const std::string& name) {
 void add_bench_command(CommandLine& line) {
   auto names = std::make_shared<std::vector<std::string>>();
   line.add("bench", "Measure kernels beside the device's measured peak")
-      .arguments("FAMILY", "families to measure (conv); all when none is given", *names)
+      .arguments("FAMILY", "families to measure (conv, light); all when none is given", *names)
       .common({Common::Device, Common::Json, Common::Quiet})
       .notes("experiments/peers/conv_torch.py measures PyTorch at the shapes of a --json=FILE.")
       .run([names](const CommonOptions& common) {

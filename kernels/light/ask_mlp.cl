@@ -14,12 +14,43 @@
 #define MOST_WIDTH 512
 #define MOST_FREQUENCIES 256
 
+#if GROUP == 1
+// Element i of each of 16 vectors becomes vector i: four rounds of zipping row r with row r + 8, each of which rotates the
+// eight bits of (row, element) by one.
+static inline void transpose(real16 *rows) {
+#define ZIP(a, b, p, q, r, s, t, u, v, w) \
+  ((real16)(a.p, b.p, a.q, b.q, a.r, b.r, a.s, b.s, a.t, b.t, a.u, b.u, a.v, b.v, a.w, b.w))
+  for (int round = 0; round < 4; ++round) {
+    real16 zipped[16];
+    for (int i = 0; i < 8; ++i) {
+      const real16 a = rows[i], b = rows[i + 8];
+      zipped[2 * i] = ZIP(a, b, s0, s1, s2, s3, s4, s5, s6, s7);
+      zipped[2 * i + 1] = ZIP(a, b, s8, s9, sa, sb, sc, sd, se, sf);
+    }
+    for (int i = 0; i < 16; ++i) rows[i] = zipped[i];
+  }
+#undef ZIP
+}
+#endif
+
 // The row's share of a layer, of each ray's own pixel; that of a miss means nothing.
 static void look_up(lanes *to, global const real *rows, const int *pixels, int stride, int first, int width) {
-  for (int l = 0; l < RAYS; ++l) {
-    global const real *row = rows + (ulong)max(pixels[l], 0) * (ulong)stride + (ulong)first;
-    for (int c = 0; c < width; ++c) LANE(to + 2 * c, l) = row[c];
+#if GROUP == 1
+  // 16 rays x 16 numbers at a time: one cache line of each ray's row is asked for at once.
+  for (int c = 0; c < width; c += 16)
+    for (int v = 0; v < 2; ++v) {
+      real16 block[16];
+      for (int l = 0; l < 16; ++l)
+        block[l] = vload16(0, rows + (ulong)max(pixels[16 * v + l], 0) * (ulong)stride + (ulong)(first + c));
+      transpose(block);
+      for (int i = 0; i < 16; ++i) to[2 * (c + i) + v] = block[i];
+    }
+#else
+  for (int v = 0; v < 2; ++v) {
+    global const real *row = rows + (ulong)max(pixels[v], 0) * (ulong)stride + (ulong)first;
+    for (int c = 0; c < width; ++c) to[2 * c + v] = row[c];
   }
+#endif
 }
 
 kernel void ask_mlp(IN(rows), IN_INT(hit), IN(direction), IN(frequencies), IN_INT(list), IN_INT(count), IN(packed),

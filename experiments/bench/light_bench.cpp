@@ -1,0 +1,174 @@
+#include "experiments/bench/light_bench.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "host/cl/ceilings.hpp"
+#include "host/graph/plan.hpp"
+#include "host/ops/light/ask_field.hpp"
+#include "host/ops/light/ask_mlp.hpp"
+#include "host/ops/light/pixel_rows.hpp"
+#include "nets/light_net.hpp"
+#include "nets/out_of_view.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kHeight = 240, kWidth = 320, kSamples = 64;
+
+std::uint32_t next(std::uint32_t& seed) {
+  seed = seed * 1664525u + 1013904223u;
+  return seed >> 8;
+}
+
+Tensor noise(const Shape& shape, std::uint32_t seed, double size = 1) {
+  Tensor t(shape);
+  for (double& v : t.real) v = size * (static_cast<double>(next(seed)) * 0x1p-23 - 1);
+  return t;
+}
+
+/// Hits anywhere in the picture: what lies side by side in a list of rays lies apart in memory.
+Tensor hits(const Shape& shape) {
+  std::uint32_t seed = 3;
+  std::vector<int> pixels(static_cast<std::size_t>(shape.count()));
+  for (int& pixel : pixels) pixel = static_cast<int>(next(seed) % (kHeight * kWidth));
+  return Tensor::of_int(shape, pixels);
+}
+
+/// A net asked in both ways in one graph of inputs.
+struct Net {
+  std::string name;
+  int rays = 0;
+  double flops = 0;  // of a ray
+  std::unique_ptr<Graph> graph = std::make_unique<Graph>();
+  std::vector<std::pair<std::string, Tensor>> feeds = {};
+  Value fused = {}, composed = {};
+  Value before = {};  // computed once per picture: not timed
+
+  Value input(const std::string& input_name, Tensor tensor) {
+    const Value v = graph->input(input_name, tensor.shape, tensor.type());
+    feeds.emplace_back(input_name, std::move(tensor));
+    return v;
+  }
+};
+
+Net in_view(const std::string& preset, int rows) {
+  Net net{.name = "in view, " + preset, .rays = rows * kSamples};
+  const LightNetSize size = light_net_size(preset);
+  const Shape rays{1, 3, rows, kSamples};
+  const int channels = size.again > 0 ? 2 * size.width : size.width, features = 2 * size.frequencies;
+  const LightPixels pixels{net.input("features", noise({1, channels, kHeight / 2, kWidth / 2}, 1)),
+                           net.input("surface", noise({1, channels, kHeight, kWidth}, 2))};
+  const Value hit = net.input("hit", hits({1, 1, rows, kSamples})), direction = net.input("direction", noise(rays, 4)),
+              photo = net.input("photo", Tensor(Shape{1, 3, kHeight, kWidth}, 0.5));
+  net.composed = in_view_light({*net.graph, false, "local"}, pixels, hit, direction, photo, size);
+
+  const auto weight = [&](const std::string& name, int out, int in) {
+    net.flops += 2.0 * out * in;
+    return net.input(name, noise({out, in, 1, 1}, 5, std::sqrt(6.0 / in)));
+  };
+  LightMlp mlp;
+  mlp.frequencies = net.input("frequencies", noise({size.frequencies, 3, 1, 1}, 6)), mlp.again = size.again;
+  for (int layer = 0; layer < size.layers; ++layer) {
+    if (layer > 0) mlp.hidden.push_back(weight(fmt::format("hidden{}", layer), size.width, size.width));
+    if (layer == 0 || (size.again > 0 && layer == size.again))
+      mlp.direction.push_back(weight(fmt::format("direction{}", layer), size.width, features));
+    mlp.biases.push_back(net.input(fmt::format("bias{}", layer), noise({1, size.width, 1, 1}, 7)));
+  }
+  mlp.out = weight("out", 3, size.width), mlp.out_bias = net.input("out_bias", noise({1, 3, 1, 1}, 8));
+  net.before = pixel_rows(pixels.surface, pixels.features);
+  net.fused = ask_mlp(mlp, net.graph->input("rows", net.before.shape()), hit, direction, {});
+  return net;
+}
+
+Net out_of_view(const std::string& preset, int rows) {
+  Net net{.name = "out of view, " + preset, .rays = rows * kSamples};
+  const OutOfViewSize size = out_of_view_size(preset);
+  const Shape rays{1, 3, rows, kSamples};
+  std::vector<int> widths{3 + 6 * size.octaves};
+  widths.insert(widths.end(), size.hidden.begin(), size.hidden.end());
+  widths.push_back(4);
+  LightField field;
+  for (std::size_t i = 0; i + 1 < widths.size(); ++i) {
+    net.flops += 2.0 * widths[i] * widths[i + 1] * size.march.segments;
+    const double deviation = std::sqrt(1.0 / widths[i]);  // thin enough for rays to go all the way
+    field.weights.push_back(
+        net.input(fmt::format("weight{}", i), noise({widths[i + 1], widths[i], 1, 1}, 5, deviation)));
+    field.biases.push_back(net.input(fmt::format("bias{}", i), noise({1, widths[i + 1], 1, 1}, 6, 0.1)));
+  }
+  const Value points = net.input("points", noise(rays, 1)), direction = net.input("direction", noise(rays, 2)),
+              range = net.input("range", Tensor(Shape{1, 3, 1, 1}, std::vector<double>{3, 1, 4}));
+  net.composed = out_of_view_light(field, points, direction, range, size);
+  net.fused = ask_field(field.weights, field.biases, points, direction, range, {},
+                        {size.march, size.octaves, size.released_output});
+  return net;
+}
+
+/// Best wall time of `value`: of ten runs, or as many as fit into half a second, after one that compiles.
+double best_seconds(Device& device, const Net& net, Value value, const Executor* before) {
+  const auto states = std::make_shared<States>(device);
+  states->initialise(*net.graph, 1);
+  Executor executor(compile(*net.graph, {value}, device), states);
+  for (const auto& [name, tensor] : net.feeds) executor.feed(name, tensor);
+  if (before) executor.bind("rows", before->view(net.before));
+  const auto timed = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    executor.run();
+    device.finish();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  timed();
+  double best = 1e30, spent = 0;
+  for (int i = 0; i < 10 && (i < 3 || spent < 0.5); ++i) {
+    const double seconds = timed();
+    best = std::min(best, seconds), spent += seconds;
+  }
+  return best;
+}
+
+}  // namespace
+
+nlohmann::ordered_json bench_light(Device& device, bool quiet) {
+  nlohmann::ordered_json result;
+  result["device"] = device.info().name;
+  result["nets"] = nlohmann::ordered_json::array();
+  if (!quiet)
+    fmt::print(
+        "Light at inference: million rays/s, GFLOP/s of products and % of the peak measured beside it\n"
+        "{:<22}{:>12}{:>8}{:>26}{:>26}{:>8}\n",
+        "net", "MFLOP/ray", "peak", "one kernel", "composed of ops", "ratio");
+  for (const bool field : {false, true})
+    for (const char* preset : {"compact", "paper"}) {
+      const int rows = std::string(preset) == "paper" ? 64 : 256;
+      const Net net = field ? out_of_view(preset, rows) : in_view(preset, rows);
+      std::unique_ptr<Executor> before;
+      if (net.before) {
+        before = std::make_unique<Executor>(compile(*net.graph, {net.before}, device));
+        for (const auto& [name, tensor] : net.feeds) before->feed(name, tensor);
+        before->run();
+      }
+      const double peak = measure_ceilings(device).fma_gflops;
+      const double fused = best_seconds(device, net, net.fused, before.get()),
+                   composed = best_seconds(device, net, net.composed, nullptr);
+      const auto columns = [&](double seconds) {
+        const double gflops = net.flops * net.rays / seconds * 1e-9;
+        return fmt::format("{:>12.3f}{:>8.0f}{:>5.0f}%", net.rays / seconds * 1e-6, gflops, 100 * gflops / peak);
+      };
+      if (!quiet) {
+        fmt::print("{:<22}{:>12.3f}{:>8.0f}{}{}{:>8.2f}\n", net.name, net.flops * 1e-6, peak, columns(fused),
+                   columns(composed), composed / fused);
+        std::fflush(stdout);
+      }
+      result["nets"].push_back({{"name", net.name},
+                                {"rays", net.rays},
+                                {"flops_per_ray", net.flops},
+                                {"peak_gflops", peak},
+                                {"seconds", {{"fused", fused}, {"composed", composed}}}});
+    }
+  return result;
+}
+
+}  // namespace clerestory
