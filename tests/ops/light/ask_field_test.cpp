@@ -309,10 +309,16 @@ TEST(AskField, ARayIsAskedAlone) {
         for (int s = 0; s < 16; ++s) part[name].at(0, c, p, s) = inputs.at(name).at(0, c, p + 2, s + 16);
   }
   Net tile(part);
-  const Tensor got = tile.run({ask(f, tile.values, {})}, part, Precision::Single, {2, 4, 16, 16})[0];
+  const Value listed = ask(f, tile.values, list_of(tile.graph, {3, 40, 63}, {1, 1, 5, 16}));
+  const std::vector<Tensor> got = tile.run({ask(f, tile.values, {}), listed}, part, Precision::Single, {2, 4, 16, 16});
   for (int c = 0; c < 3; ++c)
     for (int p = 0; p < 5; ++p)
-      for (int s = 0; s < 16; ++s) EXPECT_EQ(got.at(0, c, p, s), p < 4 ? all.at(0, c, p + 2, s + 16) : 0);
+      for (int s = 0; s < 16; ++s) {
+        const double want = p < 4 ? all.at(0, c, p + 2, s + 16) : 0;
+        const int ray = 16 * p + s;
+        EXPECT_EQ(got[0].at(0, c, p, s), want);
+        EXPECT_EQ(got[1].at(0, c, p, s), ray == 3 || ray == 40 || ray == 63 ? want : 0);
+      }
 }
 
 TEST(AskField, AnEmptyListGivesZeros) {
