@@ -7,6 +7,7 @@
 #include "experiments/commands/generate.hpp"
 #include "experiments/commands/insert.hpp"
 #include "experiments/commands/invert.hpp"
+#include "experiments/commands/light.hpp"
 #include "experiments/commands/report.hpp"
 #include "experiments/commands/run.hpp"
 #include "experiments/commands/train.hpp"
@@ -17,6 +18,7 @@ int main(int argc, char** argv) {
   clerestory::add_invert_command(line);
   clerestory::add_insert_command(line);
   clerestory::add_edit_command(line);
+  clerestory::add_light_command(line);
   clerestory::add_generate_command(line);
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);

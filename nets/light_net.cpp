@@ -1,8 +1,10 @@
 #include "nets/light_net.hpp"
 
 #include <cmath>
+#include <tuple>
 
 #include "host/error.hpp"
+#include "host/ops/light/ask_mlp.hpp"
 #include "host/ops/light/gather_rays.hpp"
 #include "host/ops/light/rescale_hits.hpp"
 #include "host/ops/nn/activation.hpp"
@@ -43,20 +45,38 @@ int fan_in(const LightNetSize& size, int layer) {
   return layer == 0 ? input : size.width + (layer == size.again ? input : 0);
 }
 
-/// One part of a layer's weights: a convolution with one tap.
-Value part(const Scope& scope, const LightNetSize& size, int layer, const char* name, Value x, Value bias = {}) {
+/// One part of a layer's weights, which reads `channels` numbers.
+Value weight_of(const Scope& scope, const LightNetSize& size, int layer, const char* name, int channels) {
   const Init init = Init::normal(std::sqrt(2.0 / fan_in(size, layer)));
-  const Scope place = scope / fmt::format("mlp.{}.{}", layer, name);
-  return conv(x, place.state("weight", {size.width, x.shape().c, 1, 1}, init), bias);
+  return (scope / fmt::format("mlp.{}.{}", layer, name)).state("weight", {size.width, channels, 1, 1}, init);
 }
+
+/// It as a convolution with one tap.
+Value part(const Scope& scope, const LightNetSize& size, int layer, const char* name, Value x, Value bias = {}) {
+  return conv(x, weight_of(scope, size, layer, name, x.shape().c), bias);
+}
+
+bool reads_input(const LightNetSize& size, int layer) { return layer == 0 || (size.again > 0 && layer == size.again); }
 
 Value bias_of(const Scope& scope, int layer, int channels) {
   return (scope / fmt::format("mlp.{}", layer)).state("bias", {1, channels, 1, 1}, Init::constant(0));
 }
 
-Value fourier(const Scope& scope, const char* name, Value x, int frequencies, double deviation) {
+Value frequencies_of(const Scope& scope, const char* name, int channels, int frequencies, double deviation) {
   const Init drawn{Init::Kind::Normal, deviation, false};
-  return encode(x, (scope / "frequencies").state(name, {frequencies, x.shape().c, 1, 1}, drawn));
+  return (scope / "frequencies").state(name, {frequencies, channels, 1, 1}, drawn);
+}
+
+Value fourier(const Scope& scope, const char* name, Value x, int frequencies, double deviation) {
+  return encode(x, frequencies_of(scope, name, x.shape().c, frequencies, deviation));
+}
+
+/// The last layer's weight and bias.
+std::pair<Value, Value> output_layer(const Scope& scope, const LightNetSize& size) {
+  const double deviation = size.output == LightOutput::Residual ? 0.01 : std::sqrt(2.0 / size.width);
+  const Scope out = scope / "mlp.out";
+  return {out.state("weight", {3, size.width, 1, 1}, Init::normal(deviation)),
+          out.state("bias", {1, 3, 1, 1}, Init::constant(0))};
 }
 
 /// What every reading layer owes to x, side by side.
@@ -87,7 +107,7 @@ Value encoded_surfaces(const Scope& scope, const Surfaces& s, const LightNetSize
 }
 
 Value radiance_of(Value f, Value hit, Value photo, LightOutput output) {
-  constexpr double most = 100, most_exponent = 10;
+  constexpr double most = 100, most_exponent = 7;  // e^7: a thousand times white
   const auto below = [](Value x, double limit) { return affine(relu(affine(x, -1, limit)), -1, limit); };
   switch (output) {
     case LightOutput::Released:
@@ -153,7 +173,7 @@ Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Va
   int read = 0;
   for (int layer = 0; layer < size.layers; ++layer) {
     const Value bias = bias_of(scope, layer, size.width);
-    const bool reads = layer == 0 || (size.again > 0 && layer == size.again);
+    const bool reads = reads_input(size, layer);
     Value y = layer == 0 ? Value{} : part(scope, size, layer, "hidden", x, reads ? Value{} : bias);
     if (reads) {
       const Value input =
@@ -162,9 +182,23 @@ Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Va
     }
     x = relu(y);
   }
-  const double deviation = size.output == LightOutput::Residual ? 0.01 : std::sqrt(2.0 / size.width);
-  const Value weight = (scope / "mlp.out").state("weight", {3, size.width, 1, 1}, Init::normal(deviation));
-  const Value f = conv(x, weight, (scope / "mlp.out").state("bias", {1, 3, 1, 1}, Init::constant(0)));
+  const auto [weight, bias] = output_layer(scope, size);
+  return radiance_of(conv(x, weight, bias), hit, photo, size.output);
+}
+
+Value ask_in_view_light(const Scope& scope, Value rows, const Shape& picture, Value hit, Value direction, Value photo,
+                        const RayList& list, const LightNetSize& size) {
+  LightMlp mlp;
+  mlp.frequencies = frequencies_of(scope, "direction", 3, size.frequencies, size.direction_deviation);
+  mlp.again = size.again;
+  for (int layer = 0; layer < size.layers; ++layer) {
+    if (layer > 0) mlp.hidden.push_back(weight_of(scope, size, layer, "hidden", size.width));
+    if (reads_input(size, layer))
+      mlp.direction.push_back(weight_of(scope, size, layer, "direction", input_sizes(size).direction));
+    mlp.biases.push_back(bias_of(scope, layer, size.width));
+  }
+  std::tie(mlp.out, mlp.out_bias) = output_layer(scope, size);
+  const Value f = ask_mlp(mlp, rows, rescale_hits(hit, photo.shape(), picture), direction, list);
   return radiance_of(f, hit, photo, size.output);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <string>
 
+#include "host/ops/light/select_rays.hpp"
 #include "host/ops/shade/sample_brdf.hpp"
 #include "nets/builder.hpp"
 #include "nets/resnet.hpp"
@@ -46,6 +47,11 @@ std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, 
 /// counts, of whatever size; its radiance is read by Residual alone.
 Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
                     const LightNetSize& size);
+
+/// The same for inference: one kernel, and only for the rays that `list` holds; what others get means nothing. rows:
+/// pixel_rows(pixels.surface, pixels.features), once per picture; `picture`: shape of pixels.surface. No gradient.
+Value ask_in_view_light(const Scope& scope, Value rows, const Shape& picture, Value hit, Value direction, Value photo,
+                        const RayList& list, const LightNetSize& size);
 
 /// Item i of a batch {n, C, h, w}: {1, C, h, w}, a view.
 Value picture_of(Value batch, int i);

@@ -1,27 +1,25 @@
 #include "nets/net_light.hpp"
 
-#include <bit>
-
 #include "host/io/resize.hpp"
 #include "host/math/statistics.hpp"
+#include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/mix_light.hpp"
+#include "host/ops/light/pixel_rows.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/reshape.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr double kIntermediates = 512.0 * (1 << 20);  // bytes
-
 /// A learned light's values of one picture as a flat list, so that they pass through map_chunks.
 struct LearnedValues {
   Value photo, range;  // the photograph in the nets' exposure, at its full size
-  LightPixels pixels;  // no values: the field answers alone
+  Value rows;          // what the in-view MLP owes to each pixel; no value: the field answers alone
   LightField field;
 
   template <class Visit>
   void each(const Visit& visit) {
-    visit(photo), visit(range), visit(pixels.features), visit(pixels.surface);
+    visit(photo), visit(range), visit(rows);
     for (Value& w : field.weights) visit(w);
     for (Value& b : field.biases) visit(b);
     visit(field.shells);
@@ -46,14 +44,15 @@ struct LearnedValues {
 
 /// The maps that the nets read: small, and the photograph as bright as in training.
 struct SmallMaps {
-  Image image, albedo, normal, material;
+  Image image, albedo, normal, material, depth;
 };
 
 SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
   const Size size = net_size(scene.width(), scene.height(), longer_side);
   SmallMaps maps{resize_area(scene.photo, size.width, size.height), resize_area(scene.albedo, size.width, size.height),
                  resize_nearest(scene.normal, size.width, size.height),
-                 resize_nearest(scene.material, size.width, size.height)};
+                 resize_nearest(scene.material, size.width, size.height),
+                 resize_nearest(scene.depth, size.width, size.height)};
   for (float& v : maps.image.data) v = static_cast<float>(v * exposure);
   return maps;
 }
@@ -82,16 +81,16 @@ void check_states(const LightNets& nets, bool in_view) {
   }
 }
 
-}  // namespace
-
-int learned_chunk_rays(const LightSizes& sizes, bool in_view) {
-  const OutOfViewSize& o = sizes.out_of_view;
-  int widest = 4;
-  for (const int width : o.hidden) widest = std::max(widest, width);
-  double floats = o.march.segments * (3.0 + 3 + 6 * o.octaves + 2 * widest);
-  if (in_view) floats += 4.0 * sizes.in_view.width + 2.0 * sizes.in_view.frequencies;
-  return static_cast<int>(std::bit_floor(static_cast<unsigned>(kIntermediates / (4 * floats))));
+/// Radiance from out of view; 0 or nothing of meaning for rays that `list` leaves out.
+Value far_light(const LightField& field, Value points, Value direction, Value range, const RayList& list,
+                const OutOfViewSize& size) {
+  if (size.form == OutOfViewForm::Field)
+    return ask_field(field.weights, field.biases, points, direction, range, list,
+                     {size.march, size.octaves, size.released_output});
+  return out_of_view_light(field, point_of_each_ray(points, direction.shape()), direction, range, size);
 }
+
+}  // namespace
 
 SceneLight net_light(Graph& graph, const SceneValues& v, const Scene& scene, const LightNets& nets, bool in_view) {
   check_states(nets, in_view);
@@ -100,39 +99,47 @@ SceneLight net_light(Graph& graph, const SceneValues& v, const Scene& scene, con
   LightSizes sizes = nets.sizes;
   sizes.out_of_view.march.jitter = false;  // the middle of each piece: no noise, and the same whatever the chunks
 
-  const auto map = [&](const char* name) { return graph.input(name, {1, 3, small.image.height, small.image.width}); };
-  const Value image = map("light image");
+  const auto map = [&](const char* name, int channels) {
+    return graph.input(name, {1, channels, small.image.height, small.image.width});
+  };
+  const Camera camera = scene.camera.resized(small.image.width, small.image.height);
+  const LitPictures picture{map("light image", 3),
+                            map("light depth", 1),
+                            {map("light albedo", 3), map("light normal", 3), map("light material", 3)},
+                            graph.constant(camera_tensor(std::span(&camera, 1))),
+                            v.range};
   LearnedValues values;
   values.photo = scale(v.photo, exposure);
   values.range = v.range;
-  if (in_view)
-    values.pixels = light_pixels({graph, false, "local"}, image,
-                                 {map("light albedo"), map("light normal"), map("light material")}, sizes.in_view);
-  const Camera camera = scene.camera.resized(small.image.width, small.image.height);
-  values.field = light_fields({graph, false, "global"}, image, graph.constant(camera_tensor(std::span(&camera, 1))),
-                              sizes.out_of_view)[0];
+  if (in_view) {
+    const LightPixels pixels = light_pixels({graph, false, "local"}, picture.image, picture.surfaces, sizes.in_view);
+    values.rows = pixel_rows(pixels.surface, pixels.features);
+  }
+  values.field = light_fields({graph, false, "global"}, picture, sizes.out_of_view)[0];
 
   SceneLight light;
   light.inputs = values.list();
   light.traces = in_view;
-  light.chunk_rays = learned_chunk_rays(sizes, in_view);
   light.states = nets.states;
-  light.radiance = [values, sizes, in_view, exposure](const AskedRays& rays, std::span<const Value> in, RayCounts*) {
+  light.radiance = [values, sizes, in_view, exposure, picture = picture.image.shape()](
+                       const AskedRays& rays, std::span<const Value> in, RayCounts* counts) {
     const LearnedValues here = values.inside(in);
-    const Value points = point_of_each_ray(rays.points, rays.direction.shape());
-    Value radiance = out_of_view_light(here.field, points, rays.direction, here.range, sizes.out_of_view);
-    if (in_view) {
-      const Value near = in_view_light({points.graph(), false, "local"}, here.pixels, rays.hits.pixel, rays.direction,
-                                       here.photo, sizes.in_view);
-      radiance = mix_light(near, radiance, rays.hits.u);
-    }
-    return scale(radiance, 1 / exposure);
+    const Value direction = rays.direction;
+    const auto listed = [&](const char* name, LightPart part) {
+      const RayList list = select_rays(rays.hits.u, rays.hits.pixel, direction, part, kLeastShare);
+      if (counts) counts->emplace_back(name, list.count);
+      return list;
+    };
+    const RayList uncertain = in_view ? listed("out of view", LightPart::OutOfView) : RayList{};
+    const Value far = far_light(here.field, rays.points, direction, here.range, uncertain, sizes.out_of_view);
+    if (!in_view) return scale(far, 1 / exposure);
+    const Value near = ask_in_view_light({direction.graph(), false, "local"}, here.rows, picture, rays.hits.pixel,
+                                         direction, here.photo, listed("in view", LightPart::InView), sizes.in_view);
+    return scale(mix_light(near, far, rays.hits.u), 1 / exposure);
   };
-  light.feed = [small, in_view](Executor& executor) {
-    executor.feed("light image", tensor_of(small.image));
-    if (!in_view) return;
-    executor.feed("light albedo", tensor_of(small.albedo));
-    executor.feed("light normal", tensor_of(small.normal));
+  light.feed = [small](Executor& executor) {  // what no part reads is passed over
+    executor.feed("light image", tensor_of(small.image)), executor.feed("light depth", tensor_of(small.depth));
+    executor.feed("light albedo", tensor_of(small.albedo)), executor.feed("light normal", tensor_of(small.normal));
     executor.feed("light material", tensor_of(small.material));
   };
   return light;

@@ -15,7 +15,4 @@ SceneLight net_light(Graph& graph, const SceneValues& values, const Scene& scene
 /// out-of-view part when u is not.
 inline constexpr double kLeastShare = 1e-3;
 
-/// Rays at once for which what is kept between ops stays below half a GiB: a power of two.
-int learned_chunk_rays(const LightSizes& sizes, bool in_view);
-
 }  // namespace clerestory

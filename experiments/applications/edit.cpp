@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "host/error.hpp"
 #include "host/graph/plan.hpp"
@@ -343,7 +344,9 @@ std::string edit(const EditOptions& options) {
   const Image mask = read_edit_mask(options.mask, scene);
   const fs::path out = options.out.empty() ? options.run / "edit" : options.out;
   Device device = Device::open(options.device);
-  const Edit done = edit_scene(device, scene, mask, options.change, options.render, options.bounces);
+  RenderSettings render = options.render;
+  load_light_nets(render, options.light_weights, device);
+  const Edit done = edit_scene(device, scene, mask, options.change, render, options.bounces);
 
   StagedFolder folder(out);
   Scene after = done.with.scene;
@@ -366,7 +369,7 @@ std::string edit(const EditOptions& options) {
   provenance.inputs = {record_file(options.run / "photo.exr"), record_file(options.mask)};
   provenance.facts["edit"] = values_text(options.change);
   provenance.facts["bounces that follow the edit"] = bounces_text(done.bounces);
-  provenance.facts["light"] = options.render.light;
+  provenance.facts["light"] = answerer_text(render);
   provenance.facts["samples"] = fmt::format("{} a pixel", render_spec(options.render).spp);
   provenance.facts["pixels"] =
       fmt::format("{:.1f} % under the mask, {:.1f} % shown with the new material, {:.2f} % emitted and no longer do",

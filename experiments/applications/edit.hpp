@@ -28,7 +28,8 @@ struct EditOptions {
   std::filesystem::path run, mask, out;  // out empty: RUN/edit
   MaterialEdit change;
   RenderSettings render;
-  int bounces = 2;  // 1 to kMostEditBounces
+  std::filesystem::path light_weights;  // of a learned light; empty: the shipped ones
+  int bounces = 2;                      // 1 to kMostEditBounces
   std::string device;
   std::vector<std::string> command;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/objects_light.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
@@ -19,19 +20,6 @@ namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Surface under a pixel: point and normal in camera space.
-std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at) {
-  const int x = static_cast<int>(std::floor(at[0])), y = static_cast<int>(std::floor(at[1]));
-  const std::string text = fmt::format("{},{}", at[0], at[1]);
-  if (x < 0 || y < 0 || x >= scene.width() || y >= scene.height())
-    throw usage_error("the pixel lies outside of the picture", "--at", text,
-                      fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
-  const double depth = scene.depth.at(0, y, x);
-  if (!(depth > 0)) throw usage_error("nothing is known of the depth there", "--at", text);
-  return {scene.camera.unproject(at[0], at[1], depth),
-          {scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)}};
-}
 
 Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
   if (object.at) {
@@ -102,6 +90,18 @@ Image composite_of(const Scene& scene, const Image& shows, const std::vector<flo
 }
 
 }  // namespace
+
+std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at) {
+  const int x = static_cast<int>(std::floor(at[0])), y = static_cast<int>(std::floor(at[1]));
+  const std::string text = fmt::format("{},{}", at[0], at[1]);
+  if (x < 0 || y < 0 || x >= scene.width() || y >= scene.height())
+    throw usage_error("the pixel lies outside of the picture", "--at", text,
+                      fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
+  const double depth = scene.depth.at(0, y, x);
+  if (!(depth > 0)) throw usage_error("nothing is known of the depth there", "--at", text);
+  return {scene.camera.unproject(at[0], at[1], depth),
+          {scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)}};
+}
 
 std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<InsertedObject>& objects) {
   std::vector<PlacedMesh> placed;
@@ -209,7 +209,9 @@ void insert(const InsertOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = read_run(options.run);
   Device device = Device::open(options.device);
-  const Insertion inserted = insert_into(device, scene, options.objects, options.render, options.bounces);
+  RenderSettings render = options.render;
+  load_light_nets(render, options.light_weights, device);
+  const Insertion inserted = insert_into(device, scene, options.objects, render, options.bounces);
   const Image& composite = inserted.composite;
   const double seen = sum(inserted.with.shows.data) / static_cast<double>(composite.pixels());
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
@@ -224,6 +226,7 @@ void insert(const InsertOptions& options) {
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;
   provenance.facts["samples"] = fmt::format("{}", render_spec(options.render).spp);
+  provenance.facts["light"] = answerer_text(render);
   provenance.ended = utc_now();
   write_provenance(out / "insert.json", provenance);
   if (options.out.empty()) write_run_report(options.run);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nets/render_scene.hpp"
@@ -26,13 +27,18 @@ struct InsertOptions {
   std::filesystem::path run, out;  // out empty: the run folder
   std::vector<InsertedObject> objects;
   RenderSettings render;
-  int bounces = 2;  // scatterings at objects that are followed
+  std::filesystem::path light_weights;  // of a learned light; empty: the shipped ones
+  int bounces = 2;                      // scatterings at objects that are followed
   std::string device;
   std::vector<std::string> command;
 };
 
 /// Writes composite.exr and composite.png, and the run's report again when it goes into the run folder.
 void insert(const InsertOptions& options);
+
+/// Surface under a pixel: point and normal in camera space. Throws usage_error naming --at: outside of the picture,
+/// no depth.
+std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at);
 
 /// Meshes in camera space. Throws usage_error: a pixel outside or without depth, a point behind the camera, an object
 /// larger than the room.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/predict.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
@@ -98,6 +99,38 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
   return fmt::format("{:.2f} m at the 99th percentile, {}", factor * p99, how);
 }
 
+/// Parts of the re-render as people think of them, by where their kernels lie. The rest is shading.
+std::string part_of(const std::string& kernel) {
+  static const std::vector<std::pair<std::string, std::string>> parts{
+      {"nn/", "light's networks"},
+      {"tensor/resize", "light's networks"},
+      {"light/ssrt", "SSRT"},
+      {"light/depth_pyramid", "SSRT"},
+      {"light/ask_mlp", "in-view MLP"},
+      {"light/pixel_rows", "in-view MLP"},
+      {"light/ask_field", "out-of-view field"},
+      {"light/shells", "out-of-view field"},
+      {"light/project_rays", "light's networks"},
+  };
+  for (const auto& [prefix, part] : parts)
+    if (kernel.starts_with(prefix)) return part;
+  return "shading";
+}
+
+void record_parts(const Rendering& r, Provenance& record) {
+  for (const KernelProfile& k : r.kernels) record.figures["seconds: re-render, " + part_of(k.kernel)] += k.seconds;
+  for (const auto& [part, rays] : r.answered) record.figures["rays answered " + part] = rays;
+}
+
+/// For the plan: how many rays each part of a learned light was asked for.
+std::string answered_text(const Rendering& r) {
+  std::string text;
+  for (const auto& [part, rays] : r.answered)
+    text += fmt::format("light {}: asked for {:.0f} of {:.0f} rays ({:.1f} %)\n", part, rays, r.rays,
+                        100 * rays / std::max(r.rays, 1.0));
+  return text;
+}
+
 }  // namespace
 
 fs::path invert(const InvertOptions& options) {
@@ -164,16 +197,20 @@ fs::path invert(const InvertOptions& options) {
   std::string plan = prediction.explanation;
   if (rerenders) {
     scene.check(out.string());
-    const Rendering r = render_scene(device, scene, options.render);
+    RenderSettings render = options.render;
+    render.profile = true;
+    load_light_nets(render, options.light_weights, device);
+    const Rendering r = render_scene(device, scene, render);
     rerender = Rerender{r.radiance, r.standard_error, r.uncertainty};
     record.figures["seconds: re-render"] = clock.lap();
     record.figures["rays"] = r.rays, record.figures["rays that hit"] = r.hits;
     record.figures["samples dropped"] = r.dropped, record.figures["pixels facing away"] = r.facing_away;
-    record.facts["light"] = options.render.light;
+    record.facts["light"] = answerer_text(render);
+    record_parts(r, record);
     record.facts["samples"] =
         fmt::format("{} a pixel, {}, {}", options.render.spp, options.render.sampler, options.render.points);
     for (const std::string& what : r.left_out) record.left_out.push_back({what, "", ""});
-    plan += r.explanation;
+    plan += r.explanation + answered_text(r);
     say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped", r.rays * 1e-6,
                     100 * r.hits / std::max(r.rays, 1.0), r.dropped));
     if (!r.first_dropped.empty()) say("re-render: first dropped sample at " + r.first_dropped);

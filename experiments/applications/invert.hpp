@@ -22,8 +22,9 @@ struct InvertOptions {
   std::vector<std::string> only;      // maps wanted: albedo, normal, depth, material; empty: all, and the re-render
   std::optional<double> depth_scale;  // metres of the 99th percentile of depth
   std::optional<KnownDepth> known;
-  std::filesystem::path weights;  // empty: the shipped ones
-  std::filesystem::path out;      // empty: runs/invert/<stem of the photo>
+  std::filesystem::path weights;        // empty: the shipped ones
+  std::filesystem::path light_weights;  // of a learned light; empty: the shipped ones
+  std::filesystem::path out;            // empty: runs/invert/<stem of the photo>
   RenderSettings render;
   std::string device, gemm = "auto";
   std::vector<std::string> command;  // argv, for provenance

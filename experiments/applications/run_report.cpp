@@ -81,6 +81,9 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Scene& scene, co
   const auto [relative, psnr] = agreement(scene, rerender->radiance);
   facts.emplace_back("Rays", fmt::format("{:.2f} million, {} end on a visible surface", rays * 1e-6,
                                          share(figure(provenance, "rays that hit"), rays)));
+  for (const std::string part : {"in view", "out of view"})
+    if (const double asked = figure(provenance, "rays answered " + part); asked > 0)
+      facts.emplace_back("Rays answered " + part, share(asked, rays));
   facts.emplace_back("Samples dropped (not finite)", share(figure(provenance, "samples dropped"), rays));
   facts.emplace_back("Pixels facing away, not shaded",
                      share(figure(provenance, "pixels facing away"), static_cast<double>(scene.photo.pixels())));

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "experiments/applications/edit.hpp"
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/cli.hpp"
 
 namespace clerestory {
@@ -22,10 +23,12 @@ void add_edit_command(CommandLine& line) {
       .option("--bounces", "N", "Bounces of light that follow the edit", options->bounces)
       .option("--out", "DIR", "Folder of results; RUN/edit without it", options->out)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
-      .light({"image", "panorama", "constant"})
+      .light(lights_to_choose())
+      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
       .notes(
           "What is not given stays as it is:\n"
-          "  clerestory edit runs/invert/office --mask floor.png --albedo 0.9,0.9,0.9 --roughness 0.02 --metallic 1");
+          "  clerestory edit runs/invert/office --mask floor.png --albedo 0.9,0.9,0.9 --roughness 0.02 --metallic 1\n" +
+          lights_note());
   command.run([options](const CommonOptions& common) {
     if (options->mask.empty()) throw usage_error("a mask is needed", "--mask", "none", "a picture of the run's size");
     options->device = common.device, options->command = common.command;

@@ -1,6 +1,7 @@
 #include "experiments/commands/insert.hpp"
 
 #include "experiments/applications/insert.hpp"
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/cli.hpp"
 
 namespace clerestory {
@@ -75,17 +76,20 @@ void add_insert_command(CommandLine& line) {
               "1")
       .option("--bounces", "N", "Scatterings at objects that are followed", options->bounces)
       .option("--out", "DIR", "Where composite.exr and composite.png go; the run folder without it", options->out)
+      .light(lights_to_choose())
+      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Quiet})
       .notes(
           "Options after --at describe that object:\n"
           "  clerestory insert runs/invert/office --at 330,400 --radius 0.2 --roughness 0.02 --at 200,420 --mesh "
-          "bunny.glb --size 0.4");
+          "bunny.glb --size 0.4\n" +
+          lights_note());
   command.run([options](const CommonOptions& common) {
     check(*options);
     if (options->bounces < 1 || options->bounces > 4)
       throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
     options->device = common.device, options->command = common.command;
-    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    options->render.seed = static_cast<std::uint32_t>(common.seed), options->render.light = common.light;
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     insert(*options);
   });

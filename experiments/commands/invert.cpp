@@ -1,6 +1,7 @@
 #include "experiments/commands/invert.hpp"
 
 #include "experiments/applications/invert.hpp"
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/cli.hpp"
 #include "host/report/progress.hpp"
 
@@ -29,9 +30,12 @@ void add_invert_command(CommandLine& line) {
       .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
       .choice("--delta", "What the uncertainty of a hit is measured in", options->render.delta, {"linear", "window"})
-      .light({"image", "constant", "panorama"})
+      .light(lights_to_choose())
+      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Gemm, Common::Quiet})
-      .notes("The camera looks along -z, x right, y up; depth is axial, in metres. See README.md for the RUN folder.");
+      .notes(
+          "The camera looks along -z, x right, y up; depth is axial, in metres. See README.md for the RUN folder.\n" +
+          lights_note());
   command.run([options](const CommonOptions& common) {
     options->device = common.device, options->gemm = common.gemm, options->weights = common.weights;
     options->command = common.command;

@@ -1,0 +1,56 @@
+#include "experiments/applications/light_weights.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "experiments/training/checkpoint.hpp"
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path shipped_folder() {
+  const char* set = std::getenv("CLERESTORY_LIGHT_WEIGHTS");
+  return set ? fs::path(set) : fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights";
+}
+
+}  // namespace
+
+std::optional<fs::path> shipped_light() {
+  const fs::path folder = shipped_folder();
+  if (fs::exists(folder / "light_local.safetensors") && fs::exists(folder / "light_global.safetensors")) return folder;
+  return std::nullopt;
+}
+
+void load_light_nets(RenderSettings& settings, const fs::path& weights, Device device) {
+  if (!is_learned_light(settings.light)) return;
+  const std::optional<fs::path> shipped = weights.empty() ? shipped_light() : std::nullopt;
+  if (weights.empty() && !shipped)
+    throw usage_error("there are no weights of the light; name some with --light-weights or CLERESTORY_LIGHT_WEIGHTS",
+                      shipped_folder().string(), "none", "light_local.safetensors and light_global.safetensors");
+  const fs::path path = shipped ? *shipped : weights;
+  const LoadedLight loaded = load_light(path, std::move(device));
+  const auto nets = std::make_shared<LightNets>();
+  nets->sizes = loaded.net, nets->longer_side = loaded.longer_side(), nets->states = loaded.states;
+  nets->note = path.string();
+  settings.nets = nets;
+}
+
+std::string answerer_text(const RenderSettings& settings) {
+  return settings.nets ? fmt::format("{} ({})", settings.light, settings.nets->note) : settings.light;
+}
+
+std::vector<std::string> lights_to_choose() {
+  if (shipped_light()) return {"net", "out_of_view", "image", "panorama", "constant"};
+  return {"image", "panorama", "constant", "net", "out_of_view"};
+}
+
+std::string lights_note() {
+  return "Light: net is learned, in view and out of it, and the default where its weights are shipped; out_of_view its "
+         "second part alone; image the photograph where rays hit, its mean elsewhere; panorama the photograph at "
+         "infinity; constant its mean.";
+}
+
+}  // namespace clerestory

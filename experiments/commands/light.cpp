@@ -1,0 +1,48 @@
+#include "experiments/commands/light.hpp"
+
+#include "experiments/applications/light.hpp"
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/cli.hpp"
+
+namespace clerestory {
+
+void add_light_command(CommandLine& line) {
+  const auto options = std::make_shared<LightOptions>();
+  Command command = line.add("light", "The light that arrives at any point of a run, as a panorama");
+  command.argument("RUN", "Folder that invert wrote", options->run)
+      .option("--at-point", "X,Y,Z", "The point, camera metres",
+              [options](const std::string& text) {
+                const std::vector<double> p = read_numbers(text, "--at-point", 3);
+                options->at_point = {p[0], p[1], p[2]};
+              })
+      .option("--at", "X,Y", "The point just above the surface at this pixel",
+              [options](const std::string& text) {
+                const std::vector<double> p = read_numbers(text, "--at", 2);
+                options->at = {p[0], p[1]};
+              })
+      .option(
+          "--size", "WxH", "Of the panorama",
+          [options](const std::string& text) {
+            PixelSize size;
+            read_value(text, "--size", size);
+            options->size = {size.width, size.height};
+          },
+          "256x128")
+      .option("--out", "FILE.exr", "Panorama in the photograph's unit, a PNG beside it; RUN/light.exr without it",
+              options->out)
+      .light(lights_to_choose())
+      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
+      .common({Common::Device, Common::Json, Common::Quiet})
+      .notes(
+          "Equirectangular in camera axes: the centre column looks along -z, the right quarter along +x, the top row "
+          "along +y.\nA point behind the camera or hidden by what the picture shows has light as well; one beyond "
+          "three "
+          "times the depth of the room is refused.\n" +
+          lights_note());
+  command.run([options](const CommonOptions& common) {
+    options->device = common.device, options->command = common.command, options->render.light = common.light;
+    write_json_result(common, light(*options));
+  });
+}
+
+}  // namespace clerestory

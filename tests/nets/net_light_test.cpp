@@ -1,0 +1,255 @@
+// Learned light as the layer asks it: beside the same nets asked directly, at every tile, and what it refuses.
+#include "nets/net_light.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/math/statistics.hpp"
+#include "host/ops/light/depth_pyramid.hpp"
+#include "host/ops/light/mix_light.hpp"
+#include "host/ops/light/surface_points.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reshape.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kWidth = 40, kHeight = 28, kSamples = 16;
+const ResnetSize kTrunk{.blocks = {1, 0, 0, 0}, .channels = {16, 0, 0, 0}, .stages = 1};
+
+Device& device() {
+  static Device d = Device::open();
+  return d;
+}
+
+/// A number in (0, 1) that looks random.
+double noise(int i, int salt) {
+  const double x = std::sin(12.9898 * i + 78.233 * salt) * 43758.5453;
+  return x - std::floor(x);
+}
+
+/// A corner of a room: a wall ahead, one at the left, a floor; a bright window; boxes of noise as materials.
+Scene corner() {
+  Scene s;
+  s.camera = Camera::from_fov(kWidth, kHeight, 70);
+  const auto map = [](int channels) { return Image(kWidth, kHeight, channels); };
+  s.photo = map(3), s.albedo = map(3), s.normal = map(3), s.depth = map(1), s.material = map(3);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const Vec3 ray = s.camera.ray(x + 0.5, y + 0.5);
+      const double wall = 4, left = ray.x < 0 ? -1.5 / ray.x : 1e9, floor = ray.y < 0 ? -1.2 / ray.y : 1e9;
+      const double depth = std::min({wall, left, floor});
+      s.depth.at(0, y, x) = static_cast<float>(depth);
+      const Vec3 n = depth == wall ? Vec3(0, 0, 1) : depth == left ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+      const int i = y * kWidth + x;
+      for (int c = 0; c < 3; ++c) {
+        s.normal.at(c, y, x) = static_cast<float>(n[c]);
+        s.albedo.at(c, y, x) = static_cast<float>(0.2 + 0.6 * noise(i, c));
+        s.photo.at(c, y, x) = static_cast<float>((x > 25 && x < 32 && y < 10 ? 9 : 0.3) * (0.5 + noise(i, 5 + c)));
+      }
+      s.material.at(0, y, x) = static_cast<float>(0.1 + 0.8 * noise(i / 3, 9));
+      s.material.at(1, y, x) = i % 5 == 0 ? 1.0f : 0.0f;
+    }
+  return s;
+}
+
+LightSizes small_sizes() {
+  LightSizes sizes;
+  sizes.in_view = {.trunk = kTrunk, .frequencies = 16, .width = 16, .layers = 3, .again = 0};
+  sizes.out_of_view = {.trunk = kTrunk,
+                       .hyper = HyperNet::LowRank,
+                       .stem = 16,
+                       .rank = 2,
+                       .octaves = 3,
+                       .hidden = {16, 16},
+                       .march = {.segments = 8},
+                       .released_output = false,
+                       .log_input = true};
+  return sizes;
+}
+
+/// Nets as they are before training, but for an output that says more than the photograph.
+std::shared_ptr<LightNets> untrained(int longer_side) {
+  const auto nets = std::make_shared<LightNets>();
+  nets->sizes = small_sizes(), nets->longer_side = longer_side, nets->note = "untrained";
+  nets->states = std::make_shared<States>(device());
+  Graph graph;
+  const Shape rays{1, 3, 1, 16};
+  const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), nets->sizes, false)[0];
+  ask_light(graph, picture, nets->sizes, graph.input("points", rays), graph.input("directions", rays),
+            graph.input("skip", {1, 1, 1, 16}, Type::Int));
+  nets->states->initialise(graph, 7);
+  Tensor out = nets->states->get("local.mlp.out.weight");
+  for (double& w : out.real) w *= 20;
+  nets->states->set("local.mlp.out.weight", out);
+  return nets;
+}
+
+RenderSettings settings_of(const std::string& light, std::shared_ptr<const LightNets> nets) {
+  RenderSettings settings;
+  settings.light = light, settings.nets = std::move(nets), settings.spp = kSamples, settings.seed = 3;
+  return settings;
+}
+
+/// The re-render by one graph without tiles: all rays of all pixels at once, the nets asked as in training.
+std::vector<float> asked_directly(const Scene& scene, const LightNets& nets, const RenderSettings& settings) {
+  const double exposure = exposure_of(scene.photo.data);
+  Graph graph;
+  LightSizes sizes = nets.sizes;
+  sizes.out_of_view.march.jitter = false;
+  const SceneValues v = scene_values(graph, scene);
+  const LitPicture picture = lit_pictures(
+      graph, {scale(v.photo, exposure), v.maps.depth, v.maps.surfaces, v.camera, v.range}, sizes, false)[0];
+  const int pixels = kWidth * kHeight;
+  const BrdfSamples drawn = sample_brdf(v.maps.depth, v.camera, v.maps.surfaces, v.maps.surfaces, pixels, kSamples,
+                                        render_spec(settings).sampling);
+  const Value points = reshape(surface_points(v.maps.depth, v.camera), {3 * pixels, 1, 1, 1});
+  const Value origins = reshape(expand(points, {3 * pixels, 1, 1, kSamples}), {1, 3, pixels, kSamples});
+  std::vector<int> own;
+  for (int i = 0; i < pixels * kSamples; ++i) own.push_back(i / kSamples);
+  const Value skip = graph.constant(Tensor::of_int({1, 1, pixels, kSamples}, std::move(own)));
+  const LightAnswer answer = ask_light(graph, picture, sizes, origins, drawn.direction, skip);
+  const Value mean =
+      accumulate_samples(drawn.weight, answer.mixed, drawn.pdf, answer.hits.u, answer.hits.pixel, kSamples).mean;
+  Executor run(compile(graph, {mean}, device()), nets.states);
+  feed_scene(run, scene);
+  run.run(settings.seed);
+  std::vector<float> values = run.fetch_floats(mean);
+  for (float& x : values) x = static_cast<float>(x / exposure);
+  return values;
+}
+
+TEST(NetLight, TheLayerAsksWhatTrainingAsks) {
+  const Scene scene = corner();
+  const auto nets = untrained(kWidth);  // the nets' picture is the photograph itself
+  const RenderSettings settings = settings_of("net", nets);
+  const Rendering render = render_scene(device(), scene, settings);
+  const std::vector<float> direct = asked_directly(scene, *nets, settings);
+  ASSERT_EQ(render.radiance.data.size(), direct.size());
+  double largest = 0;
+  for (const float v : direct) largest = std::max(largest, std::abs(static_cast<double>(v)));
+  ASSERT_GT(largest, 0.1);
+  // Same rays, same nets, same samples. Convolutions and the fused nets round in other orders: some 100 sums and
+  // products deep, and up to 40 rays' worth of terms, of rays whose radiance may cancel nothing (all positive); rays
+  // with a share below kLeastShare of a part leave it out.
+  for (std::size_t i = 0; i < direct.size(); ++i)
+    EXPECT_NEAR(render.radiance.data[i], direct[i], 300 * 0x1p-24 * largest + 2 * kLeastShare * std::abs(direct[i]))
+        << i;
+}
+
+TEST(NetLight, SameBitsRunToRunAndWhateverTheTiles) {
+  const Scene scene = corner();
+  RenderSettings settings = settings_of("net", untrained(20));
+  const Image first = render_scene(device(), scene, settings).radiance;
+  EXPECT_EQ(render_scene(device(), scene, settings).radiance.data, first.data);
+  for (const int rays : {16 * 7, 16 * 64, 16 * 1000}) {
+    settings.chunk_rays = rays;
+    EXPECT_EQ(render_scene(device(), scene, settings).radiance.data, first.data) << rays;
+  }
+}
+
+TEST(NetLight, OutOfViewDiffersOnlyWhereSomethingIsHit) {
+  const Scene scene = corner();
+  const auto nets = untrained(kWidth);
+  const Rendering both = render_scene(device(), scene, settings_of("net", nets));
+  const Rendering far = render_scene(device(), scene, settings_of("out_of_view", nets));
+  int nothing = 0, differ = 0;
+  for (std::size_t i = 0; i < scene.photo.data.size(); ++i) {
+    const bool misses = both.uncertainty.data[i % both.uncertainty.data.size()] == 1;
+    nothing += misses;
+    if (misses) {
+      EXPECT_EQ(both.radiance.data[i], far.radiance.data[i]) << i;
+    }
+    differ += both.radiance.data[i] != far.radiance.data[i];
+  }
+  EXPECT_GT(nothing, 0);
+  EXPECT_GT(differ, 0);
+}
+
+/// Nets whose in-view answer is the photograph at the hit and whose field is dark.
+std::shared_ptr<LightNets> transparent(int longer_side) {
+  const auto nets = untrained(longer_side);
+  nets->sizes.out_of_view.released_output = true;
+  States& states = *nets->states;
+  states.set("local.mlp.out.weight", Tensor(states.get("local.mlp.out.weight").shape, 0));
+  for (const std::string& name : states.names())
+    if (name.starts_with("global.hyper.")) states.set(name, Tensor(states.get(name).shape, 0));
+  return nets;
+}
+
+TEST(NetLight, ResidualMultipliesThePhotographAtItsFullSize) {
+  Scene scene = corner();
+  std::fill(scene.material.plane(2), scene.material.plane(2) + scene.photo.pixels(), 1.0f);  // an ambient of nothing
+  const Image image = render_scene(device(), scene, settings_of("image", nullptr)).radiance;
+  const Image net = render_scene(device(), scene, settings_of("net", transparent(13))).radiance;
+  double sum = 0;
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    // Exposure multiplied in and out, 16 samples; shares below kLeastShare of the photograph are left out.
+    EXPECT_NEAR(net.data[i], image.data[i], (40 * 0x1p-24 + 2 * kLeastShare) * image.data[i] + 1e-7) << i;
+    sum += image.data[i];
+  }
+  EXPECT_GT(sum, 1);
+}
+
+TEST(NetLight, IsLinearInThePhotographsUnit) {
+  const Scene scene = corner();
+  Scene brighter = scene;
+  for (float& v : brighter.photo.data) v *= 8;  // exact: the nets then read the same bits
+  const RenderSettings settings = settings_of("net", untrained(20));
+  const Image a = render_scene(device(), scene, settings).radiance,
+              b = render_scene(device(), brighter, settings).radiance;
+  for (std::size_t i = 0; i < a.data.size(); ++i) EXPECT_NEAR(b.data[i], 8 * a.data[i], 0x1p-20 * 8 * a.data[i]) << i;
+}
+
+TEST(NetLight, MemoryDoesNotGrowWithSamples) {
+  const Scene scene = corner();
+  RenderSettings settings = settings_of("net", untrained(20));
+  const auto peak = [&](int spp) {
+    settings.spp = spp;
+    device().reset_memory_peak();
+    render_scene(device(), scene, settings);
+    return static_cast<double>(device().memory_peak());
+  };
+  settings.chunk_rays = 1 << 14;
+  const double few = peak(64), many = peak(512);  // 5 tiles and 35
+  EXPECT_LT(many, 1.02 * few);
+  settings.chunk_rays = 0;  // what the light chooses: a full tile
+  EXPECT_LT(peak(256) - few, 512.0 * (1 << 20));
+}
+
+TEST(NetLight, CountsWhatItsPartsAnswer) {
+  const Scene scene = corner();
+  const Rendering r = render_scene(device(), scene, settings_of("net", untrained(20)));
+  ASSERT_EQ(r.answered.size(), 2u);
+  EXPECT_EQ(r.answered[0].first, "out of view");
+  EXPECT_EQ(r.answered[1].first, "in view");
+  // Every ray has an answer; one that misses has it from the field, one whose hit is sure from the photograph's side.
+  EXPECT_GE(r.answered[0].second + r.answered[1].second, r.rays);
+  EXPECT_GE(r.answered[0].second, r.rays - r.hits);
+  EXPECT_LE(r.answered[0].second, r.rays);
+  EXPECT_LE(r.answered[1].second, r.hits);
+  EXPECT_GT(r.answered[1].second, 0);
+}
+
+TEST(NetLight, Refuses) {
+  const Scene scene = corner();
+  EXPECT_THROW(render_scene(device(), scene, settings_of("net", nullptr)), Error);
+  EXPECT_THROW(render_scene(device(), scene, settings_of("sun", nullptr)), Error);
+  const auto of_another_size = untrained(20);
+  of_another_size->sizes.in_view.width = 32;
+  EXPECT_THROW(render_scene(device(), scene, settings_of("net", of_another_size)), Error);
+  const auto empty = untrained(20);
+  empty->states = std::make_shared<States>(device());
+  try {
+    render_scene(device(), scene, settings_of("out_of_view", empty));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    EXPECT_NE(std::string(e.what()).find("untrained: global."), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace clerestory
