@@ -6,8 +6,9 @@
 
 namespace clerestory {
 
-/// Prints a table unless `quiet`. The result holds, per net, the work of a ray (FLOP of its products), the peak measured
-/// just before (GFLOP/s of float multiply-adds), and seconds for `rays` rays of the fused kernel and of the ops.
+/// Prints a table unless `quiet`. The result holds, per net, the work of a ray (FLOP of its products), the peak
+/// measured just before (GFLOP/s of float multiply-adds), and seconds for `rays` rays of the fused kernel and of the
+/// ops.
 nlohmann::ordered_json bench_light(Device& device, bool quiet);
 
 }  // namespace clerestory

@@ -1,13 +1,14 @@
-// The in-view light's MLP in one kernel (Zhu et al. 2022, section 4.2): a ray looks up what the layers that read the input
-// owe to the pixel it hits, encodes its direction by Fourier features (nn/encode.cl), and goes through all layers:
+// The in-view light's MLP in one kernel (Zhu et al. 2022, section 4.2): a ray looks up what the layers that read the
+// input owe to the pixel it hits, encodes its direction by Fourier features (nn/encode.cl), and goes through all
+// layers:
 //   x_0 = relu(row_0 + D_0 e + b_0),   x_i = relu(W_i x_{i-1} + b_i),   f = W x_{L-1} + b,
 // and in layer `again`, where there is one, x_i = relu(W_i x_{i-1} + row_1 + D_i e + b_i).
 //
-// rows {1, 1, h w, stride}: row_0, then row_1 of each pixel (light/pixel_rows.cl); hit Int {1, 1, pixels, samples}: pixel or
-// -1; direction {1, 3, ...}; frequencies {m, 3, 1, 1}, cycles per unit: e = [sin 2 pi B d, cos 2 pi B d]; f {1, 3, ...},
-// zeroed before: misses stay 0. With `listed` only the rays list[0 ... count - 1] are asked, else all of the tile. packed, by
-// light/pack_layer.cl: D_0 with b_0; of each further layer D_i with b_i and W_i without when i is `again`, else W_i with b_i;
-// W with b.
+// rows {1, 1, h w, stride}: row_0, then row_1 of each pixel (light/pixel_rows.cl); hit Int {1, 1, pixels, samples}:
+// pixel or -1; direction {1, 3, ...}, camera frame; frequencies {m, 3, 1, 1}, cycles per unit: e = [sin 2 pi B d, cos 2
+// pi B d]; f {1, 3, ...}, zeroed before: misses stay 0. With `listed` only the rays list[0 ... count - 1] are asked,
+// else all of the tile. packed, by light/pack_layer.cl: D_0 with b_0; of each further layer D_i with b_i and W_i
+// without when i is `again`, else W_i with b_i; W with b. For inference: no adjoint.
 #include "lib/chunk.clh"
 #include "light/mlp.clh"
 
@@ -15,8 +16,8 @@
 #define MOST_FREQUENCIES 256
 
 #if GROUP == 1
-// Element i of each of 16 vectors becomes vector i: four rounds of zipping row r with row r + 8, each of which rotates the
-// eight bits of (row, element) by one.
+// Element i of each of 16 vectors becomes vector i: four rounds of zipping row r with row r + 8, each of which rotates
+// the eight bits of (row, element) by one.
 static inline void transpose(real16 *rows) {
 #define ZIP(a, b, p, q, r, s, t, u, v, w) \
   ((real16)(a.p, b.p, a.q, b.q, a.r, b.r, a.s, b.s, a.t, b.t, a.u, b.u, a.v, b.v, a.w, b.w))

@@ -1,9 +1,10 @@
-// Where a volume is looked at along rays (Zhu et al. 2022, section 4.3, as released): K points between a near distance and the exit from a
-// sphere around the camera, one in each of K equal pieces, jittered within it or (JITTER not defined) in its middle.
+// Where a volume is looked at along rays (Zhu et al. 2022, section 4.3, as released): K points between a near distance
+// and the exit from a sphere around the camera, one in each of K equal pieces, jittered within it or (JITTER not
+// defined) in its middle.
 //
-// points, direction {1, 3, pixels, samples}: camera metres, any length; range {n, 3, 1, 1}: scene_scale first (metres), the
-// unit of everything that follows: position {K, 3, ...}, length {K, 1, ...} from each point to the next, of the last to the
-// sphere; near, radius. A ray that never meets the sphere's inside has K points at its start and no length.
+// points, direction {1, 3, pixels, samples}: camera metres, any length; range {n, 3, 1, 1}: scene_scale first (metres),
+// the unit of everything that follows: position {K, 3, ...}, length {K, 1, ...} from each point to the next, of the
+// last to the sphere; near, radius. A ray that never meets the sphere's inside has K points at its start and no length.
 #include "lib/chunk.clh"
 #include "light/march.clh"
 

@@ -1,6 +1,6 @@
-// The rays that need one part of the light, as a list in ascending order: blocks of fixed length count theirs, the counts
-// are summed in order, every block places its own (Blelloch 1990, "Prefix sums and their applications"). No atomics: same
-// list run to run, on any device.
+// The rays that need one part of the light, as a list in ascending order: blocks of fixed length count theirs, the
+// counts are summed in order, every block places its own (Blelloch 1990, "Prefix sums and their applications"). No
+// atomics: same list run to run, on any device.
 //
 // u {1, 1, pixels, samples}, hit Int {1, 1, ...}: pixel or -1, direction {1, 3, ...} (kernels/lib/chunk.clh). A ray is
 // wanted when it lies inside the chunk, has a direction other than (0, 0, 0), and
