@@ -4,22 +4,39 @@
 
 #include "experiments/cli.hpp"
 #include "experiments/studies/study.hpp"
+#include "experiments/sweep.hpp"
 
 namespace clerestory {
+namespace {
+
+struct RunArguments {
+  std::vector<std::string> words;  // config, then overrides
+  bool many = false;
+};
+
+std::string run(const RunArguments& arguments, const CommonOptions& common) {
+  const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
+  std::vector<std::string> fixed;
+  if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
+  const Schema schema = study_schema();
+  if (!arguments.many) return run_study(load_config(arguments.words[0], schema, overrides).with(fixed), common.command);
+  for (const std::string& word : overrides)
+    if (word.starts_with("run.seed="))
+      throw usage_error("a study's run.seed names its directory and changes nothing else", word, "", "data.seed=...");
+  const SweepTask task{[&](const Config& config) { run_study(config, common.command); }, study_tables};
+  return run_sweep(arguments.words[0], schema, overrides, fixed, common.command, task);
+}
+
+}  // namespace
 
 void add_run_command(CommandLine& line) {
-  const auto words = std::make_shared<std::vector<std::string>>();
-  Command command = line.add("run", "Run a study from its config: a table with error and seconds");
-  command.arguments("CONFIG [KEY=VALUE...]", "Config file, then overrides such as study.seeds=5", *words, 1)
+  const auto arguments = std::make_shared<RunArguments>();
+  line.add("run", "Run a study from its config: a table with error and seconds")
+      .arguments("CONFIG [KEY=VALUE...]", "Config file, then overrides such as study.seeds=5", arguments->words, 1)
+      .flag("-m,--multirun", sweep_words, arguments->many)
       .common({Common::Device, Common::Quiet})
-      .notes(
-          "Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped.");
-  command.run([words](const CommonOptions& common) {
-    std::vector<std::string> overrides(words->begin() + 1, words->end());
-    if (!common.device.empty()) overrides.push_back("run.device=" + common.device);
-    const Config config = load_config(words->front(), study_schema(), overrides);
-    std::printf("%s\n", run_study(config, common.command).c_str());
-  });
+      .notes("Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped.")
+      .run([arguments](const CommonOptions& common) { std::printf("%s\n", run(*arguments, common).c_str()); });
 }
 
 }  // namespace clerestory

@@ -1,7 +1,10 @@
 #include "experiments/commands/train.hpp"
 
+#include <cmath>
 #include <cstdio>
 
+#include "experiments/sweep.hpp"
+#include "experiments/training/checkpoint.hpp"
 #include "experiments/training/trainer.hpp"
 
 namespace clerestory {
@@ -10,8 +13,27 @@ namespace {
 struct TrainArguments {
   std::vector<std::string> words;  // config, then overrides
   std::string init;
-  bool keys = false;
+  bool keys = false, many = false;
 };
+
+/// The last validation behind a run's weights, in one row.
+RunTables validation_row(const std::filesystem::path& run) {
+  const History history = read_history(run / "artifacts/weights.safetensors");
+  const HistoryPoint& last = history.legs.back().curve.back();
+  Table table;
+  table.title = "Validation of the weights";
+  table.columns = {{"score", "mean ratio", Best::Lowest, 4}};
+  std::vector<Cell> row{Measure{last.score}};
+  const std::vector<ErrorName>& names = error_names(history.kind());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    table.columns.push_back({names[i].name, names[i].unit, Best::Lowest, 4});
+    row.push_back(std::isfinite(last.errors[i]) ? Cell(Measure{last.errors[i]}) : Cell());
+  }
+  table.columns.push_back({"training", "hours", Best::None, 3});
+  row.push_back(Measure{history.hours()});
+  table.add(std::move(row));
+  return {{"validation", std::move(table)}};
+}
 
 void run_train(const TrainArguments& arguments, const CommonOptions& common, bool seed_given) {
   if (arguments.keys) {
@@ -20,14 +42,20 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common, boo
   }
   if (arguments.words.empty())
     throw usage_error("which config?", "CONFIG", "", "a TOML file, such as experiments/configs/mgnet_compact.toml");
-  std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
-  if (!arguments.init.empty()) overrides.push_back("model.init=" + arguments.init);
-  if (!common.device.empty()) overrides.push_back("run.device=" + common.device);
-  if (common.gemm != "auto") overrides.push_back("model.gemm=" + common.gemm);
-  if (seed_given) overrides.push_back(fmt::format("run.seed={}", common.seed));
-  const Config config = load_config(arguments.words[0], training_schema(), overrides);
-  const TrainingOutcome outcome = train(config, common.command);
-  std::printf("%s\n", outcome.weights.c_str());
+  const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
+  std::vector<std::string> fixed;
+  if (!arguments.init.empty()) fixed.push_back("model.init=" + arguments.init);
+  if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
+  if (common.gemm != "auto") fixed.push_back("model.gemm=" + common.gemm);
+  if (seed_given) fixed.push_back(fmt::format("run.seed={}", common.seed));
+  if (arguments.many) {
+    const SweepTask task{[&](const Config& config) { train(config, common.command); }, validation_row};
+    const auto folder = run_sweep(arguments.words[0], training_schema(), overrides, fixed, common.command, task);
+    std::printf("%s\n", folder.c_str());
+    return;
+  }
+  const Config config = load_config(arguments.words[0], training_schema(), overrides).with(fixed);
+  std::printf("%s\n", train(config, common.command).weights.c_str());
 }
 
 }  // namespace
@@ -39,7 +67,10 @@ void add_train_command(CommandLine& line) {
            "skipped")
       .arguments("CONFIG [KEY=VALUE...]",
                  "Config file, then overrides such as train.minutes=30 data.train=[rooms_a,rooms_b]", arguments->words)
-      .option("--init", "WEIGHTS", "Weights or a checkpoint to start from (model.init)", arguments->init)
+      .option("--init", "WEIGHTS",
+              "Weights or a checkpoint to start from, for the light also the folder of its two files (model.init)",
+              arguments->init)
+      .flag("-m,--multirun", sweep_words, arguments->many)
       .flag("--keys", "Prints every key with its default and meaning, as Markdown", arguments->keys)
       .common({Common::Device, Common::Seed, Common::Gemm, Common::Quiet})
       .notes(

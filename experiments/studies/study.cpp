@@ -4,6 +4,7 @@
 #include "experiments/studies/edit_study.hpp"
 #include "experiments/studies/layer_study.hpp"
 #include "experiments/studies/truth_study.hpp"
+#include "host/io/files.hpp"
 
 namespace clerestory {
 
@@ -54,6 +55,16 @@ std::string run_study(const Config& config, const std::vector<std::string>& comm
   if (kind == "balls") return run_balls_study(config, command);
   if (kind == "edit") return run_edit_study(config, command);
   return run_layer_study(config, command);
+}
+
+RunTables study_tables(const std::filesystem::path& run) {
+  const std::string ending = ".table.json";
+  RunTables tables;
+  for (const auto& entry : std::filesystem::directory_iterator(run / "artifacts"))
+    if (const std::string name = entry.path().filename().string(); name.ends_with(ending))
+      tables[name.substr(0, name.size() - ending.size())] =
+          table_from_json(read_file(entry.path(), std::uint64_t{64} << 20), entry.path().string());
+  return tables;
 }
 
 }  // namespace clerestory

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/sweep.hpp"
 #include "host/io/config.hpp"
 
 namespace clerestory {
@@ -13,5 +14,8 @@ Schema study_schema();
 /// Runs the study that the config names into its run directory: finished ones are skipped, partial ones go on. Returns
 /// the directory.
 std::string run_study(const Config& config, const std::vector<std::string>& command);
+
+/// The tables that a finished study left in its run directory.
+RunTables study_tables(const std::filesystem::path& run);
 
 }  // namespace clerestory

@@ -97,10 +97,15 @@ FileLock::~FileLock() {
   ::close(file_);
 }
 
+fs::path RunDirectory::path_of(const fs::path& root, const std::string& experiment, const std::string& variant,
+                               const Config& config, std::uint64_t seed) {
+  return root / checked_name(experiment, "the experiment's name") /
+         fmt::format("{}-{}-s{}", checked_name(variant, "the variant's name"), config_hash(config), seed);
+}
+
 RunDirectory::RunDirectory(const fs::path& root, const std::string& experiment, const std::string& variant,
-                           const Config& config, std::uint64_t seed, bool restart) {
-  path_ = root / checked_name(experiment, "the experiment's name") /
-          fmt::format("{}-{}-s{}", checked_name(variant, "the variant's name"), config_hash(config), seed);
+                           const Config& config, std::uint64_t seed, bool restart)
+    : path_(path_of(root, experiment, variant, config, seed)) {
   make_directories(path_);
   lock_.emplace(path_ / kLockName);
   if (restart)

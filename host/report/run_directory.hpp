@@ -38,6 +38,10 @@ class RunDirectory {
   RunDirectory(const std::filesystem::path& root, const std::string& experiment, const std::string& variant,
                const Config& config, std::uint64_t seed, bool restart = false);
 
+  /// Where a run lies, made or not. Throws ErrorKind::Usage for a name that is not fit for a folder.
+  static std::filesystem::path path_of(const std::filesystem::path& root, const std::string& experiment,
+                                       const std::string& variant, const Config& config, std::uint64_t seed);
+
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   /// The run was completed before: skip it.

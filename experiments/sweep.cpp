@@ -1,0 +1,256 @@
+#include "experiments/sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/report/html.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using Texts = std::vector<std::string>;
+
+/// "++model.width=64" to "model.width" and "64".
+std::string key_of(const std::string& word) {
+  const auto from = word.find_first_not_of("+~");
+  return from == std::string::npos ? word : word.substr(from, word.find('=') - from);
+}
+std::string value_of(const std::string& word) { return word.substr(word.find('=') + 1); }
+
+bool is_seed(const std::string& key) { return key == "seed" || key.ends_with(".seed"); }
+
+struct Plan {
+  Texts keys;  // swept ones
+  std::vector<Config> configs;
+  std::vector<SweptRun> runs;
+};
+
+fs::path folder_of(const Config& c) {
+  return RunDirectory::path_of(c.text("run.root"), c.text("run.experiment"), c.text("run.variant"), c,
+                               static_cast<std::uint64_t>(c.integer("run.seed")));
+}
+
+Plan plan_of(const fs::path& path, const Schema& schema, const Texts& words, const Texts& fixed) {
+  const Config base = load_config(path, schema);
+  Plan plan;
+  if (!base.variants().empty()) plan.keys.push_back("variant");
+  std::vector<std::size_t> swept;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    if (expand_sweep({words[i]}).size() > 1) swept.push_back(i), plan.keys.push_back(key_of(words[i]));
+
+  std::set<fs::path> folders;
+  const auto add = [&](const Config& config, const Texts& overrides, Texts values) {
+    for (const std::size_t i : swept) values.push_back(value_of(overrides[i]));
+    const Config& run = plan.configs.emplace_back(config.with(overrides).with(fixed));
+    plan.runs.push_back({std::move(values), folder_of(run), "", {}});
+    if (!folders.insert(plan.runs.back().folder).second)
+      throw usage_error("two runs of the sweep would be the same", plan.runs.back().folder.string(),
+                        fmt::format("{}", fmt::join(overrides, " ")), "values that make another run");
+  };
+  for (const Texts& overrides : expand_sweep(words)) {
+    if (base.variants().empty()) add(base, overrides, {});
+    for (const ConfigVariant& v : base.variants())
+      add(base.variant(v.name).with({"run.variant=" + v.name}), overrides, {v.label});
+  }
+  return plan;
+}
+
+std::string description(const Texts& keys, const SweptRun& run) {
+  Texts pairs;
+  for (std::size_t i = 0; i < keys.size(); ++i) pairs.push_back(keys[i] + "=" + run.values[i]);
+  return fmt::format("{}", fmt::join(pairs, " "));
+}
+
+void run_one(const SweepTask& task, const Config& config, SweptRun& run) {
+  try {
+    task.run(config);
+    run.tables = task.results(run.folder);
+  } catch (const std::exception& e) {
+    const auto* error = dynamic_cast<const Error*>(&e);
+    if (error && error->kind() == ErrorKind::Interrupted) throw;
+    run.failure = e.what();
+    say("sweep: this run failed: " + run.failure);
+  }
+}
+
+/// Runs that differ in seeds alone.
+struct Point {
+  Texts values;  // without seeds
+  std::vector<const SweptRun*> runs;
+};
+
+std::vector<Point> points_of(const Texts& keys, const std::vector<SweptRun>& runs) {
+  std::vector<Point> points;
+  for (const SweptRun& run : runs) {
+    Texts values;
+    for (std::size_t i = 0; i < keys.size(); ++i)
+      if (!is_seed(keys[i])) values.push_back(run.values[i]);
+    auto point = std::ranges::find(points, values, &Point::values);
+    if (point == points.end()) point = points.insert(points.end(), {values, {}});
+    point->runs.push_back(&run);
+  }
+  return points;
+}
+
+/// What tells a row from others of its table: its words, and how often they came before.
+using RowName = std::pair<Texts, int>;
+
+std::vector<RowName> row_names(const Table& table) {
+  std::vector<RowName> names;
+  for (const auto& row : table.rows) {
+    RowName name;
+    for (const Cell& cell : row)
+      if (const auto* text = std::get_if<std::string>(&cell)) name.first.push_back(*text);
+    for (const RowName& before : names) name.second += before.first == name.first;
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+Cell merged(const std::vector<Cell>& cells) {
+  if (cells.size() == 1) return cells[0];
+  std::vector<double> means;
+  for (const Cell& cell : cells) {
+    if (std::holds_alternative<std::string>(cell)) return cell;
+    if (const auto* m = std::get_if<Measure>(&cell); m && std::isfinite(m->mean)) means.push_back(m->mean);
+  }
+  if (means.empty()) return {};
+  return measure_of(means);
+}
+
+/// Rows of a point's runs put together, in the order in which they first occur.
+std::vector<std::vector<Cell>> merged_rows(const std::vector<const Table*>& tables) {
+  std::vector<RowName> names;
+  std::vector<std::vector<std::vector<Cell>>> cells;  // [row][column][run]
+  for (const Table* table : tables) {
+    const std::vector<RowName> own = row_names(*table);
+    for (std::size_t r = 0; r < own.size(); ++r) {
+      auto found = std::ranges::find(names, own[r]);
+      if (found == names.end()) found = names.insert(names.end(), own[r]), cells.emplace_back(table->columns.size());
+      auto& row = cells[static_cast<std::size_t>(found - names.begin())];
+      for (std::size_t c = 0; c < row.size(); ++c) row[c].push_back(table->rows[r][c]);
+    }
+  }
+  std::vector<std::vector<Cell>> rows;
+  for (const auto& row : cells) std::ranges::transform(row, std::back_inserter(rows.emplace_back()), merged);
+  return rows;
+}
+
+Texts names_of(const std::vector<Column>& columns) {
+  Texts names;
+  for (const Column& c : columns) names.push_back(c.name);
+  return names;
+}
+
+Table stacked(const std::string& name, const Texts& keys, const std::vector<Point>& points) {
+  Table out;
+  bool counted = false;
+  std::vector<Column> columns;
+  for (const Point& point : points) {
+    counted = counted || point.runs.size() > 1;
+    for (const SweptRun* run : point.runs) {
+      const auto found = run->tables.find(name);
+      counted = counted || found == run->tables.end();
+      if (found == run->tables.end()) continue;
+      if (columns.empty()) out.title = found->second.title, columns = found->second.columns;
+      if (names_of(found->second.columns) != names_of(columns))
+        throw Error(ErrorKind::Failed, "tables of one name have other columns", run->folder.string() + ": " + name,
+                    fmt::format("{}", fmt::join(names_of(found->second.columns), ", ")),
+                    fmt::format("{}", fmt::join(names_of(columns), ", ")));
+    }
+  }
+  for (const std::string& key : keys)
+    if (!is_seed(key)) out.columns.push_back({key, "", Best::None, 3});
+  if (counted) out.columns.push_back({"runs", "", Best::None, 3});
+  out.columns.insert(out.columns.end(), columns.begin(), columns.end());
+
+  for (const Point& point : points) {
+    std::vector<const Table*> tables;
+    for (const SweptRun* run : point.runs)
+      if (const auto found = run->tables.find(name); found != run->tables.end()) tables.push_back(&found->second);
+    std::vector<Cell> front(point.values.begin(), point.values.end());
+    if (counted) front.emplace_back(fmt::format("{} of {}", tables.size(), point.runs.size()));
+    auto rows = merged_rows(tables);
+    if (rows.empty()) rows.emplace_back(columns.size());
+    for (const auto& row : rows) {
+      std::vector<Cell> whole = front;
+      whole.insert(whole.end(), row.begin(), row.end());
+      out.add(std::move(whole));
+    }
+  }
+  return out;
+}
+
+/// Every run by itself: whether it is done, and where it lies.
+Table list_of(const Texts& keys, const std::vector<SweptRun>& runs) {
+  Table table;
+  table.title = "Runs";
+  for (const std::string& key : keys) table.columns.push_back({key, "", Best::None, 3});
+  table.columns.insert(table.columns.end(), {{"state", "", Best::None, 3}, {"run", "", Best::None, 3}});
+  for (const SweptRun& run : runs) {
+    std::vector<Cell> row(run.values.begin(), run.values.end());
+    row.emplace_back(run.failure.empty() ? "done" : "failed: " + run.failure);
+    row.emplace_back(run.folder.filename().string());
+    table.add(std::move(row));
+  }
+  return table;
+}
+
+fs::path write_sweep(const Plan& plan, const Provenance& provenance) {
+  std::string names;
+  for (const SweptRun& run : plan.runs) names += run.folder.filename().string() + "\n";
+  const fs::path parent = plan.runs[0].folder.parent_path();
+  const fs::path folder = parent / fmt::format("sweep-{:08x}", static_cast<std::uint32_t>(content_hash(names)));
+  make_directories(folder);
+  HtmlReport report(parent.filename().string(), folder.filename().string());
+  const auto write = [&](const std::string& name, const Table& table) {
+    write_file(folder / (name + ".table.json"), table_json(table));
+    std::printf("%s\n", table_text(table).c_str());
+    report.table(table);
+  };
+  for (const auto& [name, table] : sweep_tables(plan.keys, plan.runs)) write(name, table);
+  write("runs", list_of(plan.keys, plan.runs));
+  report.footer(provenance);
+  report.write(folder / "report.html");
+  write_provenance(folder / "provenance.json", provenance);
+  return folder;
+}
+
+}  // namespace
+
+RunTables sweep_tables(const Texts& keys, const std::vector<SweptRun>& runs) {
+  std::set<std::string> names;
+  for (const SweptRun& run : runs)
+    for (const auto& [name, table] : run.tables) names.insert(name);
+  const std::vector<Point> points = points_of(keys, runs);
+  RunTables tables;
+  for (const std::string& name : names) tables[name] = stacked(name, keys, points);
+  return tables;
+}
+
+fs::path run_sweep(const fs::path& config, const Schema& schema, const Texts& words, const Texts& fixed,
+                   const Texts& command, const SweepTask& task) {
+  Plan plan = plan_of(config, schema, words, fixed);
+  Provenance provenance = begin_provenance(command);
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    stop_if_interrupted(fmt::format("sweep, after {} of {} runs", i, plan.runs.size()));
+    say(fmt::format("sweep: run {} of {}: {}", i + 1, plan.runs.size(), description(plan.keys, plan.runs[i])));
+    run_one(task, plan.configs[i], plan.runs[i]);
+    failed += !plan.runs[i].failure.empty();
+  }
+  provenance.ended = utc_now();
+  const fs::path folder = write_sweep(plan, provenance);
+  if (failed > 0)
+    throw Error(ErrorKind::Failed, fmt::format("{} of {} runs failed", failed, plan.runs.size()), folder.string());
+  return folder;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,51 @@
+// `-m`: one config, many values. The Cartesian product of what the overrides list, one run directory each, and tables
+// over all of them.
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host/io/config.hpp"
+#include "host/report/table.hpp"
+
+namespace clerestory {
+
+/// What --help says about -m.
+inline constexpr const char* sweep_words =
+    "Overrides list values, as in train.rate=1e-3,5e-4 run.seed=range(0,3): a run for each combination, one after "
+    "another, and tables over all of them, with mean and spread over keys named seed";
+
+/// The tables of one run, by name.
+using RunTables = std::map<std::string, Table>;
+
+struct SweepTask {
+  std::function<void(const Config&)> run;  // into the config's run directory; skips a finished one, goes on with a part
+  std::function<RunTables(const std::filesystem::path&)> results;  // of a finished run directory
+};
+
+/// One run of a sweep.
+struct SweptRun {
+  std::vector<std::string> values;  // of the swept keys
+  std::filesystem::path folder;
+  std::string failure;  // empty: it is done
+  RunTables tables;
+};
+
+/// Tables over all runs: those of one name below each other, the swept values in front. Runs that differ only in keys
+/// named `seed` are one: mean and standard deviation of their means (a single run keeps its own). Text cells tell rows
+/// apart. Where runs failed, or several were put together, a column says how many of how many there are. Throws Error
+/// when tables of one name have other columns.
+RunTables sweep_tables(const std::vector<std::string>& keys, const std::vector<SweptRun>& runs);
+
+/// Runs the config for each of its variants and each element of expand_sweep(words); `fixed` overrides come after.
+/// All configs are checked before the first run. A run that fails lets the others go on. Prints the tables, and writes
+/// them with report.html and provenance.json to <root>/<experiment>/sweep-<hash>. Returns that folder. Throws Error
+/// (Failed) at the end when a run failed, Interrupted when asked to stop: the same command goes on. Throws usage_error
+/// when two runs would share a directory.
+std::filesystem::path run_sweep(const std::filesystem::path& config, const Schema& schema,
+                                const std::vector<std::string>& words, const std::vector<std::string>& fixed,
+                                const std::vector<std::string>& command, const SweepTask& task);
+
+}  // namespace clerestory

@@ -1,0 +1,255 @@
+// Sweeps: what is run, what is skipped, what the tables over all runs say; then the real program on tiny configs.
+#include "experiments/sweep.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+#include "tests/experiments/program.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+
+namespace clerestory {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+Table error_table(const std::vector<std::pair<std::string, double>>& rows) {
+  Table table;
+  table.title = "Errors";
+  table.columns = {{"method", "", Best::None, 3}, {"error", "relMSE", Best::Lowest, 3}};
+  for (const auto& [name, error] : rows) table.add({name, Measure{error, 0.125, 4}});
+  return table;
+}
+
+SweptRun swept(std::vector<std::string> values, const RunTables& tables, const std::string& failure = "") {
+  return {std::move(values), "runs/x", failure, tables};
+}
+
+const Measure& number(const Table& table, std::size_t row, std::size_t column) {
+  return std::get<Measure>(table.rows.at(row).at(column));
+}
+std::string words(const Table& table, std::size_t row) {
+  std::string text;
+  for (const Cell& cell : table.rows.at(row))
+    if (const auto* word = std::get_if<std::string>(&cell)) text += (text.empty() ? "" : "|") + *word;
+  return text;
+}
+
+TEST(SweepTables, SeedsArePutTogetherAndNothingElseIs) {
+  const auto run = [](const char* rate, const char* seed, double a, double b) {
+    return swept({rate, seed}, {{"errors", error_table({{"ours", a}, {"grid", b}})}});
+  };
+  const RunTables tables =
+      sweep_tables({"train.rate", "run.seed"},
+                   {run("1", "0", 1, 10), run("1", "1", 3, 10), run("2", "0", 5, 1), run("2", "1", 5, std::nan(""))});
+  ASSERT_EQ(tables.size(), 1u);
+  const Table& t = tables.at("errors");
+  EXPECT_EQ(t.title, "Errors");
+  ASSERT_EQ(t.columns.size(), 4u);
+  EXPECT_EQ(t.columns[0].name, "train.rate");
+  EXPECT_EQ(t.columns[1].name, "runs");
+  EXPECT_EQ(t.columns[3].unit, "relMSE");
+  ASSERT_EQ(t.rows.size(), 4u);
+  EXPECT_EQ(words(t, 0), "1|2 of 2|ours");
+  EXPECT_EQ(words(t, 3), "2|2 of 2|grid");
+  EXPECT_EQ(number(t, 0, 3).mean, 2);
+  EXPECT_NEAR(number(t, 0, 3).deviation, std::sqrt(2.0), 1e-15);
+  EXPECT_EQ(number(t, 0, 3).count, 2);
+  EXPECT_EQ(number(t, 1, 3).deviation, 0);
+  EXPECT_EQ(number(t, 3, 3).mean, 1) << "a mean that is not finite does not count";
+}
+
+TEST(SweepTables, ASingleRunKeepsItsOwnSpread) {
+  const RunTables tables = sweep_tables({"a"}, {swept({"1"}, {{"errors", error_table({{"ours", 7}, {"ours", 8}})}}),
+                                                swept({"2"}, {{"errors", error_table({{"other", 9}})}})});
+  const Table& t = tables.at("errors");
+  ASSERT_EQ(t.columns.size(), 3u) << "no column of runs";
+  ASSERT_EQ(t.rows.size(), 3u) << "rows of equal name stay apart";
+  EXPECT_EQ(number(t, 1, 2).mean, 8);
+  EXPECT_EQ(number(t, 1, 2).deviation, 0.125);
+  EXPECT_EQ(number(t, 1, 2).count, 4);
+  EXPECT_EQ(words(t, 2), "2|other");
+}
+
+TEST(SweepTables, FailedRunsAreSeen) {
+  const RunTables fine{{"errors", error_table({{"ours", 7}})}};
+  const RunTables tables = sweep_tables({"a", "seed"}, {swept({"1", "0"}, fine), swept({"1", "1"}, {}, "no"),
+                                                        swept({"2", "0"}, {}, "no"), swept({"2", "1"}, {}, "no")});
+  const Table& t = tables.at("errors");
+  ASSERT_EQ(t.rows.size(), 2u);
+  EXPECT_EQ(words(t, 0), "1|1 of 2|ours");
+  EXPECT_EQ(words(t, 1), "2|0 of 2");
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(t.rows[1][3]));
+  Table other = error_table({{"ours", 1}});
+  other.columns[1].name = "time";
+  EXPECT_THROW(sweep_tables({"a"}, {swept({"1"}, fine), swept({"2"}, {{"errors", other}})}), Error);
+}
+
+Schema schema() {
+  Schema s;
+  s.text("run.root", "runs", "folder").aside().text("run.experiment", "sweep", "first part").aside();
+  s.text("run.variant", "main", "second part").aside().integer("run.seed", 0, "seed").aside();
+  s.text("run.device", "", "device").aside();
+  s.integer("model.width", 1, "a number", {1, 100}).texts("model.names", {}, "a list");
+  return s;
+}
+
+/// A sweep whose runs only note that they ran.
+struct Sweep : testing::Test {
+  ScratchFolder folder{"clerestory-sweep"};
+  std::vector<std::string> ran;  // "width/seed", in order
+  std::string fails;             // the one that throws
+  bool interrupts = false;       // it throws Interrupted
+
+  void SetUp() override {
+    set_quiet(true);
+    write_file(folder / "a.toml", "[run]\nroot = \"" + (folder / "runs").string() + "\"\n");
+  }
+  void TearDown() override { set_quiet(false); }
+
+  fs::path sweep(const std::vector<std::string>& overrides, const std::vector<std::string>& fixed = {}) {
+    ran.clear();
+    const auto run = [&](const Config& c) {
+      const RunDirectory directory(c.text("run.root"), c.text("run.experiment"), c.text("run.variant"), c,
+                                   static_cast<std::uint64_t>(c.integer("run.seed")));
+      if (directory.done()) return;
+      ran.push_back(fmt::format("{}{}/{}", c.text("run.variant") == "main" ? "" : c.text("run.variant") + ":",
+                                c.integer("model.width"), c.integer("run.seed")));
+      if (ran.back() == fails)
+        throw Error(interrupts ? ErrorKind::Interrupted : ErrorKind::Usage, "the rope broke", "here");
+      write_file(directory.artifact("errors.table.json"),
+                 table_json(error_table({{"ours", static_cast<double>(c.integer("model.width"))}})));
+      directory.finish();
+    };
+    const auto results = [](const fs::path& run_folder) {
+      const fs::path file = run_folder / "artifacts/errors.table.json";
+      return RunTables{{"errors", table_from_json(read_file(file), file)}};
+    };
+    return run_sweep(folder / "a.toml", schema(), overrides, fixed, {"clerestory", "run"}, {run, results});
+  }
+  Error error_of(const std::vector<std::string>& overrides, const std::vector<std::string>& fixed = {}) {
+    try {
+      sweep(overrides, fixed);
+    } catch (const Error& e) {
+      return e;
+    }
+    ADD_FAILURE() << "no error";
+    return usage_error("none");
+  }
+};
+
+TEST_F(Sweep, RunsTheProductInOrderAndSkipsWhatIsDone) {
+  const std::vector<std::string> overrides{"model.width=4,9", "run.seed=range(0,2)", "model.names=[\"a\",\"b\"]"};
+  const fs::path place = sweep(overrides);
+  EXPECT_THAT(ran, ElementsAre("4/0", "4/1", "9/0", "9/1"));
+  EXPECT_EQ(place.parent_path(), folder / "runs/sweep");
+  const Table errors = table_from_json(read_file(place / "errors.table.json"), "errors");
+  ASSERT_EQ(errors.rows.size(), 2u);
+  EXPECT_EQ(words(errors, 1), "9|2 of 2|ours");
+  EXPECT_EQ(number(errors, 1, 3).mean, 9);
+  const Table runs = table_from_json(read_file(place / "runs.table.json"), "runs");
+  ASSERT_EQ(runs.rows.size(), 4u);
+  EXPECT_THAT(words(runs, 3), HasSubstr("9|1|done|main-"));
+  EXPECT_TRUE(fs::exists(place / "report.html"));
+  EXPECT_EQ(sweep(overrides), place);
+  EXPECT_TRUE(ran.empty());
+  EXPECT_EQ(read_file(place / "errors.table.json"), table_json(errors));
+}
+
+TEST_F(Sweep, OneFailureLetsTheOthersGoOnAndIsTriedAgain) {
+  fails = "4/1";
+  const Error e = error_of({"model.width=4,9", "run.seed=0,1"});
+  EXPECT_EQ(e.kind(), ErrorKind::Failed);
+  EXPECT_THAT(std::string(e.what()), HasSubstr("1 of 4 runs failed"));
+  EXPECT_THAT(ran, ElementsAre("4/0", "4/1", "9/0", "9/1"));
+  fs::path place;
+  for (const auto& entry : fs::directory_iterator(folder / "runs/sweep"))
+    if (entry.path().filename().string().starts_with("sweep-")) place = entry.path();
+  EXPECT_THAT(words(table_from_json(read_file(place / "runs.table.json"), "runs"), 1),
+              HasSubstr("4|1|failed: here: the rope broke|main-"));
+  fails = "";
+  EXPECT_EQ(sweep({"model.width=4,9", "run.seed=0,1"}), place);
+  EXPECT_THAT(ran, ElementsAre("4/1"));
+}
+
+TEST_F(Sweep, AnInterruptedOneGoesOn) {
+  fails = "9/0", interrupts = true;
+  EXPECT_EQ(error_of({"model.width=4,9,16"}).kind(), ErrorKind::Interrupted);
+  EXPECT_THAT(ran, ElementsAre("4/0", "9/0"));
+  fails = "";
+  sweep({"model.width=4,9,16"});
+  EXPECT_THAT(ran, ElementsAre("9/0", "16/0"));
+}
+
+TEST_F(Sweep, VariantsOfTheConfigAreSweptToo) {
+  std::ofstream(folder / "a.toml", std::ios::app)
+      << "[[variant]]\nname = \"thin\"\noverrides = [\"model.width=2\"]\n[[variant]]\nname = \"wide\"\n"
+         "label = \"Wide\"\noverrides = [\"model.width=50\"]\n";
+  const fs::path place = sweep({"run.seed=0,1"});
+  EXPECT_THAT(ran, ElementsAre("thin:2/0", "wide:50/0", "thin:2/1", "wide:50/1"));
+  EXPECT_EQ(words(table_from_json(read_file(place / "errors.table.json"), "errors"), 1), "Wide|2 of 2|ours");
+}
+
+TEST_F(Sweep, MistakesAreFoundBeforeTheFirstRun) {
+  EXPECT_THAT(error_of({"model.width=4,900"}).what(), HasSubstr("model.width"));
+  EXPECT_THAT(error_of({"model.widht=4,9"}).what(), HasSubstr("nearest known one is model.width"));
+  EXPECT_THAT(error_of({"run.device=a,b"}).what(), HasSubstr("would be the same"));
+  EXPECT_THAT(error_of({"run.seed=0,1"}, {"run.seed=5"}).what(), HasSubstr("would be the same"));
+  EXPECT_TRUE(ran.empty());
+  EXPECT_FALSE(fs::exists(folder / "runs"));
+}
+
+/// The real program.
+struct SweepProgram : testing::Test {
+  ScratchFolder folder{"clerestory-sweep-program"};
+  const fs::path said = folder / "said.txt";
+  int run(const std::vector<std::string>& words) const { return Program(words, said).wait(); }
+};
+
+TEST_F(SweepProgram, TrainsOneAfterAnotherAndSaysWhichFailed) {
+  write_synthetic_rooms(folder / "data", "train", 1, 2, 32, 32, 5);
+  write_synthetic_rooms(folder / "data", "val", 1, 2, 32, 32, 6);
+  write_file(folder / "tiny.toml",
+             fmt::format("[run]\nroot = \"{0}/runs\"\n[data]\ntrain = [\"{0}/data\"]\n[model]\ngrowth = 4\nfirst = 16\n"
+                         "layers = [1,1,1,1]\ndecoder = [32,16,16,8,4]\nwidth = 32\nheight = 32\n[train]\nbatch = 1\n"
+                         "steps = 1\nschedule = \"constant\"\n",
+                         folder.path().string()));
+  EXPECT_EQ(run({"train", folder / "tiny.toml", "-m", "loss.scale=1,1e300", "run.seed=range(1,3)"}), 1);
+  const std::string text = text_of(said);
+  EXPECT_THAT(text, HasSubstr("run 4 of 4: loss.scale=1e300 run.seed=2"));
+  EXPECT_THAT(text, HasSubstr("2 of 4 runs failed"));
+  EXPECT_THAT(text, HasSubstr("2 of 2"));  // of loss.scale = 1
+  EXPECT_THAT(text, HasSubstr("±"));
+  EXPECT_THAT(text, HasSubstr("failed: "));
+  EXPECT_EQ(run({"train", folder / "tiny.toml", "-m", "run.seed=range(1,3)"}), 0);
+  EXPECT_THAT(text_of(said), HasSubstr("nothing to do")) << "trained anew";
+}
+
+TEST_F(SweepProgram, RunsStudiesOneAfterAnother) {
+  write_file(folder / "tiny.toml",
+             fmt::format("[run]\nroot = \"{}/runs\"\n[study]\nspp = [2]\ntruth_spp = 4\nseeds = 1\n[data]\nrooms = 1\n"
+                         "width = 16\nheight = 16\nspp = 1\n",
+                         folder.path().string()));
+  ASSERT_EQ(run({"run", folder / "tiny.toml", "study.light=image,constant", "-m", "data.seed=1,2"}), 0)
+      << text_of(said);
+  fs::path place;
+  for (const auto& entry : fs::directory_iterator(folder / "runs/study"))
+    if (entry.path().filename().string().starts_with("sweep-")) place = entry.path();
+  EXPECT_THAT(text_of(said), HasSubstr(place.string()));
+  const Table table = table_from_json(read_file(place / "layer.table.json"), "layer");
+  EXPECT_EQ(table.columns[0].name, "study.light");
+  EXPECT_THAT(words(table, 0), HasSubstr("image|2 of 2|"));
+  EXPECT_THAT(words(table, table.rows.size() - 1), HasSubstr("constant|2 of 2|"));
+  EXPECT_EQ(run({"run", folder / "tiny.toml", "-m", "run.seed=1,2"}), 2) << "a spread of nothing";
+}
+
+}  // namespace
+}  // namespace clerestory
