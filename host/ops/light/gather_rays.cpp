@@ -30,9 +30,7 @@ struct GatherRaysOp : Op {
     return {{{1, in[0].shape().c, in[1].shape().h, in[1].shape().w}, Type::Real}};
   }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
-    const Shape map = node.in_shape(0);
-    const SortedRays sorted = sort_rays(node.inputs[1], map);
-    return {node.graph->make<SumSegmentsOp>({g[0], sorted.order, sorted.starts}, map), {}};
+    return {scatter_rays(g[0], node.inputs[1], node.in_shape(0)), {}};
   }
   void launch(Launch& l) const override {
     const Shape& map = l.in(0).shape;
@@ -45,5 +43,10 @@ struct GatherRaysOp : Op {
 }  // namespace
 
 Value gather_rays(Value map, Value hit) { return map.graph().make<GatherRaysOp>({map, hit}); }
+
+Value scatter_rays(Value rays, Value hit, const Shape& map) {
+  const SortedRays sorted = sort_rays(hit, map);
+  return rays.graph().make<SumSegmentsOp>({rays, sorted.order, sorted.starts}, map);
+}
 
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 #include "host/ops/light/image_light.hpp"
 
+#include "host/ops/light/gather_rays.hpp"
 #include "host/ops/light/rays.hpp"
 
 namespace clerestory {
@@ -33,12 +34,43 @@ struct LightOp : Op {
   }
 };
 
+/// Gradient of the ambient. Inputs: gradient of rays and, where only misses see the ambient, their hits.
+struct AmbientAdjointOp : Op {
+  Shape picture;
+  explicit AmbientAdjointOp(const Shape& p) : picture(p) {}
+  std::string name() const override { return "ambient_adjoint"; }
+  std::vector<Signature> infer(std::span<const Value>) const override { return {{{picture.n, 3, 1, 1}, Type::Real}}; }
+  std::size_t workspace(const Node& node) const override { return 3 * static_cast<std::size_t>(node.in_shape(0).h); }
+  void launch(Launch& l) const override {
+    const RayTile t = ray_tile(l, l.in(0).shape);
+    TensorView rows = l.workspace;
+    rows.shape = {1, 3, t.pixel_capacity, 1};
+    const auto sum_rows = [&](const char* kernel, const auto&... tensors) {
+      l.run(kFile, kernel, Range::of2(static_cast<std::size_t>(t.pixels), 3), tensors..., rows, t.first_pixel, t.pixels,
+            t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
+    };
+    if (l.inputs.size() > 1)
+      sum_rows("miss_sums", l.in(0), l.in(1));
+    else
+      sum_rows("row_sums", l.in(0));
+    l.run(kFile, "picture_sums", Range::of2(static_cast<std::size_t>(picture.n), 3, 1), rows, l.out(), t.first_pixel,
+          t.pixels, t.pixel_capacity, picture.n, static_cast<int>(picture.plane()));
+  }
+};
+
 struct ImageLightOp : LightOp {
   using LightOp::LightOp;
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    const Value hit = node.inputs[2];
+    return {scatter_rays(g[0], hit, picture), node.graph->make<AmbientAdjointOp>({g[0], hit}, picture), {}};
+  }
   void launch(Launch& l) const override { run(l, l.in(0), l.in(1), l.in(2)); }
 };
 struct ConstantLightOp : LightOp {
   using LightOp::LightOp;
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    return {node.graph->make<AmbientAdjointOp>({g[0]}, picture), {}};
+  }
   void launch(Launch& l) const override { run(l, l.in(0)); }
 };
 struct PanoramaLightOp : LightOp {

@@ -5,12 +5,13 @@
 namespace clerestory {
 
 /// The photograph `image` {n, 3, h, w} at the pixel a ray hits (SsrtHits::pixel), `ambient` {n, 3, 1, 1} on a miss.
+/// Both have gradients, summed in a fixed order.
 Value image_light(Value image, Value ambient, Value hit_pixel);
 /// `ambient` from everywhere. `rays`: any tensor of the rays, for its shape; `image`: one of the picture's maps, for
-/// its size.
+/// its size. The ambient has a gradient.
 Value constant_light(Value ambient, Value rays, Value image);
 /// The photograph at infinity: the pixel that `directions` (camera frame) point to through `camera` {n, 4, 1, 1}, the
-/// rest ambient.
+/// rest ambient. No gradient.
 Value panorama_light(Value image, Value ambient, Value camera, Value directions);
 
 }  // namespace clerestory

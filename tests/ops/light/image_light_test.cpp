@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include "host/graph/map_chunks.hpp"
 #include "host/ops/light/ssrt.hpp"
 #include "host/ops/light/surface_points.hpp"
+#include "host/ops/shade/accumulate_samples.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "tests/ops/op_check.hpp"
 
 namespace clerestory {
@@ -49,15 +52,22 @@ std::vector<Tensor> seen(const Tensors& t, Pixel pixel) {
 }
 
 OP_CASES(image_light) {
-  const std::string later = "lights are not trained through; comes with learned light";
-  OpCase hit{.stem = "image_light", .label = "hits", .kernels = {"image_light"}, .inputs = inputs()};
+  OpCase hit{.stem = "image_light",
+             .label = "hits",
+             .kernels = {"image_light", "sum_segments", "miss_sums", "picture_sums"},
+             .inputs = inputs()};
+  hit.differentiate = {"image", "ambient"};
   hit.build = [](Graph&, const Values& v) {
     return std::vector<Value>{image_light(v.at("image"), v.at("ambient"), v.at("hit"))};
   };
   hit.reference = [](const Tensors& t) {
     return seen(t, [&](int p, int s) { return t.at("hit").integer[static_cast<std::size_t>(p * 16 + s)]; });
   };
-  OpCase constant{.stem = "constant_light", .label = "batch", .kernels = {"constant_light"}, .inputs = inputs()};
+  OpCase constant{.stem = "constant_light",
+                  .label = "batch",
+                  .kernels = {"constant_light", "row_sums", "picture_sums"},
+                  .inputs = inputs()};
+  constant.differentiate = {"ambient"};
   constant.build = [](Graph&, const Values& v) {
     return std::vector<Value>{constant_light(v.at("ambient"), v.at("directions"), v.at("image"))};
   };
@@ -92,9 +102,51 @@ OP_CASES(image_light) {
     return std::vector<Tensor>{all};
   };
   std::vector<OpCase> cases{hit, constant, panorama, points};
-  for (OpCase& c : cases) c.no_gradient = later, c.roundings = 8;
-  cases.back().no_gradient = "origins of rays are detached";
+  for (OpCase& c : cases) {
+    c.roundings = 8;
+    c.step = 1e-2, c.gradient_tolerance = 1e-10;   // linear: a difference is exact but for rounding
+    c.gradient_roundings = 16 * kHeight * kWidth;  // an ambient sums the rays of a whole picture
+  }
+  cases[2].no_gradient = "the photograph at infinity is a baseline, nothing is fitted to it";
+  cases[3].no_gradient = "origins of rays are detached";
   return cases;
+}
+
+// In chunks of pixels and of samples, rest of each tile beyond the chunk, rows of two pictures in one chunk.
+TEST(ImageLight, GradientsOfChunksAddUp) {
+  constexpr Shape picture{kBatch, 3, kHeight, kWidth};
+  constexpr int samples = 20, chunk_pixels = 7, chunk_samples = 16;
+  const Tensor cotangent = random_tensor(picture, 2);
+  for (const int pixel : {-1, 3}) {  // every ray misses, every ray hits this pixel of its own picture
+    Graph graph;
+    const Value image = graph.input("image", picture), ambient = graph.input("ambient", {kBatch, 3, 1, 1});
+    const auto body = [&](Graph& g, std::span<const Value> in) -> std::vector<ChunkOutput> {
+      const Value hits = g.constant(random_ints({1, 1, chunk_pixels, chunk_samples}, 5, pixel, pixel + 1));
+      const Value one = g.fill({1, 3, chunk_pixels, chunk_samples}, 1),
+                  pdf = g.fill({1, 1, chunk_pixels, chunk_samples}, 1);
+      const Value light = add(image_light(in[0], in[1], hits), constant_light(in[1], pdf, in[0]));
+      return {{accumulate_samples(one, light, pdf, {}, {}, samples).mean}};
+    };
+    const ChunkDomain domain{kBatch, kHeight, kWidth, samples, chunk_pixels, chunk_samples};
+    const Value mean = map_chunks(graph, domain, std::vector{image, ambient}, body)[0];
+    const std::vector<Value> g =
+        gradient(std::vector{mean}, std::vector{graph.constant(cotangent)}, std::vector{image, ambient});
+    const std::vector<Tensor> found =
+        evaluate(graph, g, test_device(Precision::Double),
+                 {{"image", random_tensor(picture, 1)}, {"ambient", random_tensor({kBatch, 3, 1, 1}, 3)}},
+                 {.precision = Precision::Double});
+    for (int n = 0; n < kBatch; ++n)
+      for (int c = 0; c < 3; ++c) {
+        double sum = 0;
+        for (int y = 0; y < kHeight; ++y)
+          for (int x = 0; x < kWidth; ++x) sum += cotangent.at(n, c, y, x);
+        // 15 sums of 20 shares of values below 1
+        EXPECT_NEAR(found[1].at(n, c, 0, 0), pixel < 0 ? 2 * sum : sum, 1e-13);
+        for (int y = 0; y < kHeight; ++y)
+          for (int x = 0; x < kWidth; ++x)
+            EXPECT_NEAR(found[0].at(n, c, y, x), y * kWidth + x == pixel ? sum : 0, 1e-13);
+      }
+  }
 }
 
 TEST(ImageLight, RefusesWhatDoesNotFit) {
