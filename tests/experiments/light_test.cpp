@@ -1,0 +1,298 @@
+// Learned light through the applications: a panorama at a point, the re-render, objects, an edit; and what is refused.
+// The nets are untrained: what they say is not judged here.
+#include "experiments/applications/light.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiments/applications/edit.hpp"
+#include "experiments/applications/insert.hpp"
+#include "experiments/applications/invert.hpp"
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/run_folder.hpp"
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/light_text.hpp"
+#include "experiments/training/light_validation.hpp"
+#include "host/error.hpp"
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "host/math/panorama.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/provenance.hpp"
+#include "tests/experiments/program.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One bare room taken apart with its true maps, and a folder of weights.
+struct Light : testing::Test {
+  static void SetUpTestSuite() {
+    set_quiet(true);
+    folder_ = std::make_unique<ScratchFolder>("clerestory-light");
+    GenerateOptions o;
+    o.out = *folder_ / "rooms", o.rooms = 1, o.views = 1, o.width = 64, o.height = 48;
+    o.spp = 8, o.light = false, o.box_rooms = true, o.split = "test";
+    generate(Device::open(), o);
+    const fs::path view = o.out / list_rooms(o.out, "test").at(0) / "000";
+    write_weights_of_light();
+    InvertOptions i;
+    i.photo = view.string() + "_im.exr", i.gbuffer = view, i.out = run(), i.command = {"clerestory", "invert"};
+    i.render.spp = 16, i.render.light = "net", i.light_weights = weights();
+    invert(i);
+  }
+  static void TearDownTestSuite() { folder_.reset(), set_quiet(false); }
+
+  static fs::path run() { return *folder_ / "run"; }
+  static fs::path weights() { return *folder_ / "weights"; }
+
+  static LightSizes sizes() {
+    LightSizes sizes = light_sizes("compact");
+    sizes.in_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}, .stages = 3};
+    sizes.in_view.width = 32, sizes.in_view.layers = 2;
+    sizes.out_of_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}};
+    sizes.out_of_view.march.segments = 8;
+    return sizes;
+  }
+  static void write_weights_of_light() {
+    Graph graph;
+    const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), sizes(), false)[0];
+    const Shape rays{1, 3, 1, 16};
+    ask_light(graph, picture, sizes(), graph.input("points", rays), graph.input("directions", rays),
+              graph.input("skip", {1, 1, 1, 16}, Type::Int));
+    States states(Device::open());
+    states.initialise(graph, 5);
+    fs::create_directories(weights());
+    write_light(weights(), states, {}, {"compact", light_text(sizes()), {40, 30}, "none", light_states(sizes())});
+  }
+
+  static LightOptions options(const std::string& name) {
+    LightOptions o;
+    o.run = run(), o.out = *folder_ / (name + ".exr"), o.at_point = {{0.1, -0.2, -0.8}};
+    o.render.light = "net", o.light_weights = weights(), o.command = {"clerestory", "light"};
+    return o;
+  }
+  static void expect_refused(LightOptions o, const std::string& words) {
+    try {
+      light(o);
+      FAIL() << words;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage);
+      EXPECT_THAT(std::string(e.what()), testing::HasSubstr(words));
+    }
+    EXPECT_FALSE(fs::exists(o.out));
+  }
+  static inline std::unique_ptr<ScratchFolder> folder_;
+};
+
+TEST_F(Light, IsAPanoramaWhoseCentreLooksAhead) {
+  const Scene scene = read_run(run());
+  Device device = Device::open();
+  const Size size{64, 32};
+  RenderSettings settings;
+  settings.light = "image";
+  const Rays rays = panorama_rays({Vec3(0, 0, -1e-3), -1, ""}, size);  // beside the camera: parallax far below a pixel
+  SceneRadiance light_of(device, scene, settings, rays.points.size());
+  const RadianceAnswers answers = light_of.radiance(rays);
+  const std::array<double, 3> ambient = ambient_of(scene);
+  int inside = 0;
+  for (std::size_t i = 0; i < rays.points.size(); ++i) {
+    const std::optional<Vec2> at = scene.camera.project(rays.directions[i]);
+    const bool seen = at && at->x > 1 && at->y > 1 && at->x < 63 && at->y < 47;
+    if (seen) {
+      ++inside;
+      ASSERT_GE(answers.pixel[i], 0);
+      EXPECT_NEAR(answers.pixel[i] % 64 + 0.5, at->x, 1) << i;
+      EXPECT_NEAR(answers.pixel[i] / 64 + 0.5, at->y, 1) << i;
+    } else if (!at || at->x < -1 || at->y < -1 || at->x > 65 || at->y > 49) {
+      ASSERT_EQ(answers.pixel[i], -1) << i;
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float u = answers.uncertainty[i], far = static_cast<float>(ambient[c]),
+                  near = answers.pixel[i] < 0 ? far : scene.photo.plane(static_cast<int>(c))[answers.pixel[i]];
+      EXPECT_NEAR(answers.radiance[c * rays.points.size() + i], (1 - u) * near + u * far, 0x1p-20 * (near + far));
+    }
+  }
+  EXPECT_GT(inside, 100);
+
+  LightOptions o = options("image");  // the command writes the very same
+  o.render.light = "image", o.at_point = {{0, 0, -1e-3}}, o.size = size;
+  light(o);
+  const Image panorama = read_map(o.out, 3);
+  ASSERT_EQ(panorama.width, 64);
+  ASSERT_EQ(panorama.height, 32);
+  for (std::size_t i = 0; i < panorama.data.size(); ++i)  // stored in half precision
+    ASSERT_NEAR(panorama.data[i], answers.radiance[i], 0x1p-11 * answers.radiance[i] + 0x1p-25);
+  EXPECT_TRUE(fs::exists(fs::path(o.out).replace_extension(".png")));
+  EXPECT_TRUE(fs::exists(fs::path(o.out).replace_extension(".json")));
+}
+
+TEST_F(Light, EqualBitsAndWhateverTheBlock) {
+  LightOptions o = options("first");
+  light(o);
+  const std::string first = read_file(o.out);
+  LightOptions again = options("again");
+  again.render.chunk_rays = 1008;  // 33 blocks, the last one not full
+  light(again);
+  EXPECT_EQ(read_file(again.out), first);
+  const Image panorama = read_map(o.out, 3);
+  for (const float v : panorama.data) ASSERT_TRUE(std::isfinite(v) && v >= 0);
+}
+
+TEST_F(Light, OfAPixelIsThatJustAboveItsSurface) {
+  const Scene scene = read_run(run());
+  LightOptions o = options("pixel");
+  o.at_point.reset(), o.at = {{20.5, 30.5}};
+  const AskedPlace place = asked_place(scene, o);
+  EXPECT_EQ(place.skip, 30 * 64 + 20);
+  const auto [point, normal] = surface_at(scene, *o.at);
+  EXPECT_NEAR(glm::distance(place.point, point), kAboveSurface, 1e-12);
+  EXPECT_NEAR(glm::dot(place.point - point, normal), kAboveSurface * glm::length(normal), 1e-12);
+  light(o);
+  EXPECT_EQ(read_map(o.out, 3).width, 256);
+}
+
+TEST_F(Light, PlacesThatAreSpokenOfAndPlacesThatAreRefused) {
+  const Scene scene = read_run(run());
+  LightOptions o = options("place");
+  EXPECT_EQ(asked_place(scene, o).note, "");
+  o.at_point = {{0, 0, 0.5}};
+  EXPECT_THAT(asked_place(scene, o).note, testing::HasSubstr("0.50 m behind the camera"));
+  const double depth = scene.depth.at(0, 24, 32);
+  const Vec3 behind = scene.camera.unproject(32.5, 24.5, depth + 0.2 * scene.scale());
+  o.at_point = {{behind.x, behind.y, behind.z}};
+  EXPECT_THAT(asked_place(scene, o).note, testing::HasSubstr("behind the surface that pixel 32,24 shows"));
+  const Vec3 before = scene.camera.unproject(32.5, 24.5, depth);
+  o.at_point = {{before.x, before.y, before.z}};
+  EXPECT_EQ(asked_place(scene, o).note, "");
+  light(o);  // and a note does not keep it from being made
+  fs::remove(o.out);
+
+  o.at_point = {{0, 0, -3.1 * scene.scale()}};
+  expect_refused(o, "out of the room");
+  o.at_point = {{0, std::nan(""), -1}};
+  expect_refused(o, "not a point");
+  o.at = {{3, 3}};
+  expect_refused(o, "one place");
+  o.at_point.reset(), o.at.reset();
+  expect_refused(o, "one place");
+  o.at = {{64, 3}};
+  expect_refused(o, "outside of the picture");
+  o = options("other"), o.out = *folder_ / "other.png";
+  expect_refused(o, "written as EXR");
+}
+
+TEST_F(Light, RunsAndWeightsThatDoNotDo) {
+  LightOptions o = options("bad");
+  o.run = *folder_ / "nowhere";
+  expect_refused(o, "no such run folder");
+  const fs::path part = *folder_ / "only";
+  fs::copy(run(), part);
+  fs::remove(part / "normal.exr");
+  o.run = part;
+  expect_refused(o, "normal");
+  o = options("bad"), o.light_weights = *folder_ / "rooms";  // a folder without the light's files
+  expect_refused(o, "light_local.safetensors");
+  o.light_weights = fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";  // weights without the light
+  expect_refused(o, "maps");
+  o = options("bad"), o.render.light = "sun";
+  expect_refused(o, "no such light");
+}
+
+TEST_F(Light, CommandSaysWhatIsWrong) {
+  const fs::path output = *folder_ / "output.txt";
+  const auto said = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"light", run().string(), "--light", "image"});
+    Program program(arguments, output);
+    EXPECT_EQ(program.wait(), static_cast<int>(ErrorKind::Usage));
+    return text_of(output);
+  };
+  EXPECT_THAT(said({"--at-point", "0,nan,-1"}), testing::HasSubstr("not a finite number"));
+  EXPECT_THAT(said({"--at-point", "0,1"}), testing::HasSubstr("wrong number of values"));
+  EXPECT_THAT(said({"--at-point", "0,0,-1", "--size", "0x5"}), testing::HasSubstr("size out of range"));
+  EXPECT_THAT(said({}), testing::HasSubstr("one place"));
+}
+
+TEST_F(Light, InvertTellsItsPartsApart) {
+  const Provenance p = read_provenance(run() / "provenance.json");
+  EXPECT_THAT(p.facts.at("light"), testing::HasSubstr("net ("));
+  double parts = 0;
+  for (const char* part : {"light's networks", "SSRT", "in-view MLP", "out-of-view field", "shading"}) {
+    const double seconds = p.figures.at("seconds: re-render, " + std::string(part));
+    EXPECT_GT(seconds, 0) << part;
+    parts += seconds;
+  }
+  EXPECT_LT(parts, p.figures.at("seconds: re-render"));
+  EXPECT_GT(p.figures.at("rays answered in view"), 0);
+  EXPECT_GT(p.figures.at("rays answered out of view"), 0);
+  EXPECT_LE(p.figures.at("rays answered out of view"), p.figures.at("rays"));
+  EXPECT_THAT(read_file(run() / "plan.txt"), testing::HasSubstr("light out of view: asked for"));
+  EXPECT_THAT(read_file(run() / "report.html"), testing::HasSubstr("out-of-view field"));
+}
+
+TEST_F(Light, AnObjectIsLitByItAtEveryBounce) {
+  Device device = Device::open();
+  const Scene scene = read_run(run());
+  RenderSettings settings;
+  settings.light = "net", settings.spp = 16;
+  load_light_nets(settings, weights(), device);
+  const double depth = 0.5 * scene.depth.at(0, 24, 32);
+  const Vec3 c = scene.camera.unproject(32.5, 24.5, depth);
+  InsertedObject ball;
+  ball.at_point = {c.x, c.y, c.z}, ball.radius = 0.15 * depth, ball.roughness = 0.02;
+  const Insertion net = insert_into(device, scene, {ball}, settings, 2);
+  const Insertion again = insert_into(device, scene, {ball}, settings, 2);
+  EXPECT_EQ(net.composite.data, again.composite.data);
+  settings.light = "image";
+  const Insertion image = insert_into(device, scene, {ball}, settings, 2);
+  const std::size_t n = scene.photo.pixels();
+  int seen = 0, other = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) ASSERT_TRUE(std::isfinite(net.composite.data[k * n + i]));
+    if (net.with.shows.data[i] == 0) continue;
+    ++seen;
+    other += net.composite.data[i] != image.composite.data[i];
+  }
+  EXPECT_GT(seen, 20);
+  EXPECT_GT(other, seen / 2);  // a mirror ball shows mostly what lies out of view
+
+  ball.radius = 100;  // larger than the room, whatever the light
+  settings.light = "net";
+  EXPECT_THROW(insert_into(device, scene, {ball}, settings, 2), Error);
+}
+
+TEST_F(Light, AnEditIsLitByItAndLeavesTheRest) {
+  Device device = Device::open();
+  const Scene scene = read_run(run());
+  RenderSettings settings;
+  settings.light = "net", settings.spp = 16;
+  load_light_nets(settings, weights(), device);
+  Image mask(64, 48, 1);
+  for (int y = 36; y < 48; ++y)
+    for (int x = 10; x < 50; ++x) mask.at(0, y, x) = 1;
+  const MaterialEdit mirror{.albedo = {{0.9, 0.9, 0.9}}, .roughness = 0.02, .metallic = 1};
+  const Edit net = edit_scene(device, scene, mask, mirror, settings, 1);
+  settings.light = "image";
+  const Edit image = edit_scene(device, scene, mask, mirror, settings, 1);
+  const std::size_t n = scene.photo.pixels();
+  int differ = 0;
+  for (std::size_t i = 0; i < 3 * n; ++i) {
+    if (mask.data[i % n] > 0)
+      differ += net.composite.data[i] != image.composite.data[i];
+    else
+      ASSERT_EQ(net.composite.data[i], scene.photo.data[i]) << i;
+  }
+  EXPECT_GT(differ, 100);
+
+  settings.light = "net";
+  EXPECT_THROW(edit_scene(device, scene, Image(64, 48, 1), mirror, settings, 1), Error);     // empty
+  EXPECT_THROW(edit_scene(device, scene, Image(32, 48, 1, 1), mirror, settings, 1), Error);  // another size
+}
+
+}  // namespace
+}  // namespace clerestory
