@@ -12,32 +12,10 @@
 #include "host/ops/light/bench_room.hpp"
 #include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
+#include "tests/ops/shade/wall.hpp"
 
 namespace clerestory {
 namespace {
-
-/// A wall 2 m before the camera whose right half stands forward; the left half is turned to the right, so that some of
-/// its rays end on the right half.
-Tensors wall(int w, int h, double roughness, double metallic, int n = 1) {
-  Tensors t{{"depth", Tensor(Shape{n, 1, h, w}, 2)},
-            {"normal", Tensor(Shape{n, 3, h, w})},
-            {"albedo", random_tensor({n, 3, h, w}, 1, 0.2, 0.9)},
-            {"material", Tensor(Shape{n, 2, h, w})},
-            {"ambient", random_tensor({n, 3, 1, 1}, 2, 0.5, 1)},
-            {"image", random_tensor({n, 3, h, w}, 3, 0, 2)}};
-  for (int k = 0; k < n; ++k)
-    for (int y = 0; y < h; ++y)
-      for (int x = 0; x < w; ++x) {
-        t["normal"].at(k, 0, y, x) = x > w / 2 ? 0 : 0.6;
-        t["normal"].at(k, 2, y, x) = x > w / 2 ? 1 : 0.8;
-        t["material"].at(k, 0, y, x) = roughness;
-        t["material"].at(k, 1, y, x) = metallic;
-        if (x > w / 2) t["depth"].at(k, 0, y, x) = 1.5;
-      }
-  t["camera"] = camera_tensor(std::vector<Camera>(static_cast<std::size_t>(n), Camera::from_fov(w, h, 70.0)));
-  t["range"] = depth_range(t["depth"]);
-  return t;
-}
 
 struct Picture {
   Tensor radiance, standard_error, uncertainty, status, tally;
@@ -172,69 +150,6 @@ TEST(Render, ChunksDoNotMatter) {
     ASSERT_NEAR(whole.radiance.real[i], slices.radiance.real[i], 8 * 1.2e-7 * std::max(1.0, whole.radiance.real[i]));
   for (std::size_t i = 0; i < whole.uncertainty.real.size(); ++i)
     ASSERT_NEAR(whole.uncertainty.real[i], slices.uncertainty.real[i], 1e-6);
-}
-
-// The adjoint replays each chunk from the seed: against differences at equal seeds, with chunks of pixels and of
-// samples, under a light that is traced; what draws the samples stays.
-TEST(Render, GradientsOfMapsAgainstDifferences) {
-  const int w = 6, h = 4;
-  Tensors t = wall(w, h, 0.4, 0.3);
-  t["depth"].at(0, 0, 1, 1) = 0;
-  for (const char* name : {"albedo", "normal", "material"}) t[std::string("s_") + name] = t[name];
-  const std::vector<std::string> names{"albedo", "normal", "material"};
-  std::vector<Tensor> gradients_of_chunks;
-  for (const int chunk_rays : {1 << 18, 80}) {
-    Graph graph;
-    Values v;
-    for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
-    RenderSpec spec;
-    spec.spp = 32, spec.chunk_rays = chunk_rays;
-    const Value radiance = render(graph, spec, {v["depth"], {v["albedo"], v["normal"], v["material"]}}, v["camera"],
-                                  v["range"], std::vector{v["image"], v["ambient"]}, image_light_builder(), {},
-                                  {v["s_albedo"], v["s_normal"], v["s_material"]})
-                               .radiance;
-    const Tensor cotangent = random_tensor(radiance.shape(), 9);
-    const std::vector<Value> gradients = gradient(std::vector{radiance}, std::vector{graph.constant(cotangent)},
-                                                  std::vector{v["albedo"], v["normal"], v["material"]});
-    std::vector<Value> outputs{radiance};
-    outputs.insert(outputs.end(), gradients.begin(), gradients.end());
-    Executor executor(compile(graph, outputs, test_device(Precision::Double), {.precision = Precision::Double}));
-    for (const auto& [name, tensor] : t) executor.feed(name, tensor);
-    const auto loss = [&] {
-      executor.run(3);
-      const Tensor picture = executor.fetch(radiance);
-      double sum = 0;
-      for (std::size_t i = 0; i < picture.real.size(); ++i) sum += picture.real[i] * cotangent.real[i];
-      return sum;
-    };
-    loss();
-    std::vector<Tensor> stated;
-    for (const Value& g : gradients) stated.push_back(executor.fetch(g));
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      double largest = 0;
-      for (const double g : stated[k].real) largest = std::max(largest, std::abs(g));
-      ASSERT_GT(largest, 0) << names[k];
-      // Chunks add in another order.
-      if (chunk_rays == 80) {
-        for (std::size_t i = 0; i < stated[k].real.size(); ++i)
-          EXPECT_NEAR(stated[k].real[i], gradients_of_chunks[k].real[i], 1e-13 * largest);
-        continue;
-      }
-      for (std::size_t i = 0; i < stated[k].real.size(); i += 5) {
-        Tensor moved = t[names[k]];
-        const double step = 1e-5;
-        double ends[2];
-        for (const int side : {0, 1}) {
-          moved.real[i] = t[names[k]].real[i] + (side == 1 ? step : -step);
-          executor.feed(names[k], moved);
-          ends[side] = loss();
-        }
-        executor.feed(names[k], t[names[k]]);
-        EXPECT_NEAR(stated[k].real[i], (ends[1] - ends[0]) / (2 * step), 1e-7 * largest) << names[k] << " " << i;
-      }
-    }
-    gradients_of_chunks = stated;
-  }
 }
 
 TEST(Render, CountsAndUncertainty) {
