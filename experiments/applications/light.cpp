@@ -93,6 +93,7 @@ std::string light(const LightOptions& options) {
   const AskedPlace place = asked_place(scene, options);
   if (!place.note.empty()) say("light: " + place.note);
   Device device = Device::open(options.device);
+  Provenance provenance = begin_provenance(options.command, device.fingerprint());
   RenderSettings render = options.render;
   load_light_nets(render, options.light_weights, device);
 
@@ -107,7 +108,6 @@ std::string light(const LightOptions& options) {
   write_png(fs::path(out).replace_extension(".png"), show_radiance(panorama, exposure_of(scene.photo.data)),
             Encoding::Linear);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  Provenance provenance = begin_provenance(options.command, device.fingerprint());
   provenance.inputs = {record_file(options.run / "photo.exr")};
   provenance.facts["light"] = answerer_text(render);
   provenance.facts["point, camera metres"] = text_of(place.point);

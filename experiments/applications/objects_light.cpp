@@ -54,9 +54,12 @@ struct Chunked {
   /// Radiance along rays from `points` (of the chunk's pixels or per ray) whose hits on the scene are known.
   Value radiance(Value points, Value direction, const SsrtHits& seen, int number, Value shows) const {
     const Value starts = number == 1 ? points_of_chunk(points, direction) : points;
-    const Value scene = light.radiance({starts, direction, seen, camera}, light_inputs, counts);
-    if (number > bounces) return scene;
+    const auto of_scene = [&](Value along) {
+      return light.radiance({starts, along, seen, camera}, light_inputs, counts);
+    };
+    if (number > bounces) return of_scene(direction);
     const ObjectHits met = meet(objects, points, direction);
+    const Value scene = of_scene(shows ? needed_rays(direction, met.object, shows) : direction);
     const Bounce next = bounce(direction, met.normal, met.object, in.materials, number);
     const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal,
                                {.points = met.point, .skip = nowhere}, options);

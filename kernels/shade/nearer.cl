@@ -34,3 +34,14 @@ kernel void nearer(IN(points), IN(direction), IN_INT(hit), IN_INT(object), IN(di
     AT(radiance, 0)[c * step + ray] = (before ? of_object : of_scene) - (take_away ? of_scene : R(0));
   }
 }
+
+// Of the rays of pixels that show the scene only those that meet an object change anything: direction where the ray is
+// one of these or its pixel shows an object, (0, 0, 0) elsewhere, so that no light is asked for it.
+kernel void needed_rays(IN(direction), IN_INT(object), IN(shows), OUT(needed), CHUNK_ARGS) {
+  RAY_OF_WORK_ITEM
+  const int need = AT(object, 0)[ray] >= 0 || AT(shows, 0)[first_pixel + p] != R(0);
+  for (int c = 0; c < 3; ++c) {
+    const ulong at = c * RAY_PLANE + ray;
+    AT(needed, 0)[at] = need ? AT(direction, 0)[at] : R(0);
+  }
+}

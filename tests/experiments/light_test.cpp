@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "experiments/applications/edit.hpp"
 #include "experiments/applications/insert.hpp"
@@ -216,6 +217,21 @@ TEST_F(Light, CommandSaysWhatIsWrong) {
   EXPECT_THAT(said({"--at-point", "0,1"}), testing::HasSubstr("wrong number of values"));
   EXPECT_THAT(said({"--at-point", "0,0,-1", "--size", "0x5"}), testing::HasSubstr("size out of range"));
   EXPECT_THAT(said({}), testing::HasSubstr("one place"));
+}
+
+TEST_F(Light, IsTheDefaultWhereItsWeightsAreShipped) {
+  Device device = Device::open();
+  RenderSettings settings;
+  settings.light = "net";
+  ::setenv("CLERESTORY_LIGHT_WEIGHTS", weights().c_str(), 1);
+  EXPECT_EQ(lights_to_choose().front(), "net");
+  load_light_nets(settings, {}, device);
+  ASSERT_TRUE(settings.nets);
+  EXPECT_EQ(settings.nets->longer_side, 40);
+  ::setenv("CLERESTORY_LIGHT_WEIGHTS", folder_->path().c_str(), 1);
+  EXPECT_EQ(lights_to_choose().front(), "image");
+  EXPECT_THROW(load_light_nets(settings, {}, device), Error);
+  ::unsetenv("CLERESTORY_LIGHT_WEIGHTS");
 }
 
 TEST_F(Light, InvertTellsItsPartsApart) {

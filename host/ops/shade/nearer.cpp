@@ -27,6 +27,19 @@ struct NearerOp : Op {
   }
 };
 
+struct NeededRaysOp : Op {
+  std::string name() const override { return "needed_rays"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    check_rays(in[0], 3, "needed_rays"), check_rays(in[1], 1, "needed_rays");
+    return {{in[0].shape()}};
+  }
+  void launch(Launch& l) const override {
+    const RayTile t = ray_tile(l, l.out().shape);
+    l.run("shade/nearer.cl", "needed_rays", ray_range(t), l.in(0), l.in(1), l.in(2), l.out(), t.first_pixel, t.pixels,
+          t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
+  }
+};
+
 }  // namespace
 
 Value nearer(const NearerRays& r, Value scene, Value weight, Value beyond, Value depth, Value camera, Value shows) {
@@ -34,6 +47,10 @@ Value nearer(const NearerRays& r, Value scene, Value weight, Value beyond, Value
   return depth.graph().make<NearerOp>(
       {r.points, r.direction, r.hit, r.object, r.distance, scene, weight, beyond, depth, camera, mask},
       static_cast<bool>(shows));
+}
+
+Value needed_rays(Value direction, Value object, Value shows) {
+  return direction.graph().make<NeededRaysOp>({direction, object, shows});
 }
 
 }  // namespace clerestory

@@ -18,4 +18,8 @@ struct NearerRays {
 Value nearer(const NearerRays& rays, Value scene, Value weight, Value beyond, Value depth, Value camera,
              Value shows = {});
 
+/// direction {1, 3, pixels, samples} of the rays whose light nearer() with `shows` can tell: those that meet an object,
+/// and all of pixels that show one; (0, 0, 0), no ray, elsewhere.
+Value needed_rays(Value direction, Value object, Value shows);
+
 }  // namespace clerestory

@@ -79,6 +79,21 @@ OP_CASES(nearer) {
       c.no_gradient = "for applications, detached";
       cases.push_back(c);
     }
+  OpCase needed{.stem = "nearer", .label = "needed", .kernels = {"needed_rays"}, .inputs = inputs(true)};
+  needed.build = [](Graph&, const Values& v) {
+    return std::vector<Value>{needed_rays(v.at("direction"), v.at("object"), v.at("shows"))};
+  };
+  needed.reference = [](const Tensors& t) {
+    Tensor kept = t.at("direction");
+    for (int p = 0; p < kRows; ++p)
+      for (int s = 0; s < kSamples; ++s)
+        if (t.at("object").integer[static_cast<std::size_t>(p * kSamples + s)] < 0 &&
+            t.at("shows").at(0, 0, p / kWidth, p % kWidth) == 0)
+          for (int c = 0; c < 3; ++c) kept.at(0, c, p, s) = 0;
+    return std::vector<Tensor>{kept};
+  };
+  needed.no_gradient = "for applications, detached";
+  cases.push_back(needed);
   return cases;
 }
 
