@@ -49,7 +49,7 @@ std::string result_table(const HistoryPoint& last, const std::string& kind) {
 }
 
 struct CardText {
-  const char *title, *purpose, *limits;
+  const char *title, *purpose, *conventions, *limits;
 };
 
 CardText card_text(const std::string& kind) {
@@ -57,11 +57,16 @@ CardText card_text(const std::string& kind) {
     return {"Weights of the light",
             "LightNet and the out-of-view field: the light that arrives at any point of a photographed room from any "
             "direction. Trained from random weights on generated rooms alone, by the commands below.",
+            "relMSE: mean over rays and channels of d² / (truth² + 0.01); log-RGB RMSE: root of the mean of ln((y + "
+            "0.01) / (truth + 0.01))²; then means over views, under true maps. Trivial predictors: the photograph (the "
+            "pixel that a ray hits, mixed by the hit's uncertainty with the mean of pixels that do not emit) and the "
+            "view's best constant.",
             "Trained on procedural rooms under their true maps. What lies outside of the picture is a guess at its "
             "colour and strength, without detail."};
   return {"Weights of MGNet",
           "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained from random "
           "weights on generated rooms alone, by the commands below.",
+          "Conventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.",
           "Trained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its "
           "scale in metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are "
           "read as surfaces."};
@@ -198,8 +203,7 @@ std::string model_card(const History& history, const std::vector<std::pair<std::
                       history.legs.size(), history.legs.size() == 1 ? "" : "s");
   if (!history.legs.empty() && !history.legs.back().curve.empty())
     card += "\n## Validation\n" + result_table(history.legs.back().curve.back(), history.kind()) +
-            fmt::format("\n![validation error against hours]({})\n", plot) +
-            "\nConventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.\n";
+            fmt::format("\n![validation error against hours]({})\n", plot) + fmt::format("\n{}\n", text.conventions);
   card +=
       "\n## Legs\n| leg | started (UTC) | size | batch | rooms | views | steps | views seen | hours | seed | from | "
       "commit | settings |\n"

@@ -69,6 +69,7 @@ TEST(LightText, EveryFieldSurvives) {
       [](LightSizes& s) { s.out_of_view.march.jitter = !s.out_of_view.march.jitter; },
       [](LightSizes& s) { s.out_of_view.released_output = !s.out_of_view.released_output; },
       [](LightSizes& s) { s.out_of_view.log_input = !s.out_of_view.log_input; },
+      [](LightSizes& s) { s.out_of_view.sees_maps = !s.out_of_view.sees_maps; },
       [](LightSizes& s) { s.out_of_view.shells.count = 6; },
       [](LightSizes& s) { s.out_of_view.shells.first = 0.3; },
       [](LightSizes& s) { s.out_of_view.shells.last = 2.9; },
@@ -299,6 +300,7 @@ TEST_F(LightWeights, OneCardForAllThatLiesInAFolder) {
   EXPECT_THAT(light, HasSubstr("light_local.safetensors, light_global.safetensors"));
   EXPECT_THAT(light, HasSubstr("](validation_light.svg)"));
   EXPECT_THAT(light, HasSubstr("rays that miss"));
+  EXPECT_THAT(light, HasSubstr("view's best constant"));
   EXPECT_FALSE(fs::exists(folder / "out/validation.svg"));
   fs::create_directories(maps.parent_path());
   fs::copy(shipped, maps), fs::copy(shipped, both);
