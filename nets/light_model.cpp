@@ -7,19 +7,10 @@ namespace clerestory {
 
 LightSizes light_sizes(const std::string& preset) { return {light_net_size(preset), out_of_view_size(preset)}; }
 
-LitPictures lit_inputs(Graph& graph, int n, int height, int width) {
-  const auto map = [&](const char* name, int channels) { return graph.input(name, {n, channels, height, width}); };
-  return {map("image", 3),
-          map("depth", 1),
-          {map("albedo", 3), map("normal", 3), map("material", 3)},
-          graph.input("camera", {n, 4, 1, 1}),
-          graph.input("range", {n, 3, 1, 1})};
-}
-
 std::vector<LitPicture> lit_pictures(Graph& graph, const LitPictures& p, const LightSizes& sizes, bool training) {
   const std::vector<LightPixels> pixels =
       light_pixels_of_batch({graph, training, "local"}, p.image, p.surfaces, sizes.in_view);
-  const std::vector<LightField> fields = light_fields({graph, training, "global"}, p.image, sizes.out_of_view);
+  const std::vector<LightField> fields = light_fields({graph, training, "global"}, p, sizes.out_of_view);
   const Value pyramid = depth_pyramid(p.depth);
   std::vector<LitPicture> pictures;
   for (int i = 0; i < p.image.shape().n; ++i) {

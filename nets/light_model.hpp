@@ -14,17 +14,6 @@ struct LightSizes {
 /// "paper" or "compact"; throws usage_error otherwise.
 LightSizes light_sizes(const std::string& preset);
 
-/// A batch of pictures as the light reads them; all {n, C, h, w} but camera {n, 4, 1, 1} and range {n, 3, 1, 1}.
-struct LitPictures {
-  Value image;  // linear radiance, 95th percentile of luminance 0.9
-  Value depth;  // axial metres, 0 none
-  Surfaces surfaces;
-  Value camera, range;
-};
-
-/// They as inputs of a graph: "image", "depth", "albedo", "normal", "material", "camera", "range".
-LitPictures lit_inputs(Graph& graph, int pictures, int height, int width);
-
 /// One picture, with what its nets say once.
 struct LitPicture {
   Value image, depth, pyramid, normal, camera, range;

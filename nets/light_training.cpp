@@ -25,6 +25,14 @@ Value mean_of(const std::vector<Value>& terms) {
   return scale(total, 1.0 / static_cast<double>(terms.size()));
 }
 
+/// {1, 1, pixels, samples}: 1 for the first half of a pixel's samples, -1 for the second.
+Tensor half_signs(int pixels, int samples) {
+  Tensor signs(Shape{1, 1, pixels, samples}, 1);
+  for (std::size_t i = 0; i < signs.real.size(); ++i)
+    if (2 * (static_cast<int>(i) % samples) >= samples) signs.real[i] = -1;
+  return signs;
+}
+
 /// The pixels that are rendered again, of the whole batch.
 struct Shading {
   Surfaces surfaces;
@@ -42,21 +50,29 @@ Shading shading_inputs(Graph& graph, const LightTrainingOptions& o) {
           map("shade_mask", 1)};
 }
 
-/// Squared error of picture b rendered again under the light that `ask`(points, directions, skip) answers.
+/// Squared error of picture b rendered again under the light that `ask`(points, directions, skip) answers. A square of
+/// noisy sums would also charge their variance, and with it every small bright lamp; the product of two independent
+/// halves' errors does not: (a - y)(b - y) = ((a + b) / 2 - y)^2 - ((a - b) / 2)^2.
 template <class Ask>
 Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, const Ask& ask) {
   const Surfaces surfaces{picture_of(all.surfaces.albedo, b), picture_of(all.surfaces.normal, b),
                           picture_of(all.surfaces.material, b)};
   const Value depth = picture_of(all.depth, b), camera = picture_of(all.camera, b), image = picture_of(all.image, b);
   const int pixels = static_cast<int>(depth.shape().plane());
-  const BrdfSamples drawn = sample_brdf(depth, camera, surfaces, surfaces, pixels, samples);
+  const BrdfSamples drawn =
+      sample_brdf(depth, camera, surfaces, surfaces, pixels, samples, {.points = Points::Independent});
   // All samples of a pixel start at its point.
   const Value points = reshape(surface_points(depth, camera), {3 * pixels, 1, 1, 1});
   const Value origins = reshape(expand(points, {3 * pixels, 1, 1, samples}), {1, 3, pixels, samples});
   const Value skip = graph.input("shade_skip" + std::to_string(b), {1, 1, pixels, samples}, Type::Int);
   const LightAnswer answer = ask(origins, drawn.direction, skip);
-  const Value sums = accumulate_samples(drawn.weight, answer.mixed, drawn.pdf, {}, {}, samples).mean;
-  return squared_loss(reshape(sums, image.shape()), image, picture_of(all.mask, b), 1.0 / 3);
+  const auto summed = [&](Value weight) {
+    return reshape(accumulate_samples(weight, answer.mixed, drawn.pdf, {}, {}, samples).mean, image.shape());
+  };
+  const Value mask = picture_of(all.mask, b), whole = summed(drawn.weight);
+  const Value apart = summed(multiply(drawn.weight, graph.constant(half_signs(pixels, samples))));
+  return subtract(squared_loss(whole, image, mask, 1.0 / 3),
+                  squared_loss(apart, graph.fill(image.shape(), 0), mask, 1.0 / 3));
 }
 
 }  // namespace
@@ -68,6 +84,21 @@ Value hdr_loss(Value prediction, Value truth, Value mask) {
   return squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3);
 }
 
+Value relative_loss(Value prediction, Value truth, Value mask) {
+  constexpr double floor = 0.01;
+  const auto log = [&](Value x) { return activate(affine(x, 1, floor), Function::Log); };
+  const Value inverse = activate(
+      scale(activate(affine(activate(truth, Function::Square), 1, floor), Function::Log), -0.5), Function::Exp);
+  return add(squared_loss(log(prediction), log(truth), mask, 1.0 / 3),
+             squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3), 0.25);
+}
+
+RadianceLoss radiance_loss_of(const std::string& name) {
+  if (name == "hdr") return RadianceLoss::Hdr;
+  if (name == "relative") return RadianceLoss::Relative;
+  throw usage_error("there is no such loss of radiance", "loss.radiance", name, "hdr or relative");
+}
+
 LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightTrainingOptions& o) {
   const LightLossWeights& w = o.weights;
   if (w.mixed + w.out_of_view + w.rerender == 0)
@@ -76,6 +107,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
       lit_pictures(graph, lit_inputs(graph, o.batch, o.height, o.width), sizes, true);
   const Shading shading = w.rerender > 0 ? shading_inputs(graph, o) : Shading{};
 
+  const auto radiance_loss = o.radiance == RadianceLoss::Hdr ? hdr_loss : relative_loss;
   std::vector<Value> mixed, far, rerender;
   for (int b = 0; b < o.batch; ++b) {
     const LitPicture& picture = pictures[static_cast<std::size_t>(b)];
@@ -88,8 +120,8 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
       };
       const Value truth = rays("light", 3), known = rays("known", 1);
       const LightAnswer answer = ask(rays("points", 3), rays("directions", 3), rays("skip", 1, Type::Int));
-      mixed.push_back(hdr_loss(answer.mixed, truth, known_hits(known, answer.hits, picture)));
-      far.push_back(hdr_loss(answer.out_of_view, truth, known));
+      mixed.push_back(radiance_loss(answer.mixed, truth, known_hits(known, answer.hits, picture)));
+      far.push_back(radiance_loss(answer.out_of_view, truth, known));
     }
     if (w.rerender > 0) rerender.push_back(rerender_loss(graph, shading, b, o.shade_samples, ask));
   }

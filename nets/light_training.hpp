@@ -14,12 +14,18 @@ struct LightLossWeights {
   double rerender = 0.1;   // the picture rendered again, squared error
 };
 
+/// How radiance is compared. Hdr: RawNeRF's loss, as in the paper; its optimum is the mean of what may be. Relative:
+/// squared error of logarithms and, at a quarter, relative squared error, both with the floor of the measures (0.01).
+enum class RadianceLoss { Hdr, Relative };
+RadianceLoss radiance_loss_of(const std::string& name);  // hdr | relative; throws usage_error
+
 struct LightTrainingOptions {
   int batch = 4, height = 120, width = 160;
   int rows = 64, samples = 64;              // rays of a picture whose light is known: points x directions
   int shade_height = 24, shade_width = 32;  // pixels of a picture that are rendered again, on a coarser grid
   int shade_samples = 16;
   LightLossWeights weights{};
+  RadianceLoss radiance = RadianceLoss::Hdr;
   AdamOptions adam{};
 };
 
@@ -42,5 +48,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
 /// RawNeRF's loss of radiance (Mildenhall et al. 2022): <((y' - y) / (sg(y') + 0.001))^2>_m over mask and channels.
 /// prediction and truth {1,3,rows,samples}, mask {1,1,...}.
 Value hdr_loss(Value prediction, Value truth, Value mask);
+/// <ln((y' + e) / (y + e))^2>_m + <(y' - y)^2 / (y^2 + e)>_m / 4 with e = 0.01; y' at least 0.
+Value relative_loss(Value prediction, Value truth, Value mask);
 
 }  // namespace clerestory

@@ -92,6 +92,14 @@ Value encoded(Value position, int octaves) {
   return concat(std::array{position, encode(position, position.graph().constant(frequencies))});
 }
 
+/// The photograph and perhaps the maps, depth in scales.
+Value trunk_input(const LitPictures& p, const OutOfViewSize& size) {
+  const Value seen = size.log_input ? activate(p.image, Function::Log1p) : p.image;
+  if (!size.sees_maps) return seen;
+  const Value unit = activate(scale(activate(slice(p.range, 0, 1), Function::Log), -1), Function::Exp);
+  return concat(std::array{seen, p.surfaces.albedo, p.surfaces.normal, p.surfaces.material, multiply(p.depth, unit)});
+}
+
 }  // namespace
 
 OutOfViewSize out_of_view_size(const std::string& preset) {
@@ -107,15 +115,29 @@ OutOfViewSize out_of_view_size(const std::string& preset) {
   throw usage_error("there is no such preset", "preset", preset, "paper or compact");
 }
 
-std::vector<LightField> light_fields(const Scope& scope, Value image, const OutOfViewSize& size) {
-  const Value seen = size.log_input ? activate(image, Function::Log1p) : image;
-  const Value code = plane_mean(resnet(scope / "encoder", seen, size.trunk).back());
+OutOfViewForm out_of_view_form(const std::string& name) {
+  if (name == "field") return OutOfViewForm::Field;
+  if (name == "shells") return OutOfViewForm::Shells;
+  throw usage_error("there is no such form", "light.out_of_view", name, "field or shells");
+}
+
+std::vector<LightField> light_fields(const Scope& scope, const LitPictures& pictures, const OutOfViewSize& size) {
+  const std::vector<Value> levels = resnet(scope / "encoder", trunk_input(pictures, size), size.trunk);
+  if (size.form == OutOfViewForm::Shells) {
+    std::vector<LightField> fields;
+    for (const Value shells :
+         light_shells(scope / "shells", levels, pictures.camera, pictures.image.shape(), size.shells))
+      fields.push_back({{}, {}, shells});
+    return fields;
+  }
+  const Value code = plane_mean(levels.back());
   const Scope hyper = scope / "hyper";
   return size.hyper == HyperNet::Paper ? paper_fields(hyper, code, size) : low_rank_fields(hyper, code, size);
 }
 
 Value out_of_view_light(const LightField& field, Value points, Value direction, Value range,
                         const OutOfViewSize& size) {
+  if (field.shells) return shells_light(field.shells, points, direction, range, size.shells);
   const Marched samples = march(points, direction, range, points.shape(), size.march);
   Value x = encoded(samples.position, size.octaves);
   for (std::size_t i = 0; i < field.weights.size(); ++i) {

@@ -7,6 +7,8 @@
 
 #include "host/ops/light/march.hpp"
 #include "nets/builder.hpp"
+#include "nets/light_shells.hpp"
+#include "nets/lit_pictures.hpp"
 #include "nets/resnet.hpp"
 
 namespace clerestory {
@@ -15,7 +17,12 @@ namespace clerestory {
 /// matrix is a trained one plus a product of two thin ones that the hypernetwork writes.
 enum class HyperNet { Paper, LowRank };
 
+/// Field: the paper's radiance field, written by a hypernetwork. Shells: painted spheres (nets/light_shells.hpp).
+enum class OutOfViewForm { Field, Shells };
+OutOfViewForm out_of_view_form(const std::string& name);  // field | shells; throws usage_error
+
 struct OutOfViewSize {
+  OutOfViewForm form = OutOfViewForm::Field;
   ResnetSize trunk{};
   HyperNet hyper = HyperNet::Paper;
   int stem = 1024, inner = 4096;  // widths of the hypernetwork; LowRank has no inner layers
@@ -25,17 +32,21 @@ struct OutOfViewSize {
   MarchOptions march{.segments = 64};
   bool released_output = true;  // relu for colour and density; false: softplus, which never dies
   bool log_input = false;       // the trunk reads ln(1 + photograph)
+  bool sees_maps = false;       // the trunk also reads albedo, normals, material and depth: beyond the paper
+  ShellsSize shells{};
 };
 /// "paper" or "compact"; throws usage_error otherwise.
 OutOfViewSize out_of_view_size(const std::string& preset);
 
-/// The weights of one picture's field: {out, in, 1, 1} and {1, out, 1, 1} of each layer.
+/// What one picture's light out of view is made of: weights {out, in, 1, 1} and biases {1, out, 1, 1} of each layer of
+/// its field, or its shells {count, 4, rows, columns}.
 struct LightField {
   std::vector<Value> weights, biases;
+  Value shells;
 };
 
-/// The field of each picture of `image` {n, 3, h, w}: linear radiance, 95th percentile of luminance 0.9, not clamped.
-std::vector<LightField> light_fields(const Scope& scope, Value image, const OutOfViewSize& size);
+/// Of each picture. Surfaces and depth are read if `sees_maps`, the camera by shells.
+std::vector<LightField> light_fields(const Scope& scope, const LitPictures& pictures, const OutOfViewSize& size);
 
 /// Radiance {1, 3, rows, samples} that arrives at `points` along `direction` (both {1, 3, rows, samples}, camera frame;
 /// the direction points away). range {1, 3, 1, 1} by depth_range().

@@ -78,12 +78,19 @@ Schema make_schema() {
   s.real("loss.out_of_view", 1, "light: radiance of all rays, the out-of-view net alone", {0, none});
   s.real("loss.rerender", 0.1, "light: squared error of the picture rendered again", {0, none});
 
+  s.text("loss.radiance", "hdr",
+         "light: how radiance is compared: RawNeRF's loss, as in the paper, or logarithms and relative error",
+         {"hdr", "relative"});
+
   s.section("light", "The light's nets and what they are shown (model.kind = light).");
   s.text("light.output", "", "how LightNet's last number becomes radiance; empty: the preset's",
          {"", "released", "softplus", "exp", "residual"});
   s.integer("light.width", 0, "numbers of a hidden layer of LightNet's MLP; 0: the preset's", {0, 4096});
   s.integer("light.layers", 0, "its hidden layers; 0: the preset's", {0, 64});
   s.integer("light.frequencies", 0, "of each of its encodings; 0: the preset's", {0, 1024});
+  s.text("light.out_of_view", "", "form of the light out of view; empty: the preset's", {"", "field", "shells"});
+  s.flag("light.sees_maps", false, "the net out of view also reads albedo, normals, material and depth");
+  s.integer("light.shells", 0, "painted spheres of that form; 0: the preset's", {0, 64});
   s.integer("light.segments", 0, "samples along a ray of the out-of-view field; 0: the preset's", {0, 1024});
   s.integers("light.field", {}, "hidden layers of the field; empty: the preset's", {1, 1024});
   s.integer("light.rows", 64, "points of a view whose light is compared", {1, 65536});
@@ -143,6 +150,9 @@ LightSizes light_of(const Config& c) {
   forbid(in_view.again >= in_view.layers, c, "light.layers", "no layer left that is given the input again",
          fmt::format("more than {}", in_view.again));
   OutOfViewSize& far = sizes.out_of_view;
+  if (!c.text("light.out_of_view").empty()) far.form = out_of_view_form(c.text("light.out_of_view"));
+  far.sees_maps = far.sees_maps || c.flag("light.sees_maps");
+  far.shells.count = whole(c, "light.shells", far.shells.count);
   far.march.segments = whole(c, "light.segments", far.march.segments);
   if (!c.integers("light.field").empty())
     far.hidden.assign(c.integers("light.field").begin(), c.integers("light.field").end());
@@ -159,6 +169,7 @@ LightTrainingOptions light_step_of(const Config& c, const TrainingOptions& o) {
   for (const char* key : {"light.samples", "light.shade_samples"})
     forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
   step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender")};
+  step.radiance = radiance_loss_of(c.text("loss.radiance"));
   step.adam.beta1 = o.beta1, step.adam.beta2 = o.beta2;
   return step;
 }

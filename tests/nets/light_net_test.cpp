@@ -101,6 +101,9 @@ TEST(LightNet, ReleasedIsPytorchs) { expect_in_view("in_view_released", small(8,
 TEST(LightNet, SoftplusIsPytorchs) { expect_in_view("in_view_softplus", small(6, 2, 0, LightOutput::Softplus)); }
 TEST(LightNet, ExpIsPytorchs) { expect_in_view("in_view_exp", small(6, 2, 1, LightOutput::Exp)); }
 
+/// What a field that does not see maps reads.
+LitPictures photograph_alone(Value image) { return {image, {}, {}, {}, {}}; }
+
 void expect_out_of_view(const std::string& label, bool paper) {
   const OutOfViewSize size{.trunk = kTrunk,
                            .hyper = paper ? HyperNet::Paper : HyperNet::LowRank,
@@ -115,7 +118,8 @@ void expect_out_of_view(const std::string& label, bool paper) {
   for (const Precision precision : {Precision::Double, Precision::Single}) {
     GoldenNet net("light.safetensors", precision);
     const Scope scope{net.graph, true, ""};
-    const std::vector<LightField> fields = light_fields(scope, net.graph.input("image", kImage), size);
+    const std::vector<LightField> fields =
+        light_fields(scope, photograph_alone(net.graph.input("image", kImage)), size);
     const Value range = net.graph.constant(Tensor(Shape{1, 3, 1, 1}, 2.5));
     std::vector<Value> radiance;
     for (int n = 0; n < 2; ++n) {
@@ -155,7 +159,7 @@ TEST(LightNet, PaperHasTheReleasedCounts) {
 TEST(OutOfView, PaperHasTheReleasedCounts) {
   Graph graph;
   const OutOfViewSize size = out_of_view_size("paper");
-  light_fields({graph, false, "global"}, graph.input("image", {1, 3, 64, 64}), size);
+  light_fields({graph, false, "global"}, photograph_alone(graph.input("image", {1, 3, 64, 64})), size);
   EXPECT_EQ(field_parameters(size), 11140);
   const long weights = parameters_under(graph, "global.hyper.weights"),
              biases = parameters_under(graph, "global.hyper.biases");
@@ -173,7 +177,7 @@ TEST(LightNet, CompactKeepsToItsBudget) {
       light_pixels(local, image, {image, graph.input("normal", s), graph.input("material", s)}, in_view);
   in_view_light(local, pixels, graph.input("hit", {1, 1, 2, 16}, Type::Int), graph.input("direction", {1, 3, 2, 16}),
                 image, in_view);
-  light_fields(global, image, out_of_view_size("compact"));
+  light_fields(global, photograph_alone(image), out_of_view_size("compact"));
   EXPECT_LE(parameters_under(graph, "global.hyper"), 2'000'000);
   EXPECT_LE(parameters_under(graph, "local") + parameters_under(graph, "global"), 9'000'000);
 }

@@ -43,6 +43,41 @@ TEST(LightTraining, HdrLossAgainstItsDefinitionAndGradient) {
     EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
 }
 
+TEST(LightTraining, RelativeLossAgainstItsDefinitionAndDifferences) {
+  constexpr Shape kRays{1, 3, 4, 16}, kOne{1, 1, 4, 16};
+  constexpr std::size_t rays = 64;
+  Tensor prediction = formula("prediction", kRays), truth = formula("truth", kRays), mask = formula("mask", kOne);
+  for (double& x : prediction.real) x = std::exp(20 * x);  // 5e-5 to 2e4
+  for (double& x : truth.real) x = std::exp(20 * x);
+  prediction.real[0] = 0, truth.real[1] = 0;
+  for (double& m : mask.real) m = m > -0.3;
+  mask.real[0] = mask.real[1] = 1;
+  double count = 0;
+  for (std::size_t i = 0; i < rays; ++i) count += mask.real[i];
+  const auto loss_of = [&](double y, double t) {
+    const double l = std::log((y + 0.01) / (t + 0.01));
+    return l * l + 0.25 * (y - t) * (y - t) / (t * t + 0.01);
+  };
+  double loss = 0;
+  for (std::size_t i = 0; i < 3 * rays; ++i)
+    loss += mask.real[i % rays] * loss_of(prediction.real[i], truth.real[i]) / (3 * count);
+  Graph graph;
+  const Value p = graph.input("prediction", kRays);
+  const Value value = relative_loss(p, graph.constant(truth), graph.constant(mask));
+  const std::vector<Tensor> results =
+      evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
+               {{"prediction", prediction}}, {.precision = Precision::Double});
+  EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
+  for (std::size_t i = 0; i < 3 * rays; ++i) {
+    const double y = prediction.real[i], t = truth.real[i], step = 1e-6 * (y + 0.01);
+    const double slope = mask.real[i % rays] * (loss_of(y + step, t) - loss_of(y - step, t)) / (2 * step) / (3 * count);
+    // A difference loses epsilon |loss| / step.
+    EXPECT_NEAR(results[1].real[i], slope, 1e-7 * std::abs(slope) + 1e-15 * loss_of(y, t) / step) << i;
+  }
+  EXPECT_EQ(radiance_loss_of("relative"), RadianceLoss::Relative);
+  EXPECT_THROW(radiance_loss_of("l1"), Error);
+}
+
 /// A wall two metres away under a light that depends on direction alone.
 struct Wall {
   static constexpr int kHeight = 24, kWidth = 32, kShadeHeight = 6, kShadeWidth = 8;

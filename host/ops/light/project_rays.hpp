@@ -1,0 +1,11 @@
+// The pixels that directions from the camera point to (kernels/light/project_rays.cl).
+#pragma once
+#include "host/graph/graph.hpp"
+
+namespace clerestory {
+
+/// direction {1, 3, pixels, samples}: camera frame, any length; camera {1, 4, 1, 1} of a picture of `picture`'s height
+/// and width -> Int {1, 1, pixels, samples}: y * w + x, or -1 for what the picture does not show.
+Value project_rays(Value direction, Value camera, const Shape& picture);
+
+}  // namespace clerestory

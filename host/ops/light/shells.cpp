@@ -1,0 +1,92 @@
+#include "host/ops/light/shells.hpp"
+
+#include "host/ops/light/rays.hpp"
+#include "host/ops/light/sort_rays.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr auto kFile = "light/shells.cl";
+
+void outside_of_chunks(const Launch& l, const char* op) {
+  if (l.chunk.pixels > 0) throw Error(ErrorKind::Failed, "shells have no gradient inside of map_chunks", op);
+}
+
+// Inputs: points, direction, range, radii.
+struct ShellCellsOp : Op {
+  Shape shells;
+  explicit ShellCellsOp(const Shape& s) : shells(s) {}
+  std::string name() const override { return "shell_cells"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    return {{{1, 1, 1, shells.n * static_cast<int>(in[0].shape().plane())}, Type::Int}};
+  }
+  void launch(Launch& l) const override {
+    outside_of_chunks(l, "shell_cells");
+    const int rays = static_cast<int>(l.in(0).shape.plane());
+    l.run(kFile, "shell_cells", Range::of(static_cast<std::size_t>(rays)), l.in(0), l.in(1), l.in(2), l.in(3), l.out(),
+          rays, shells.n, shells.h, shells.w);
+  }
+};
+
+// Inputs: gradient, points, direction, range, radii, order, starts.
+struct SumShellsOp : Op {
+  Shape shells;
+  explicit SumShellsOp(const Shape& s) : shells(s) {}
+  std::string name() const override { return "sum_shells"; }
+  std::vector<Signature> infer(std::span<const Value>) const override { return {{shells, Type::Real}}; }
+  void launch(Launch& l) const override {
+    outside_of_chunks(l, "sum_shells");
+    l.run(kFile, "sum_shells", Range::of(static_cast<std::size_t>(shells.n * shells.plane())), l.in(0), l.in(1),
+          l.in(2), l.in(3), l.in(4), l.in(5), l.in(6), l.out(), static_cast<int>(l.in(1).shape.plane()), shells.n,
+          shells.h, shells.w);
+  }
+};
+
+// Inputs: shells, points, direction, range, radii.
+struct LookUpShellsOp : Op {
+  std::string name() const override { return "look_up_shells"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    check_rays(in[1], 3, "look_up_shells"), check_rays(in[2], 3, "look_up_shells");
+    const Shape &shells = in[0].shape(), &rays = in[1].shape();
+    if (shells.c != 4 || shells.h < 2 || shells.w < 2 || !(in[2].shape() == rays) ||
+        !(in[3].shape() == Shape{1, 3, 1, 1}))
+      throw Error(ErrorKind::Failed, "shells, rays and range do not fit", "look_up_shells",
+                  shells.text() + ", " + in[2].shape().text() + ", " + in[3].shape().text(),
+                  "Kx4xROWSxCOLUMNS, " + rays.text() + ", 1x3x1x1");
+    return {{{shells.n, 4, rays.h, rays.w}, Type::Real}, {{shells.n, 1, rays.h, rays.w}, Type::Real}};
+  }
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    const auto& in = node.inputs;
+    if (!g[0]) return {{}, {}, {}, {}, {}};
+    const Shape shells = node.in_shape(0);
+    const Value cells = node.graph->make<ShellCellsOp>({in[1], in[2], in[3], in[4]}, shells);
+    const SortedRays sorted = sort_rays(cells, {1, 1, shells.n * shells.h, shells.w});
+    return {node.graph->make<SumShellsOp>({g[0], in[1], in[2], in[3], in[4], sorted.order, sorted.starts}, shells),
+            {},
+            {},
+            {},
+            {}};
+  }
+  void launch(Launch& l) const override {
+    const Shape& shells = l.in(0).shape;
+    const RayTile t = ray_tile(l, l.in(1).shape);
+    l.run(kFile, "look_up_shells", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), l.out(0), l.out(1),
+          t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, shells.n, shells.h,
+          shells.w);
+  }
+};
+
+}  // namespace
+
+ShellSamples look_up_shells(Value shells, Value points, Value direction, Value range,
+                            const std::vector<double>& radii) {
+  const int count = shells.shape().n;
+  if (static_cast<int>(radii.size()) != count)
+    throw Error(ErrorKind::Failed, "another number of radii than of shells", "look_up_shells",
+                std::to_string(radii.size()), std::to_string(count));
+  const Value r = shells.graph().constant(Tensor({count, 1, 1, 1}, radii));
+  const Value value = shells.graph().make<LookUpShellsOp>({shells, points, direction, range, r});
+  return {value, value.node->value(1)};
+}
+
+}  // namespace clerestory

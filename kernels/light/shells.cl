@@ -1,0 +1,97 @@
+// Light from concentric spheres around the camera, each painted with radiance and density (a multi-sphere image, Attal
+// et al. 2020, ECCV): what a ray from any point meets where it leaves each of them.
+//
+// shells {K, 4, rows, columns}: panoramas (host/math/panorama.hpp: the centre column looks along -z, the top row along
+// +y), the innermost first. points, direction {1, 3, pixels, samples}: camera metres, any length; range {1, 3, 1, 1}:
+// scene_scale first, metres; radii {K, 1, 1, 1} in that unit. value {K, 4, pixels, samples}: bilinear between texel
+// centres, around the seam, constant beyond the first and last row's; met {K, 1, ...}: 1 where the ray leaves the sphere
+// ahead, always on the last: a ray that starts beyond it reads it by its own direction. Elsewhere value is 0.
+#include "lib/chunk.clh"
+#include "lib/sphere.clh"
+
+// Texel to the upper left, share of the next column and row.
+typedef struct {
+  int column, row, met;
+  real across, down;
+} ShellCell;
+
+static inline ShellCell shell_cell(real3 origin, real3 d, real radius, int last, int rows, int columns) {
+  const real t = sphere_exit(origin, d, radius);
+  const real3 at = t > R(0) ? origin + t * d : d;
+  const real level = sqrt(at.x * at.x + at.z * at.z);
+  const real azimuth = level > R(0) ? atan2(at.x, -at.z) : R(0);
+  const real x = (R(0.5) + R(0.5) * INV_PI * azimuth) * (real)columns - R(0.5);
+  const real y = INV_PI * atan2(level, at.y) * (real)rows - R(0.5);
+  ShellCell c;
+  c.met = t > R(0) || last;
+  const int left = (int)floor(x);
+  c.across = x - (real)left;
+  c.column = left < 0 ? left + columns : min(left, columns - 1);
+  c.row = clamp((int)floor(y), 0, rows - 2);
+  c.down = clamp(y - (real)c.row, R(0), R(1));
+  return c;
+}
+
+#define SHELL_ARGS \
+  IN(points), IN(direction), IN(range), IN(radii)
+#define SHELL_RAY(ray, plane)                                                                        \
+  global const real *from = AT(points, 0) + ray, *along = AT(direction, 0) + ray;                    \
+  const real3 origin = (real3)(from[0], from[plane], from[2 * plane]) / AT(range, 0)[0];             \
+  const real3 d = unit3((real3)(along[0], along[plane], along[2 * plane]));
+
+kernel void look_up_shells(IN(shells), SHELL_ARGS, OUT(value), OUT(met), CHUNK_ARGS, const int count,
+                           const int rows, const int columns) {
+  RAY_OF_WORK_ITEM
+  SHELL_RAY(ray, RAY_PLANE)
+  for (int k = 0; k < count; ++k) {
+    const ShellCell c = shell_cell(origin, d, AT(radii, k)[0], k == count - 1, rows, columns);
+    const int next = c.column + 1 < columns ? c.column + 1 : 0;
+    const int top = c.row * columns, bottom = top + columns;
+    for (int channel = 0; channel < 4; ++channel) {
+      global const real *map = AT(shells, k) + channel * rows * columns;
+      const real upper = map[top + c.column] + c.across * (map[top + next] - map[top + c.column]);
+      const real lower = map[bottom + c.column] + c.across * (map[bottom + next] - map[bottom + c.column]);
+      AT(value, k)[channel * RAY_PLANE + ray] = c.met ? upper + c.down * (lower - upper) : R(0);
+    }
+    AT(met, k)[ray] = c.met ? R(1) : R(0);
+  }
+}
+
+// cell Int {1, 1, 1, K pixels samples}: k rows columns + texel to the upper left, or -1 where nothing was read.
+kernel void shell_cells(SHELL_ARGS, OUT_INT(cell), const int rays, const int count, const int rows,
+                        const int columns) {
+  const int i = (int)get_global_id(0);
+  if (i >= rays) return;
+  const ulong ray = (ulong)i, plane = (ulong)rays;
+  SHELL_RAY(ray, plane)
+  for (int k = 0; k < count; ++k) {
+    const ShellCell c = shell_cell(origin, d, AT(radii, k)[0], k == count - 1, rows, columns);
+    AT(cell, 0)[k * rays + i] = c.met ? (k * rows + c.row) * columns + c.column : -1;
+  }
+}
+
+// The transpose of the look-up: every texel sums what rays bring that read it, in their order. order, starts: rays by
+// cell (kernels/light/sort_rays.cl).
+kernel void sum_shells(IN(g), SHELL_ARGS, IN_INT(order), IN_INT(starts), OUT(d_shells), const int rays,
+                       const int count, const int rows, const int columns) {
+  const int i = (int)get_global_id(0);
+  if (i >= count * rows * columns) return;
+  const int k = i / (rows * columns), texel = i - k * rows * columns, y = texel / columns, x = texel - y * columns;
+  const ulong plane = (ulong)rays;
+  const int before = x > 0 ? x - 1 : columns - 1;
+  real4 sum = (real4)(R(0));
+  for (int row = max(y - 1, 0); row <= min(y, rows - 2); ++row)
+    for (int side = 0; side < 2; ++side) {
+      const int cell = (k * rows + row) * columns + (side ? x : before), end = AT(starts, 0)[cell + 1];
+      for (int j = AT(starts, 0)[cell]; j < end; ++j) {
+        const ulong ray = (ulong)(AT(order, 0)[j] - k * rays);
+        SHELL_RAY(ray, plane)
+        const ShellCell c = shell_cell(origin, d, AT(radii, k)[0], k == count - 1, rows, columns);
+        const real share = (side ? R(1) - c.across : c.across) * (row == y ? R(1) - c.down : c.down);
+        global const real *from_above = AT(g, k) + ray;
+        sum += share * (real4)(from_above[0], from_above[plane], from_above[2 * plane], from_above[3 * plane]);
+      }
+    }
+  global real *to = AT(d_shells, k) + texel;
+  to[0] = sum.x, to[rows * columns] = sum.y, to[2 * rows * columns] = sum.z, to[3 * rows * columns] = sum.w;
+}
