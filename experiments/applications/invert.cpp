@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <chrono>
 
+#include "experiments/applications/estimate.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/predict.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
+#include "host/cl/ceilings.hpp"
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
 #include "host/io/datasets.hpp"
@@ -14,6 +16,7 @@
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
+#include "nets/scene_maps.hpp"
 
 namespace clerestory {
 namespace {
@@ -164,6 +167,13 @@ fs::path invert(const InvertOptions& options) {
   request.normal = !given.normal && wanted(options, "normal");
   request.depth = !given.depth && wanted(options, "depth");
   request.material = !given.material && wanted(options, "material");
+  if (options.preset == "paper") {
+    const double rays = rerenders ? static_cast<double>(image.pixels()) * render_spec(options.render).spp : 0;
+    const InvertWork work =
+        invert_work(device, options.preset, image.width, image.height, request, options.render.light, rays);
+    say("estimate: " + describe(work, measure_ceilings(device).fma_gflops));
+    request.preset = options.preset;
+  }
   Prediction prediction;
   if (request.any()) {
     const fs::path weights = options.weights.empty() ? shipped_weights() : options.weights;

@@ -25,6 +25,7 @@ struct InvertOptions {
   std::filesystem::path weights;        // empty: the shipped ones
   std::filesystem::path light_weights;  // of a learned light; empty: the shipped ones
   std::filesystem::path out;            // empty: runs/invert/<stem of the photo>
+  std::string preset = "compact";       // paper: says what it will cost, and wants weights of that preset
   RenderSettings render;
   std::string device, gemm = "auto";
   std::vector<std::string> command;  // argv, for provenance

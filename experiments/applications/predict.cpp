@@ -45,6 +45,8 @@ std::filesystem::path shipped_weights() {
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
                         const PredictRequest& request, const std::string& gemm) {
   const LoadedWeights loaded = load_weights(weights, device);
+  if (!request.preset.empty() && loaded.preset != request.preset)
+    throw usage_error("weights of another preset", weights.string(), loaded.preset, request.preset);
   const int longer = std::max(loaded.size.width, loaded.size.height);
   double exposure = 1;
   const Image small = prepare_photo(photo, longer, &exposure);

@@ -12,6 +12,7 @@ namespace clerestory {
 /// Which heads are needed: what nobody asks for is pruned from the plan.
 struct PredictRequest {
   bool albedo = true, normal = true, depth = true, material = true;
+  std::string preset;  // that the weights must have; empty: any
   bool any() const { return albedo || normal || depth || material; }
 };
 

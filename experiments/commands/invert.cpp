@@ -32,12 +32,13 @@ void add_invert_command(CommandLine& line) {
       .choice("--delta", "What the uncertainty of a hit is measured in", options->render.delta, {"linear", "window"})
       .light(lights_to_choose())
       .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
-      .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Gemm, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Quiet})
       .notes(
           "The camera looks along -z, x right, y up; depth is axial, in metres. See README.md for the RUN folder.\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
-    options->device = common.device, options->gemm = common.gemm, options->weights = common.weights;
+    options->device = common.device, options->gemm = common.gemm, options->preset = common.preset,
+    options->weights = common.weights;
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     options->render.light = common.light;

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "experiments/applications/edit.hpp"
+#include "experiments/applications/estimate.hpp"
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_weights.hpp"
@@ -232,6 +233,31 @@ TEST_F(Light, IsTheDefaultWhereItsWeightsAreShipped) {
   EXPECT_EQ(lights_to_choose().front(), "image");
   EXPECT_THROW(load_light_nets(settings, {}, device), Error);
   ::unsetenv("CLERESTORY_LIGHT_WEIGHTS");
+}
+
+TEST_F(Light, ThePapersWorkIsCounted) {
+  // Products alone: 128 Fourier features into 512, eight layers of 512, three colours; the field's 11,140 parameters
+  // less 196 biases, 64 times.
+  LightNetSize in_view = light_sizes("paper").in_view;
+  in_view.again = 0;
+  EXPECT_EQ(in_view_flops(in_view), 2.0 * (128 * 512 + 8 * 512 * 512 + 3 * 512));
+  in_view.again = 5;  // the input's directions once more
+  EXPECT_EQ(in_view_flops(in_view), 2.0 * (2 * 128 * 512 + 8 * 512 * 512 + 3 * 512));
+  EXPECT_EQ(out_of_view_flops(light_sizes("paper").out_of_view), 2.0 * 64 * (11140 - 196));
+
+  Device device = Device::open();
+  const InvertWork all = invert_work(device, "paper", 320, 240, {}, "net", 100);
+  PredictRequest only_depth;
+  only_depth.albedo = only_depth.normal = only_depth.material = false;
+  const InvertWork depth = invert_work(device, "paper", 320, 240, only_depth, "image", 100);
+  // DenseNet121 needs 2.9 GMAC for 224 x 224 (Huang et al. 2017, table 2, as counted by its implementations) at strides
+  // up to 32; ours ends at stride 16 and has a decoder more for each map.
+  EXPECT_GT(depth.maps, 2 * 2.8e9 * (320 * 240) / (224 * 224.0));
+  EXPECT_GT(all.maps, depth.maps + 1e9);
+  EXPECT_EQ(depth.all(), depth.maps);
+  EXPECT_EQ(all.out_of_view, 100 * 2.0 * 64 * (11140 - 196));
+  EXPECT_GT(all.encoders, 2 * 3.6e9 * (320 * 240) / (224 * 224.0));  // ResNet34: 3.6 GMAC (He et al. 2016, table 1)
+  EXPECT_THAT(describe(all, 100), testing::HasSubstr("at the measured peak of 100 GFLOP/s"));
 }
 
 TEST_F(Light, InvertTellsItsPartsApart) {

@@ -1,0 +1,81 @@
+#include "experiments/applications/estimate.hpp"
+
+#include <algorithm>
+
+#include "experiments/evaluation/prepare.hpp"
+#include "host/graph/plan.hpp"
+
+namespace clerestory {
+namespace {
+
+double flops_of(const Plan& plan) {
+  double flops = 0;
+  for (const Step& step : plan.steps) flops += step.node->op->cost(*step.node).flops;
+  return flops;
+}
+
+double maps_flops(Device& device, const std::string& preset, const Size& size, const PredictRequest& request) {
+  if (!request.any()) return 0;
+  Graph graph;
+  const Value image = graph.input("image", {1, 3, padded_size(size.height), padded_size(size.width)});
+  const Maps maps = mgnet(graph, image, mgnet_size(preset), false);
+  std::vector<Value> outputs;
+  if (request.albedo) outputs.push_back(maps.albedo);
+  if (request.normal) outputs.push_back(maps.normal);
+  if (request.depth) outputs.insert(outputs.end(), {maps.depth, maps.log_scale});
+  if (request.material) outputs.push_back(maps.material);
+  return flops_of(compile(graph, outputs, device));
+}
+
+double encoders_flops(Device& device, const LightSizes& sizes, const Size& size) {
+  Graph graph;
+  const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, size.height, size.width), sizes, false)[0];
+  std::vector<Value> outputs{picture.pixels.features, picture.pixels.surface};
+  outputs.insert(outputs.end(), picture.field.weights.begin(), picture.field.weights.end());
+  outputs.insert(outputs.end(), picture.field.biases.begin(), picture.field.biases.end());
+  if (picture.field.shells) outputs.push_back(picture.field.shells);
+  return flops_of(compile(graph, outputs, device));
+}
+
+std::string flops_text(double flops) {
+  return flops < 1e12 ? fmt::format("{:.1f} GFLOP", flops * 1e-9) : fmt::format("{:.1f} TFLOP", flops * 1e-12);
+}
+
+}  // namespace
+
+double in_view_flops(const LightNetSize& s) {
+  const double reading = s.again > 0 ? 2 : 1, width = s.width;
+  return 2 * width * (reading * 2 * s.frequencies + (s.layers - 1) * width + 3);
+}
+
+double out_of_view_flops(const OutOfViewSize& s) {
+  if (s.form == OutOfViewForm::Shells) return 0;
+  double in = 3 + 6 * s.octaves, products = 0;
+  for (const int out : s.hidden) products += in * out, in = out;
+  return 2 * s.march.segments * (products + 4 * in);
+}
+
+InvertWork invert_work(Device& device, const std::string& preset, int width, int height, const PredictRequest& request,
+                       const std::string& light, double rays) {
+  const Size size = net_size(width, height, preset == "paper" ? 320 : 160);
+  InvertWork work;
+  work.maps = maps_flops(device, preset, size, request);
+  if (rays == 0 || (light != "net" && light != "out_of_view")) return work;
+  const LightSizes sizes = light_sizes(preset);
+  work.encoders = encoders_flops(device, sizes, size);
+  if (light == "net") work.in_view = rays * in_view_flops(sizes.in_view);
+  work.out_of_view = rays * out_of_view_flops(sizes.out_of_view);
+  return work;
+}
+
+std::string describe(const InvertWork& work, double peak_gflops) {
+  std::string text = "maps " + flops_text(work.maps);
+  if (work.in_view + work.out_of_view > 0)
+    text += fmt::format(", light {} once and at most {} for rays ({} in view, {} out of view)",
+                        flops_text(work.encoders), flops_text(work.in_view + work.out_of_view),
+                        flops_text(work.in_view), flops_text(work.out_of_view));
+  return text + fmt::format(": {:.0f} s at the measured peak of {:.0f} GFLOP/s, which no kernel reaches",
+                            work.all() / (peak_gflops * 1e9), peak_gflops);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,34 @@
+// What `clerestory invert` is going to cost, before it starts.
+#pragma once
+#include <string>
+
+#include "experiments/applications/predict.hpp"
+#include "host/cl/device.hpp"
+#include "nets/light_model.hpp"
+#include "nets/mgnet.hpp"
+
+namespace clerestory {
+
+/// Floating-point operations of matrix products and convolutions, a multiply-add counted as two. The light's are what
+/// rays cost at most: every ray asks both parts.
+struct InvertWork {
+  double maps = 0;      // MGNet, heads that are asked for
+  double encoders = 0;  // of the light
+  double in_view = 0, out_of_view = 0;
+  double all() const { return maps + encoders + in_view + out_of_view; }
+};
+
+/// One ray of each part.
+double in_view_flops(const LightNetSize& size);
+double out_of_view_flops(const OutOfViewSize& size);  // 0 for shells, which look light up
+
+/// Nets of a preset at their own size (longer side 320 for paper, 160 for compact) on a picture of width x height, and
+/// `rays` rays under `light` (0: none are asked).
+InvertWork invert_work(Device& device, const std::string& preset, int width, int height, const PredictRequest& request,
+                       const std::string& light, double rays);
+
+/// "maps 12.0 GFLOP, light 3.0 GFLOP once and at most 116.0 TFLOP for rays (...): 580 s at the measured peak of 200
+/// GFLOP/s, which no kernel reaches".
+std::string describe(const InvertWork& work, double peak_gflops);
+
+}  // namespace clerestory
