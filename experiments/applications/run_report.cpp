@@ -118,10 +118,13 @@ void write_run_report(const std::filesystem::path& folder) {
                    "Scaled so that the photograph's 95th percentile is 0.9.");
   }
   if (std::filesystem::exists(folder / "insert.json")) {  // a folder of edit has a composite of its own
-    report.section("Objects put in", "Lit by the photograph's own light, shadowing it and mirrored in it.");
+    const Provenance inserted = read_provenance(folder / "insert.json");
+    const auto light = inserted.facts.find("light");
+    report.section("Objects put in",
+                   "Lit by the scene (light: " + (light == inserted.facts.end() ? "image" : light->second) +
+                       "), shadowing it and mirrored in it.");
     report.compare("Photograph", exposed(scene.photo, exposure), "With objects",
                    exposed(read_map(folder / "composite.exr", 3), exposure));
-    const Provenance inserted = read_provenance(folder / "insert.json");
     report.paragraph(command_text(inserted.command) + fmt::format(" ({:.1f} s)", figure(inserted, "seconds")));
   }
   report.section("Maps");
