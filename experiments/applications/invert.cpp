@@ -113,6 +113,7 @@ std::string part_of(const std::string& kernel) {
       {"light/pixel_rows", "in-view MLP"},
       {"light/ask_field", "out-of-view field"},
       {"light/shells", "out-of-view field"},
+      {"light/composite", "out-of-view field"},
       {"light/project_rays", "light's networks"},
   };
   for (const auto& [prefix, part] : parts)

@@ -71,9 +71,9 @@ LightSizes small_sizes() {
 }
 
 /// Nets as they are before training, but for an output that says more than the photograph.
-std::shared_ptr<LightNets> untrained(int longer_side) {
+std::shared_ptr<LightNets> untrained(int longer_side, const LightSizes& sizes = small_sizes()) {
   const auto nets = std::make_shared<LightNets>();
-  nets->sizes = small_sizes(), nets->longer_side = longer_side, nets->note = "untrained";
+  nets->sizes = sizes, nets->longer_side = longer_side, nets->note = "untrained";
   nets->states = std::make_shared<States>(device());
   Graph graph;
   const Shape rays{1, 3, 1, 16};
@@ -121,9 +121,10 @@ std::vector<float> asked_directly(const Scene& scene, const LightNets& nets, con
   return values;
 }
 
-TEST(NetLight, TheLayerAsksWhatTrainingAsks) {
+/// The re-render and the same rays asked directly.
+void expect_the_same(const LightSizes& sizes) {
   const Scene scene = corner();
-  const auto nets = untrained(kWidth);  // the nets' picture is the photograph itself
+  const auto nets = untrained(kWidth, sizes);  // the nets' picture is the photograph itself
   const RenderSettings settings = settings_of("net", nets);
   const Rendering render = render_scene(device(), scene, settings);
   const std::vector<float> direct = asked_directly(scene, *nets, settings);
@@ -131,12 +132,25 @@ TEST(NetLight, TheLayerAsksWhatTrainingAsks) {
   double largest = 0;
   for (const float v : direct) largest = std::max(largest, std::abs(static_cast<double>(v)));
   ASSERT_GT(largest, 0.1);
-  // Same rays, same nets, same samples. Convolutions and the fused nets round in other orders: some 100 sums and
-  // products deep, and up to 40 rays' worth of terms, of rays whose radiance may cancel nothing (all positive); rays
-  // with a share below kLeastShare of a part leave it out.
+  // Same rays, same nets, same samples; radiance is positive, so that nothing cancels. Nets in one kernel round in
+  // another order than nets of ops: some 100 products deep, thrice that with the samples' sum. A ray leaves a part of
+  // the light out whose share is below kLeastShare.
   for (std::size_t i = 0; i < direct.size(); ++i)
     EXPECT_NEAR(render.radiance.data[i], direct[i], 300 * 0x1p-24 * largest + 2 * kLeastShare * std::abs(direct[i]))
         << i;
+}
+
+TEST(NetLight, TheLayerAsksWhatTrainingAsks) { expect_the_same(small_sizes()); }
+
+TEST(NetLight, SoItDoesOfShellsAndOfNetsThatReadMaps) {
+  LightSizes sizes = small_sizes();
+  sizes.out_of_view.sees_maps = true;
+  expect_the_same(sizes);
+  sizes.out_of_view.form = OutOfViewForm::Shells;
+  sizes.out_of_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}};
+  sizes.out_of_view.shells.rows = 16, sizes.out_of_view.shells.columns = 32, sizes.out_of_view.shells.code = 16;
+  sizes.out_of_view.shells.channels = {16, 16, 16, 16};
+  expect_the_same(sizes);
 }
 
 TEST(NetLight, SameBitsRunToRunAndWhateverTheTiles) {
