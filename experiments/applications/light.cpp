@@ -76,7 +76,8 @@ AskedPlace asked_place(const Scene& scene, const LightOptions& options) {
 
 Rays panorama_rays(const AskedPlace& place, const Size& size) {
   const std::size_t count = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
-  Rays rays{std::vector<Vec3>(count, place.point), {}, std::vector<int>(count, place.skip)};
+  Rays rays;
+  rays.points.assign(count, place.point), rays.skip.assign(count, place.skip);
   rays.directions.reserve(count);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) rays.directions.push_back(panorama_direction(x, y, size.width, size.height));
