@@ -5,72 +5,22 @@
 #include <cmath>
 
 #include "host/math/statistics.hpp"
-#include "host/ops/light/gather_rays.hpp"
 #include "nets/scene_maps.hpp"
 
 namespace clerestory {
 namespace {
-
-constexpr double kFloor = 0.01;
 
 LightSizes without_jitter(LightSizes sizes) {
   sizes.out_of_view.march.jitter = false;
   return sizes;
 }
 
-struct Sums {
-  double relative = 0, logarithmic = 0;
-  void add(double y, double truth) {
-    const double d = y - truth, l = std::log((std::max(y, 0.0) + kFloor) / (truth + kFloor));
-    relative += d * d / (truth * truth + kFloor), logarithmic += l * l;
-  }
-};
-
-/// Errors of a view over the rays that `used` holds.
-class ViewErrors {
- public:
-  ViewErrors(const LightRays& rays, const std::vector<std::size_t>& used) : rays_(rays), used_(used) {}
-
-  LightError of(const std::vector<float>& planar) const {
-    return error([&](std::size_t c, std::size_t i) { return static_cast<double>(planar[c * rays_.light.size() + i]); },
-                 [&](std::size_t c, std::size_t i) { return static_cast<double>(planar[c * rays_.light.size() + i]); });
-  }
-
-  /// Of the constants, one a channel, that make each error least.
-  LightError of_best_constant() const {
-    std::array<double, 3> weighted{}, weights{}, logs{};
-    for (const std::size_t i : used_)
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double t = truth(c, i), w = 1 / (t * t + kFloor);
-        weighted[c] += w * t, weights[c] += w, logs[c] += std::log(t + kFloor);
-      }
-    const double count = static_cast<double>(used_.size());
-    return error([&](std::size_t c, std::size_t) { return weighted[c] / weights[c]; },
-                 [&](std::size_t c, std::size_t) { return std::exp(logs[c] / count) - kFloor; });
-  }
-
- private:
-  double truth(std::size_t c, std::size_t i) const { return static_cast<double>(rays_.light[i][c]); }
-
-  template <class Relative, class Logarithmic>
-  LightError error(const Relative& relative, const Logarithmic& logarithmic) const {
-    Sums r, l;
-    for (const std::size_t i : used_)
-      for (std::size_t c = 0; c < 3; ++c) r.add(relative(c, i), truth(c, i)), l.add(logarithmic(c, i), truth(c, i));
-    const double values = 3 * static_cast<double>(used_.size());
-    return {r.relative / values, std::sqrt(l.logarithmic / values), 1};
-  }
-
-  const LightRays& rays_;
-  const std::vector<std::size_t>& used_;
-};
-
 }  // namespace
 
 struct LightPredictor::State {
   Graph graph;
   LightAnswer answer;
-  Value photograph, hit;
+  Value photograph;
   int samples;
   std::unique_ptr<Executor> run;
 };
@@ -86,10 +36,9 @@ LightPredictor::LightPredictor(Device device, const LightSizes& given, int width
   s.answer = ask_light(s.graph, picture, sizes, s.graph.input("points", three), s.graph.input("directions", three),
                        s.graph.input("skip", {1, 1, rows, samples}, Type::Int));
   s.photograph = photograph_radiance(picture.image, s.graph.input("ambient", {1, 3, 1, 1}), s.answer.hits);
-  s.hit = gather_rays(s.graph.fill({1, 1, height, width}, 1), s.answer.hits.pixel);
-  s.run = std::make_unique<Executor>(
-      compile(s.graph, {s.answer.mixed, s.answer.out_of_view, s.photograph, s.hit}, device, {.gemm = gemm}),
-      std::move(states));
+  const std::vector<Value> outputs{s.answer.mixed,      s.answer.in_view,    s.answer.out_of_view, s.photograph,
+                                   s.answer.hits.delta, s.answer.hits.pixel};
+  s.run = std::make_unique<Executor>(compile(s.graph, outputs, device, {.gemm = gemm}), std::move(states));
 }
 
 LightPredictor::~LightPredictor() = default;
@@ -106,8 +55,9 @@ LightAnswers LightPredictor::answer(const LightView& view, const LightRays& rays
   run.feed("camera", camera_tensor(std::span(&view.camera, 1)));
   for (const auto& [name, tensor] : ray_tensors(rays, s.samples)) run.feed(name, tensor);
   run.run();
-  return {run.fetch_floats(s.answer.mixed), run.fetch_floats(s.answer.out_of_view), run.fetch_floats(s.photograph),
-          run.fetch_floats(s.hit)};
+  return {run.fetch_floats(s.answer.mixed),       run.fetch_floats(s.answer.in_view),
+          run.fetch_floats(s.answer.out_of_view), run.fetch_floats(s.photograph),
+          run.fetch_floats(s.answer.hits.delta),  run.fetch(s.answer.hits.pixel).integer};
 }
 
 LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& predictor) {
@@ -115,16 +65,17 @@ LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& 
   summary.views = static_cast<int>(views.size());
   for (const JudgedLight& v : views) {
     const LightAnswers answers = predictor.answer(*v.view, v.rays);
-    std::vector<std::size_t> used[LightSummary::kinds];
+    const KnownRays known(v.rays.light);
+    KnownRays::Used used[LightSummary::kinds];
     for (std::size_t i = 0; i < v.rays.light.size(); ++i) {
-      used[answers.hit[i] > 0 ? LightSummary::Hits : LightSummary::Misses].push_back(i);
+      used[answers.pixel[i] >= 0 ? LightSummary::Hits : LightSummary::Misses].push_back(i);
       used[LightSummary::All].push_back(i);
     }
     for (int kind = 0; kind < LightSummary::kinds; ++kind) {
       if (used[kind].empty()) continue;
-      const ViewErrors errors(v.rays, used[kind]);
-      const LightError each[light_answerers] = {errors.of(answers.full), errors.of(answers.out_of_view),
-                                                errors.of(answers.photograph), errors.of_best_constant()};
+      const LightError each[light_answerers] = {
+          known.error(answers.full, used[kind]), known.error(answers.out_of_view, used[kind]),
+          known.error(answers.photograph, used[kind]), known.best_constant(used[kind])};
       for (int who = 0; who < light_answerers; ++who) {
         LightError& sum = summary.errors[kind][who];
         sum.relmse += each[who].relmse, sum.log_rmse += each[who].log_rmse, ++sum.views;

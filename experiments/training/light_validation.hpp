@@ -1,5 +1,6 @@
 // Learned light judged along rays whose truth is known, beside what needs no network.
 #pragma once
+#include "experiments/evaluation/light_errors.hpp"
 #include "experiments/training/history.hpp"
 #include "experiments/training/light_batches.hpp"
 #include "experiments/training/light_text.hpp"
@@ -13,14 +14,7 @@ namespace clerestory {
 enum class LightAnswerer { Full, OutOfView, Photograph, Constant };
 inline constexpr int light_answerers = 4;
 
-/// Errors of one answerer over one class of rays, means over views that have such rays. relMSE: mean over rays and
-/// channels of d^2 / (truth^2 + 0.01); log-RGB RMSE: root of the mean of ln((y + 0.01) / (truth + 0.01))^2, y at least
-/// 0.
-struct LightError {
-  double relmse = 0, log_rmse = 0;
-  int views = 0;
-};
-
+/// Errors of each answerer over each class of rays: means over views that have such rays.
 struct LightSummary {
   enum Rays { Hits, Misses, All, kinds };
   LightError errors[kinds][light_answerers];
@@ -37,10 +31,11 @@ struct JudgedLight {
   LightRays rays;
 };
 
-/// What the nets and the photograph say about rays, {3, count} planar; hit: 1 where a ray meets the depth map.
+/// What the nets and the photograph say about rays, {3, count} planar. in_view means nothing on a miss.
 struct LightAnswers {
-  std::vector<float> full, out_of_view, photograph;
-  std::vector<float> hit;
+  std::vector<float> full, in_view, out_of_view, photograph;
+  std::vector<float> delta;  // of SSRT (host/ops/light/ssrt.hpp)
+  std::vector<int> pixel;    // that a ray meets in the depth map, or -1
 };
 
 /// Runs the nets on rays of one view at a time, with the states given (running statistics, no jitter).

@@ -1,0 +1,68 @@
+#include "experiments/evaluation/detection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "host/error.hpp"
+#include "host/math/statistics.hpp"
+
+namespace clerestory {
+
+double area_under_curve(const std::vector<double>& score, const std::vector<bool>& positive) {
+  std::vector<std::size_t> order(score.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return score[a] < score[b]; });
+  double below = 0, wins = 0;  // others that score less; pairs won, ties counting half
+  for (std::size_t first = 0; first < order.size();) {
+    double positives = 0, others = 0;
+    std::size_t last = first;
+    for (; last < order.size() && score[order[last]] == score[order[first]]; ++last)
+      ++(positive[order[last]] ? positives : others);
+    wins += positives * (below + others / 2), below += others;
+    first = last;
+  }
+  const double positives = static_cast<double>(score.size()) - below;
+  return below > 0 && positives > 0 ? wins / (below * positives) : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::vector<ReliabilityBin> reliability_bins(const std::vector<double>& score, const std::vector<bool>& positive,
+                                             int bins) {
+  std::vector<ReliabilityBin> filled(static_cast<std::size_t>(bins));
+  for (std::size_t i = 0; i < score.size(); ++i) {
+    ReliabilityBin& bin = filled[static_cast<std::size_t>(std::clamp(static_cast<int>(score[i] * bins), 0, bins - 1))];
+    ++bin.count, bin.positive += positive[i], bin.score += score[i];
+  }
+  return filled;
+}
+
+double calibration_error(const std::vector<ReliabilityBin>& bins) {
+  double off = 0, count = 0;
+  for (const ReliabilityBin& bin : bins) off += std::abs(bin.score - bin.positive), count += bin.count;
+  return count > 0 ? off / count : std::numeric_limits<double>::quiet_NaN();
+}
+
+const char* PairedDifference::verdict() const {
+  if (!(std::abs(mean) > 2 * spread)) return "none";
+  return mean < 0 ? "lower" : "higher";
+}
+
+PairedDifference paired_difference(const std::vector<std::vector<double>>& ours,
+                                   const std::vector<std::vector<double>>& theirs) {
+  std::vector<double> rooms, seeds;
+  for (std::size_t r = 0; r < ours.size(); ++r) {
+    std::vector<double> differences;
+    for (std::size_t s = 0; s < ours[r].size(); ++s) differences.push_back(ours[r][s] - theirs.at(r).at(s));
+    if (!std::ranges::all_of(differences, [](double d) { return std::isfinite(d); })) continue;
+    rooms.push_back(mean(differences));
+    seeds.resize(differences.size(), 0);
+    for (std::size_t s = 0; s < differences.size(); ++s) seeds.at(s) += differences[s];
+  }
+  if (rooms.empty()) throw Error(ErrorKind::Failed, "no room has both sides of a difference", "paired difference");
+  const auto n = static_cast<double>(rooms.size());
+  for (double& sum_of_rooms : seeds) sum_of_rooms /= n;
+  return {mean(rooms), std::max(standard_deviation(seeds), standard_deviation(rooms) / std::sqrt(n))};
+}
+
+}  // namespace clerestory
