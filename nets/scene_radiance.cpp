@@ -19,7 +19,7 @@ struct SceneRadiance::State {
   Graph whole, block;
   std::unique_ptr<Executor> prepared, ask;
   int rows = 0;
-  bool traces = false;
+  bool reads_hits = false, given = false;
   Value radiance;
   SsrtHits hits;
   RayCounts counts;
@@ -27,13 +27,15 @@ struct SceneRadiance::State {
   int capacity() const { return rows * kSamples; }
 };
 
-SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSettings& settings, std::size_t most)
+SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSettings& settings, std::size_t most,
+                             RayHits who)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   const SceneValues v = scene_values(s.whole, scene);
   const SceneLight light = scene_light(s.whole, v, scene, settings);
   const RenderSpec spec = render_spec(settings, light);
-  s.traces = light.traces;
+  s.reads_hits = light.traces, s.given = light.traces && who == RayHits::Given;
+  const bool traces = s.reads_hits && !s.given;
   s.rows = static_cast<int>(std::clamp<std::size_t>((most + kSamples - 1) / kSamples, 1,
                                                     static_cast<std::size_t>(std::max(spec.chunk_rays / kSamples, 1))));
 
@@ -41,8 +43,7 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   std::vector<Value> shared = light.inputs;
   const std::size_t own = shared.size();
   shared.push_back(v.camera);
-  if (s.traces)
-    shared.insert(shared.end(), {v.maps.depth, depth_pyramid(v.maps.depth), v.range, v.maps.surfaces.normal});
+  if (traces) shared.insert(shared.end(), {v.maps.depth, depth_pyramid(v.maps.depth), v.range, v.maps.surfaces.normal});
   s.prepared = std::make_unique<Executor>(compile(s.whole, shared, device), light.states);
   feed_scene(*s.prepared, scene);
   light.feed(*s.prepared);
@@ -57,12 +58,17 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   asked.points = s.block.input("points", rays), asked.direction = s.block.input("directions", rays);
   asked.camera = in[own];
   const Value skip = s.block.input("skip", {1, 1, s.rows, kSamples}, Type::Int);
-  if (s.traces)
+  if (traces)
     s.hits = asked.hits = ssrt(in[own + 1], in[own + 2], asked.camera, in[own + 3], asked.direction, in[own + 4],
                                {asked.points, skip}, spec.ssrt);
+  if (s.given) {
+    s.hits.pixel = s.block.input("hits", {1, 1, s.rows, kSamples}, Type::Int);
+    s.hits.u = s.block.input("uncertainty", {1, 1, s.rows, kSamples});
+    asked.hits = s.hits;
+  }
   s.radiance = light.radiance(asked, std::span(in).first(own), &s.counts);
   std::vector<Value> outputs{s.radiance};
-  if (s.traces) outputs.insert(outputs.end(), {s.hits.u, s.hits.pixel});
+  if (traces) outputs.insert(outputs.end(), {s.hits.u, s.hits.pixel});
   for (const auto& [name, count] : s.counts) outputs.push_back(count);
   s.ask = std::make_unique<Executor>(compile(s.block, outputs, device), light.states);
   for (std::size_t i = 0; i < shared.size(); ++i) s.ask->bind(input_name(i), s.prepared->view(shared[i]));
@@ -72,9 +78,10 @@ SceneRadiance::~SceneRadiance() = default;
 
 RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
   const std::size_t count = rays.points.size();
-  if (rays.directions.size() != count || (!rays.skip.empty() && rays.skip.size() != count))
-    throw Error(ErrorKind::Failed, "lists of rays of unlike lengths", "radiance");
   State& s = *state_;
+  if (rays.directions.size() != count || (!rays.skip.empty() && rays.skip.size() != count) ||
+      (s.given && rays.hits.size() != count))
+    throw Error(ErrorKind::Failed, "lists of rays of unlike lengths", "radiance");
   const std::size_t block = static_cast<std::size_t>(s.capacity());
   RadianceAnswers answers;
   answers.radiance.resize(3 * count), answers.uncertainty.assign(count, 0), answers.pixel.assign(count, -1);
@@ -84,16 +91,25 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
     const std::size_t used = std::min(block, count - first);
     const Shape shape{1, 3, s.rows, kSamples};
     Tensor points(shape), directions(shape);  // a ray of no direction is none
-    std::vector<int> skip(block, -1);
+    std::vector<int> skip(block, -1), hits(block, -1);
+    Tensor uncertainty({1, 1, s.rows, kSamples});
     for (std::size_t i = 0; i < used; ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         points.real[c * block + i] = rays.points[first + i][static_cast<int>(c)];
         directions.real[c * block + i] = rays.directions[first + i][static_cast<int>(c)];
       }
       if (!rays.skip.empty()) skip[i] = rays.skip[first + i];
+      if (!s.given) continue;
+      hits[i] = rays.hits[first + i];
+      uncertainty.real[i] = hits[i] < 0 ? 1 : 0;
+      answers.pixel[first + i] = hits[i], answers.uncertainty[first + i] = hits[i] < 0 ? 1 : 0;
     }
     s.ask->feed("points", points), s.ask->feed("directions", directions);
     s.ask->feed("skip", Tensor::of_int({1, 1, s.rows, kSamples}, std::move(skip)));
+    if (s.given) {
+      s.ask->feed("hits", Tensor::of_int({1, 1, s.rows, kSamples}, std::move(hits)));
+      s.ask->feed("uncertainty", uncertainty);
+    }
     s.ask->run();
     const std::vector<float> radiance = s.ask->fetch_floats(s.radiance);
     for (std::size_t c = 0; c < 3; ++c)
@@ -101,7 +117,7 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
                   answers.radiance.begin() + static_cast<std::ptrdiff_t>(c * count + first));
     for (std::size_t i = 0; i < s.counts.size(); ++i)
       answers.answered[i].second += static_cast<std::uint32_t>(s.ask->fetch(s.counts[i].second).integer.at(0));
-    if (!s.traces) continue;
+    if (!s.reads_hits || s.given) continue;
     const std::vector<float> u = s.ask->fetch_floats(s.hits.u);
     const Tensor pixel = s.ask->fetch(s.hits.pixel);
     std::copy_n(u.begin(), used, answers.uncertainty.begin() + static_cast<std::ptrdiff_t>(first));

@@ -14,7 +14,11 @@ namespace clerestory {
 struct Rays {
   std::vector<Vec3> points, directions;
   std::vector<int> skip;
+  std::vector<int> hits;  // under RayHits::Given: the pixel that a ray surely hits, or -1
 };
+
+/// Who says where rays end: the scene's depth map, or whoever asks (an oracle).
+enum class RayHits { Traced, Given };
 
 struct RadianceAnswers {
   std::vector<float> radiance;     // {3, count} planar, the photograph's unit
@@ -28,7 +32,8 @@ struct RadianceAnswers {
 class SceneRadiance {
  public:
   /// settings: light, nets, ssrt, delta; `most` rays are asked at once. Throws what scene_light() throws.
-  SceneRadiance(Device device, const Scene& scene, const RenderSettings& settings, std::size_t most);
+  SceneRadiance(Device device, const Scene& scene, const RenderSettings& settings, std::size_t most,
+                RayHits hits = RayHits::Traced);
   ~SceneRadiance();
   RadianceAnswers radiance(const Rays& rays);
 

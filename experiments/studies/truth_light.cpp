@@ -3,45 +3,12 @@
 #include <chrono>
 #include <map>
 
+#include "experiments/studies/host_rays.hpp"
 #include "nets/scene_maps.hpp"
 #include "tracer/random.hpp"
 
 namespace clerestory {
 namespace {
-
-std::vector<float> values_of(Device& device, const TensorView& view) {
-  std::vector<float> values(static_cast<std::size_t>(view.shape.count()));
-  device.read(view.buffer, values.data(), values.size() * sizeof(float), view.offset * sizeof(float));
-  return values;
-}
-
-/// A chunk's rays without its gaps, as the tracer takes them: planar {3, count}. `at`: where ray i lies in the chunk.
-struct DenseRays {
-  std::vector<std::size_t> at;
-  std::vector<float> points, directions;
-};
-
-/// Queries ignore what is nearer than kRayOffset; the tracer's own rays start that far off the surface. Origins are
-/// moved so that both begin at one place: in a corner narrower than that they would meet other walls.
-DenseRays dense_rays(Device& device, const HostRays& rays, const Image& normal) {
-  const std::vector<float> points = values_of(device, rays.points), directions = values_of(device, rays.direction);
-  const auto pixels = static_cast<std::size_t>(rays.points.shape.plane());
-  const auto plane = static_cast<std::size_t>(rays.direction.shape.plane());
-  DenseRays dense;
-  for (int p = 0; p < rays.chunk.pixels; ++p)
-    for (int s = 0; s < rays.chunk.samples; ++s) {
-      const std::size_t i = static_cast<std::size_t>(p) * rays.sample_capacity + s;
-      if (directions[i] != 0 || directions[plane + i] != 0 || directions[2 * plane + i] != 0) dense.at.push_back(i);
-    }
-  for (std::size_t c = 0; c < 3; ++c)
-    for (const std::size_t i : dense.at) {
-      const std::size_t pixel = static_cast<std::size_t>(rays.chunk.first_pixel) + i / rays.sample_capacity;
-      const float away = kRayOffset * (normal.data[c * pixels + pixel] - directions[c * plane + i]);
-      dense.points.push_back(points[c * pixels + pixel] + away);
-      dense.directions.push_back(directions[c * plane + i]);
-    }
-  return dense;
-}
 
 /// Fills chunks with the light of paths. The second pass adds emission to the very paths of the first.
 class TrueLight {
@@ -56,23 +23,29 @@ class TrueLight {
   void fill_reflected(const HostRays& rays) {
     paths_.seed =
         static_cast<std::uint32_t>(Random(seed_).fork(static_cast<std::uint64_t>(rays.chunk.first_pixel)).bits());
-    const DenseRays dense = dense_rays(device_, rays, maps_.normal);
+    const DenseRays dense = rays_of(rays);
     std::vector<float>& reflected = reflected_[rays.chunk.first_pixel];
     reflected = radiance(dense, paths_);
-    place(dense, reflected, rays.radiance);
+    place_radiance(device_, rays, dense, reflected);
   }
 
   void fill_whole(const HostRays& rays) {
-    const DenseRays dense = dense_rays(device_, rays, maps_.normal);
+    const DenseRays dense = rays_of(rays);
     std::vector<float> light = radiance(dense, emission_);
     const std::vector<float>& reflected = reflected_.at(rays.chunk.first_pixel);
     for (std::size_t i = 0; i < light.size(); ++i) light[i] += reflected.at(i);
-    place(dense, light, rays.radiance);
+    place_radiance(device_, rays, dense, light);
   }
 
   double dropped() const { return dropped_; }
 
  private:
+  DenseRays rays_of(const HostRays& rays) {
+    DenseRays dense = dense_rays(device_, rays);
+    leave_surface(dense, maps_.normal);
+    return dense;
+  }
+
   std::vector<float> radiance(const DenseRays& rays, const RadianceQuery& query) {
     std::vector<float> light(rays.points.size());
     if (light.empty()) return light;
@@ -86,14 +59,6 @@ class TrueLight {
     dropped_ += static_cast<double>(dropped.count);
     device_.read(out, light.data(), bytes);
     return light;
-  }
-
-  void place(const DenseRays& rays, const std::vector<float>& light, const TensorView& to) {
-    std::vector<float> values(static_cast<std::size_t>(to.shape.count()), 0);
-    const auto plane = static_cast<std::size_t>(to.shape.plane());
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t i = 0; i < rays.at.size(); ++i) values[c * plane + rays.at[i]] = light[c * rays.at.size() + i];
-    device_.write(to.buffer, values.data(), values.size() * sizeof(float), to.offset * sizeof(float));
   }
 
   Device& device_;

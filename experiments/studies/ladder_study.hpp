@@ -1,0 +1,36 @@
+// The oracle ladder: which link of the learned light limits. In generated rooms that no training saw, hits, in-view
+// radiance, out-of-view radiance and maps are replaced by the truth (linked_light.hpp), each alone and one after
+// another, from all predicted to all true, for two jobs: the re-render of the view, and balls put into it, beside the
+// tracer's pictures.
+//
+// Compared: pixels that are shaded under the true maps and do not emit; what pixels emit is in no picture. A pixel that
+// predicted maps leave black counts as such. Balls: the pixels that show the ball; where predicted depth hides it the
+// photograph shows. Predicted depth is brought to scale at the ball's foot. The tracer's own light for a ball is that
+// of the room without it; one more row asks it of the room with the ball, which leaves only noise.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/studies/linked_light.hpp"
+#include "host/io/config.hpp"
+#include "host/report/table.hpp"
+
+namespace clerestory {
+
+/// study.kind = "ladder". Returns the run directory. Throws usage_error where weights of the light or of the maps are
+/// missing.
+std::string run_ladder_study(const Config& config, const std::vector<std::string>& command);
+
+struct Rung {
+  std::string key;
+  Links links;
+  bool true_maps;
+};
+/// All predicted first, all true last.
+const std::vector<Rung>& rungs();
+
+/// after / before - 1 of two mean errors; nothing where their difference lies inside the larger of their deviations.
+std::optional<double> change_beyond_spread(const Measure& before, const Measure& after);
+
+}  // namespace clerestory
