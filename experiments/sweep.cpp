@@ -203,7 +203,7 @@ Table list_of(const Texts& keys, const std::vector<SweptRun>& runs) {
   return table;
 }
 
-fs::path write_sweep(const Plan& plan, const Provenance& provenance) {
+fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& provenance) {
   std::string names;
   for (const SweptRun& run : plan.runs) names += run.folder.filename().string() + "\n";
   const fs::path parent = plan.runs[0].folder.parent_path();
@@ -215,7 +215,10 @@ fs::path write_sweep(const Plan& plan, const Provenance& provenance) {
     std::printf("%s\n", table_text(table).c_str());
     report.table(table);
   };
-  for (const auto& [name, table] : sweep_tables(plan.keys, plan.runs)) write(name, table);
+  const auto named =
+      static_cast<std::size_t>(std::ranges::count_if(plan.keys, [](auto& key) { return !is_seed(key); }));
+  for (const auto& [name, table] : sweep_tables(plan.keys, plan.runs))
+    write(name, task.finish ? task.finish(table, named) : table);
   write("runs", list_of(plan.keys, plan.runs));
   report.footer(provenance);
   report.write(folder / "report.html");
@@ -247,7 +250,7 @@ fs::path run_sweep(const fs::path& config, const Schema& schema, const Texts& wo
     failed += !plan.runs[i].failure.empty();
   }
   provenance.ended = utc_now();
-  const fs::path folder = write_sweep(plan, provenance);
+  const fs::path folder = write_sweep(plan, task, provenance);
   if (failed > 0)
     throw Error(ErrorKind::Failed, fmt::format("{} of {} runs failed", failed, plan.runs.size()), folder.string());
   return folder;

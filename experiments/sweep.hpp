@@ -23,6 +23,8 @@ using RunTables = std::map<std::string, Table>;
 struct SweepTask {
   std::function<void(const Config&)> run;  // into the config's run directory; skips a finished one, goes on with a part
   std::function<RunTables(const std::filesystem::path&)> results;  // of a finished run directory
+  /// Last touch to each of sweep_tables(), of which the first `named` columns say what was swept. May be empty.
+  std::function<Table(const Table&, std::size_t named)> finish = {};
 };
 
 /// One run of a sweep.

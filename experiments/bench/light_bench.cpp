@@ -40,7 +40,7 @@ Tensor hits(const Shape& shape) {
 
 /// A net asked in both ways in one graph of inputs.
 struct Net {
-  std::string name;
+  std::string name = {};
   int rays = 0;
   double flops = 0;  // of a ray
   std::unique_ptr<Graph> graph = std::make_unique<Graph>();
@@ -55,9 +55,8 @@ struct Net {
   }
 };
 
-Net in_view(const std::string& preset, int rows) {
-  Net net{.name = "in view, " + preset, .rays = rows * kSamples};
-  const LightNetSize size = light_net_size(preset);
+Net in_view(const LightNetSize& size, int rows) {
+  Net net{.rays = rows * kSamples};
   const Shape rays{1, 3, rows, kSamples};
   const int channels = size.again > 0 ? 2 * size.width : size.width, features = 2 * size.frequencies;
   const LightPixels pixels{net.input("features", noise({1, channels, kHeight / 2, kWidth / 2}, 1)),
@@ -84,10 +83,18 @@ Net in_view(const std::string& preset, int rows) {
   return net;
 }
 
-Net out_of_view(const std::string& preset, int rows) {
-  Net net{.name = "out of view, " + preset, .rays = rows * kSamples};
-  const OutOfViewSize size = out_of_view_size(preset);
+/// Shells have no kernel of their own: both ways are the ops.
+Net out_of_view(const OutOfViewSize& size, int rows) {
+  Net net{.rays = rows * kSamples};
   const Shape rays{1, 3, rows, kSamples};
+  const Value points = net.input("points", noise(rays, 1)), direction = net.input("direction", noise(rays, 2)),
+              range = net.input("range", Tensor(Shape{1, 3, 1, 1}, std::vector<double>{3, 1, 4}));
+  if (size.form == OutOfViewForm::Shells) {
+    const ShellsSize& s = size.shells;
+    const Value shells = net.input("shells", Tensor(Shape{s.count, 4, s.rows, s.columns}, 0.5));
+    net.fused = net.composed = out_of_view_light({{}, {}, shells}, points, direction, range, size);
+    return net;
+  }
   std::vector<int> widths{3 + 6 * size.octaves};
   widths.insert(widths.end(), size.hidden.begin(), size.hidden.end());
   widths.push_back(4);
@@ -99,8 +106,6 @@ Net out_of_view(const std::string& preset, int rows) {
         net.input(fmt::format("weight{}", i), noise({widths[i + 1], widths[i], 1, 1}, 5, deviation)));
     field.biases.push_back(net.input(fmt::format("bias{}", i), noise({1, widths[i + 1], 1, 1}, 6, 0.1)));
   }
-  const Value points = net.input("points", noise(rays, 1)), direction = net.input("direction", noise(rays, 2)),
-              range = net.input("range", Tensor(Shape{1, 3, 1, 1}, std::vector<double>{3, 1, 4}));
   net.composed = out_of_view_light(field, points, direction, range, size);
   net.fused = ask_field(field.weights, field.biases, points, direction, range, {},
                         {size.march, size.octaves, size.released_output});
@@ -129,7 +134,24 @@ double best_seconds(Device& device, const Net& net, Value value, const Executor*
   return best;
 }
 
+/// Seconds of the one kernel alone.
+double fused_seconds(Device& device, const Net& net) {
+  std::unique_ptr<Executor> before;
+  if (net.before) {
+    before = std::make_unique<Executor>(compile(*net.graph, {net.before}, device));
+    for (const auto& [name, tensor] : net.feeds) before->feed(name, tensor);
+    before->run();
+  }
+  return best_seconds(device, net, net.fused, before.get());
+}
+
 }  // namespace
+
+RaySeconds light_ray_seconds(Device& device, const LightSizes& sizes) {
+  constexpr int rows = 256;
+  const auto million = [&](const Net& net) { return fused_seconds(device, net) / net.rays * 1e6; };
+  return {million(in_view(sizes.in_view, rows)), million(out_of_view(sizes.out_of_view, rows))};
+}
 
 nlohmann::ordered_json bench_light(Device& device, bool quiet) {
   nlohmann::ordered_json result;
@@ -143,16 +165,10 @@ nlohmann::ordered_json bench_light(Device& device, bool quiet) {
   for (const bool field : {false, true})
     for (const char* preset : {"compact", "paper"}) {
       const int rows = std::string(preset) == "paper" ? 64 : 256;
-      const Net net = field ? out_of_view(preset, rows) : in_view(preset, rows);
-      std::unique_ptr<Executor> before;
-      if (net.before) {
-        before = std::make_unique<Executor>(compile(*net.graph, {net.before}, device));
-        for (const auto& [name, tensor] : net.feeds) before->feed(name, tensor);
-        before->run();
-      }
+      Net net = field ? out_of_view(out_of_view_size(preset), rows) : in_view(light_net_size(preset), rows);
+      net.name = fmt::format("{}, {}", field ? "out of view" : "in view", preset);
       const double peak = measure_ceilings(device).fma_gflops;
-      const double fused = best_seconds(device, net, net.fused, before.get()),
-                   composed = best_seconds(device, net, net.composed, nullptr);
+      const double fused = fused_seconds(device, net), composed = best_seconds(device, net, net.composed, nullptr);
       const auto columns = [&](double seconds) {
         const double gflops = net.flops * net.rays / seconds * 1e-9;
         return fmt::format("{:>12.3f}{:>8.0f}{:>5.0f}%", net.rays / seconds * 1e-6, gflops, 100 * gflops / peak);

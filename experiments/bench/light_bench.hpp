@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "host/cl/device.hpp"
+#include "nets/light_model.hpp"
 
 namespace clerestory {
 
@@ -10,5 +11,12 @@ namespace clerestory {
 /// measured just before (GFLOP/s of float multiply-adds), and seconds for `rays` rays of the fused kernel and of the
 /// ops.
 nlohmann::ordered_json bench_light(Device& device, bool quiet);
+
+/// Seconds for a million rays at inference, the nets' work once per picture left out: LightNet's MLP in one kernel; the
+/// out-of-view field likewise, or its shells.
+struct RaySeconds {
+  double in_view = 0, out_of_view = 0;
+};
+RaySeconds light_ray_seconds(Device& device, const LightSizes& sizes);
 
 }  // namespace clerestory

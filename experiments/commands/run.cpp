@@ -4,6 +4,7 @@
 
 #include "experiments/cli.hpp"
 #include "experiments/studies/study.hpp"
+#include "experiments/studies/training_study.hpp"
 #include "experiments/sweep.hpp"
 
 namespace clerestory {
@@ -14,10 +15,21 @@ struct RunArguments {
   bool many = false;
 };
 
+/// Sweeps over variants and seeds by itself.
+std::string run_trainings(const RunArguments& arguments, const std::vector<std::string>& overrides,
+                          const std::vector<std::string>& fixed, const CommonOptions& common) {
+  if (!arguments.many)
+    for (const std::string& word : overrides)
+      if (expand_sweep({word}).size() > 1) throw usage_error("an override lists several values", word, "", "-m");
+  return run_training_study(arguments.words[0], overrides, fixed, common.command).string();
+}
+
 std::string run(const RunArguments& arguments, const CommonOptions& common) {
   const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
   std::vector<std::string> fixed;
   if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
+  if (study_kind(arguments.words[0], overrides) == "training")
+    return run_trainings(arguments, overrides, fixed, common);
   const Schema schema = study_schema();
   if (!arguments.many) return run_study(load_config(arguments.words[0], schema, overrides).with(fixed), common.command);
   for (const std::string& word : overrides)

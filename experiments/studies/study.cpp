@@ -3,13 +3,16 @@
 #include "experiments/studies/balls_study.hpp"
 #include "experiments/studies/edit_study.hpp"
 #include "experiments/studies/layer_study.hpp"
+#include "experiments/studies/training_study.hpp"
 #include "experiments/studies/truth_study.hpp"
+#include "experiments/training/schema.hpp"
 #include "host/io/files.hpp"
 
 namespace clerestory {
 
-Schema study_schema() {
-  Schema schema;
+namespace {
+
+void add_run_keys(Schema& schema) {
   schema.section("run", "Where results go.")
       .text("run.root", "runs", "Folder of run directories")
       .aside()
@@ -21,8 +24,11 @@ Schema study_schema() {
       .aside()
       .text("run.device", "", "OpenCL device; empty: the default")
       .aside();
+}
+
+void add_study_keys(Schema& schema) {
   schema.section("study", "What is compared.")
-      .text("study.kind", "layer", "Which study", {"layer", "truth", "balls", "edit"})
+      .text("study.kind", "layer", "Which study", {"layer", "truth", "balls", "edit", "training"})
       .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
@@ -46,7 +52,21 @@ Schema study_schema() {
       .integer("data.height", 120, "Pixels", {16, 4096})
       .integer("data.spp", 64, "Samples a pixel of the pictures", {1, 65536})
       .integer("data.seed", 9000, "Seed of the rooms");
+}
+
+}  // namespace
+
+Schema study_schema() {
+  Schema schema;
+  add_run_keys(schema), add_study_keys(schema);
   return schema;
+}
+
+std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words) {
+  Schema all;  // of every kind
+  all.include(training_schema());
+  add_study_keys(all), add_ablation_keys(all);
+  return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
 }
 
 std::string run_study(const Config& config, const std::vector<std::string>& command) {

@@ -8,8 +8,11 @@
 
 namespace clerestory {
 
-/// Keys of a study's config: `study.kind` says which.
+/// Keys of a study's config: `study.kind` says which. Trainings have their own (training_study.hpp).
 Schema study_schema();
+
+/// `study.kind` of a config with overrides, of which any may list values.
+std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words);
 
 /// Runs the study that the config names into its run directory: finished ones are skipped, partial ones go on. Returns
 /// the directory.

@@ -54,6 +54,11 @@ Prepared prepared(const LightView& view, const LightTrainingOptions& o, const Li
   for (float& v : p.image.data) v *= gain;
   for (auto& rgb : p.rays.light)
     for (float& v : rgb) v *= gain;
+  if (sampling.ldr) {
+    for (float& v : p.image.data) v = std::clamp(v, 0.f, 1.f);
+    for (auto& rgb : p.rays.light)
+      for (float& v : rgb) v = std::clamp(v, 0.f, 1.f);
+  }
   if (sampling.flip && keyed_uniform(key, 0, flip_draw) < 0.5) mirror(p);
   return p;
 }

@@ -88,6 +88,10 @@ Schema make_schema() {
   s.integer("light.width", 0, "numbers of a hidden layer of LightNet's MLP; 0: the preset's", {0, 4096});
   s.integer("light.layers", 0, "its hidden layers; 0: the preset's", {0, 64});
   s.integer("light.frequencies", 0, "of each of its encodings; 0: the preset's", {0, 1024});
+  s.real("light.direction_deviation", 0, "of LightNet's frequencies of directions, cycles per unit; 0: the preset's",
+         {0, 1e3});
+  s.real("light.surface_deviation", 0, "of its frequencies of normals, colours and roughness; 0: the preset's",
+         {0, 1e3});
   s.text("light.out_of_view", "", "form of the light out of view; empty: the preset's", {"", "field", "shells"});
   s.flag("light.sees_maps", false, "the net out of view also reads albedo, normals, material and depth");
   s.integer("light.shells", 0, "painted spheres of that form; 0: the preset's", {0, 64});
@@ -97,6 +101,7 @@ Schema make_schema() {
   s.integer("light.samples", 64, "directions from each, a multiple of 16", {16, 128});
   s.real("light.probe_rows", 0.2, "share of the points that are free probes, where a view has any", {0, 1});
   s.real("light.clipped", 0.5, "share of views whose picture is clamped to [0, 1], as a photograph is", {0, 1});
+  s.flag("light.ldr", false, "clamp the light that is learned, and the pictures, to [0, 1]: what a photograph can tell");
   s.integer("light.shade_width", 32, "columns of the grid of pixels that are rendered again", {1, 4096});
   s.integer("light.shade_height", 24, "its rows", {1, 4096});
   s.integer("light.shade_samples", 16, "directions of each, a multiple of 16", {16, 65536});
@@ -147,6 +152,8 @@ LightSizes light_of(const Config& c) {
   if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
   in_view.width = whole(c, "light.width", in_view.width), in_view.layers = whole(c, "light.layers", in_view.layers);
   in_view.frequencies = whole(c, "light.frequencies", in_view.frequencies);
+  if (c.real("light.direction_deviation") > 0) in_view.direction_deviation = c.real("light.direction_deviation");
+  if (c.real("light.surface_deviation") > 0) in_view.surface_deviation = c.real("light.surface_deviation");
   forbid(in_view.again >= in_view.layers, c, "light.layers", "no layer left that is given the input again",
          fmt::format("more than {}", in_view.again));
   OutOfViewSize& far = sizes.out_of_view;
@@ -233,7 +240,8 @@ TrainingOptions training_options(const Config& c) {
   o.perceptual_weights = c.text("loss.perceptual_weights");
   o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
   o.light = light_of(c), o.light_step = light_step_of(c, o);
-  o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip, exposure[0], exposure[1]};
+  o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip,
+                exposure[0],             exposure[1],                c.flag("light.ldr")};
   o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");
   o.checkpoint_every = c.integer("log.checkpoint_every"), o.checkpoint_minutes = c.real("log.checkpoint_minutes");
   return o;

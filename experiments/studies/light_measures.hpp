@@ -1,0 +1,42 @@
+// What a trained light is worth: its tables for studies of trainings.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiments/sweep.hpp"
+#include "experiments/training/light_validation.hpp"
+#include "host/cl/device.hpp"
+
+namespace clerestory {
+
+/// What a training cost and what asking its result costs; every table of measures ends with it.
+struct LightCosts {
+  double steps = 0;                     // of training
+  double step_seconds = 0;              // median of a step; NaN: the training logged none
+  double in_view = 0, out_of_view = 0;  // seconds for a million rays (light_ray_seconds())
+};
+
+struct LightMeasuring {
+  std::filesystem::path test;  // folder of views that no training saw, with its list "test"
+  int width = 160, height = 120;
+  bool clamped = false;               // the nets read pictures clamped to [0, 1]; the truth never is
+  int spp = 64;                       // samples a pixel of pictures rendered again
+  std::vector<std::string> measures;  // of light_measures(), beside the errors of the light
+};
+
+/// "range": log-intensity range; "rerender": pictures rendered again under the light, by roughness.
+const std::vector<std::string>& light_measures();
+
+/// Judges a finished training's last weights: tables "light", and those asked for.
+RunTables measure_light(const std::filesystem::path& run, const LightMeasuring& options, Device device);
+
+/// Pixels that are compared when a picture is rendered again, by roughness: it has depth, does not emit, and
+/// low <= roughness < high (1 belongs to the last).
+struct RoughnessBin {
+  std::string name;
+  double low, high;
+};
+const std::vector<RoughnessBin>& roughness_bins();
+
+}  // namespace clerestory

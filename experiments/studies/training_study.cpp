@@ -1,0 +1,158 @@
+#include "experiments/studies/training_study.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <set>
+
+#include "experiments/studies/differences.hpp"
+#include "experiments/studies/light_measures.hpp"
+#include "experiments/studies/study.hpp"
+#include "experiments/training/trainer.hpp"
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/report/progress.hpp"
+#include "host/report/run_directory.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using Texts = std::vector<std::string>;
+
+fs::path data_folder(const Config& c, const std::string& split) { return fs::path(c.text("ablation.data")) / split; }
+
+GenerateOptions rooms_of(const Config& c, const std::string& split) {
+  const bool training = split == "train";
+  const auto whole = [&](const char* key) { return static_cast<int>(c.integer(key)); };
+  GenerateOptions o;
+  o.out = data_folder(c, split), o.split = split;
+  o.rooms = whole(training ? "ablation.rooms" : "ablation.judged_rooms"), o.views = whole("ablation.views");
+  o.width = whole("model.width"), o.height = whole("model.height");
+  o.spp = whole("ablation.picture_spp"), o.light_spp = whole("ablation.light_spp");
+  o.clamp = 1;  // without it fireflies of few samples would be learned as lamps
+
+  o.seed = static_cast<std::uint64_t>(c.integer("ablation.data_seed")) + (training ? 0 : 1);
+  o.box_rooms = c.flag("ablation.box_rooms");
+  o.interrupted = [] { return interrupted(); };
+  return o;
+}
+
+void make_rooms(const Config& config) {
+  const Device device = Device::open(config.text("run.device"));
+  for (const char* split : {"train", "test"}) {
+    GenerateOptions options = rooms_of(config, split);
+    std::unique_ptr<Progress> bar;
+    options.progress = [&](int done, int total, bool made) {
+      if (!made && !bar) return;
+      if (!bar) bar = std::make_unique<Progress>(fmt::format("{} rooms", split), total, "views", done - 1);
+      bar->update(done);
+    };
+    generate(device, options);
+  }
+}
+
+LightMeasuring measuring_of(const Config& c) {
+  return {data_folder(c, "test"),
+          static_cast<int>(c.integer("model.width")),
+          static_cast<int>(c.integer("model.height")),
+          c.flag("ablation.clamped"),
+          static_cast<int>(c.integer("ablation.spp")),
+          c.texts("ablation.measures")};
+}
+
+fs::path table_file(const fs::path& run, const std::string& name) { return run / "artifacts" / (name + ".table.json"); }
+
+/// One step in a folder of its own: every kernel is compiled before a clock of training runs.
+void compile_kernels(const Config& config, const Texts& command) {
+  const Config brief = config.with({"train.steps=1", "train.minutes=0", "train.epochs=0", "data.validation_views=1",
+                                    "run.variant=" + config.text("run.variant") + "-compile"});
+  fs::remove_all(train(brief, command).folder);
+}
+
+/// Trains and judges the runs of one sweep, one after another.
+class Ablation {
+ public:
+  explicit Ablation(Texts command) : command_(std::move(command)) {}
+
+  void run(const Config& config) {
+    const auto seed = static_cast<std::uint64_t>(config.integer("run.seed"));
+    const fs::path folder = RunDirectory::path_of(config.text("run.root"), config.text("run.experiment"),
+                                                  config.text("run.variant"), config, seed);
+    const bool begun = fs::exists(folder / "metrics.jsonl");
+    if (!begun && compiled_.insert(config_hash(config)).second) compile_kernels(config, command_);
+    train(config, command_);
+    const LightMeasuring measuring = measuring_of(config);
+    bool missing = !fs::exists(table_file(folder, "light"));
+    for (const std::string& name : measuring.measures) missing = missing || !fs::exists(table_file(folder, name));
+    if (!missing) return;
+    for (const auto& [name, table] : measure_light(folder, measuring, Device::open(config.text("run.device"))))
+      write_file(table_file(folder, name), table_json(table));
+  }
+
+ private:
+  Texts command_;
+  std::set<std::string> compiled_;  // configs, whatever their seeds
+};
+
+}  // namespace
+
+void add_ablation_keys(Schema& s) {
+  s.section("ablation", "Trainings of kind light, one for each variant and seed, and how they are judged.");
+  s.integer("ablation.seeds", 3, "trainings of each variant, with the seeds 1, 2, ...; run.seed in their place",
+            {1, 100})
+      .aside();
+  s.texts("ablation.measures", {}, "tables beside the errors of the light", light_measures()).aside();
+  s.flag("ablation.clamped", false,
+         "judged nets read pictures clamped to [0, 1], as a photograph is; the truth is HDR");
+  s.integer("ablation.spp", 64, "samples a pixel of pictures rendered again", {2, 65536});
+  s.text("ablation.data", "data/ablation", "folder of the rooms; made where they are missing").aside();
+  s.integer("ablation.data_seed", 7300, "seed of the training rooms; the judged ones have the next", {0, 1e15});
+  s.integer("ablation.rooms", 20, "training rooms", {1, 100000});
+  s.integer("ablation.judged_rooms", 6, "rooms that no training sees", {1, 100000});
+  s.integer("ablation.views", 3, "views of each room", {1, 1000});
+  s.integer("ablation.picture_spp", 48, "samples a pixel of the pictures", {1, 65536});
+  s.integer("ablation.light_spp", 8, "samples a texel of the light", {1, 4096});
+  s.flag("ablation.box_rooms", false, "bare boxes in place of furnished rooms");
+}
+
+Schema training_study_schema() {
+  Schema schema;
+  schema.include(training_schema());
+  schema.section("study", "What is compared.").text("study.kind", "training", "which study", {"training"});
+  add_ablation_keys(schema);
+  return schema;
+}
+
+fs::path run_training_study(const fs::path& path, const Texts& words, const Texts& fixed, const Texts& command) {
+  const Schema schema = training_study_schema();
+  const Config config = load_config(path, schema, expand_sweep(words)[0]).with(fixed);
+  if (config.text("model.kind") != "light")
+    throw usage_error("this study trains the light", config.origin("model.kind") + ": model.kind",
+                      config.text("model.kind"), "light");
+  training_options(config);  // a mistake costs no rooms
+  catch_interrupts();
+  make_rooms(config);
+
+  Texts all = words;
+  const auto is_seed = [](const std::string& word) { return word.starts_with("run.seed="); };
+  if (std::ranges::none_of(words, is_seed))
+    all.push_back(fmt::format("run.seed=range(1,{})", config.integer("ablation.seeds") + 1));
+  Texts last = fixed;
+  const auto folder = [&](const char* split) { return "[\"" + data_folder(config, split).string() + "\"]"; };
+  last.insert(last.end(),
+              {"data.train=" + folder("train"), "data.validation=" + folder("test"), "data.validation_split=test"});
+  Ablation ablation(command);
+  // A training leaves tables of its own beside these.
+  const auto results = [&](const fs::path& run) {
+    RunTables tables = study_tables(run);
+    std::erase_if(tables, [&](const auto& table) {
+      return table.first != "light" && std::ranges::count(config.texts("ablation.measures"), table.first) == 0;
+    });
+    return tables;
+  };
+  return run_sweep(path, schema, all, last, command,
+                   {[&](const Config& c) { ablation.run(c); }, results, with_differences});
+}
+
+}  // namespace clerestory

@@ -1,0 +1,303 @@
+// Ablations by short trainings: from a config to a table, whatever was done, interrupted or broken before.
+#include "experiments/studies/training_study.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "experiments/studies/differences.hpp"
+#include "experiments/studies/light_measures.hpp"
+#include "experiments/training/light_batches.hpp"
+#include "experiments/training/schema.hpp"
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/report/progress.hpp"
+#include "tests/experiments/program.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// ---- Differences ----
+
+Table swept_table(const std::vector<std::vector<Cell>>& rows) {
+  Table t;
+  t.columns = {{"variant", "", Best::None, 3},
+               {"runs", "", Best::None, 3},
+               {"rays", "", Best::None, 3},
+               {"error", "", Best::Lowest, 3},
+               {"time", "s", Best::None, 3}};
+  for (const auto& row : rows) t.add(row);
+  return t;
+}
+
+std::string text_at(const Table& t, std::size_t row, std::size_t column) {
+  return cell_text(t.rows[row][column], t.columns[column]);
+}
+
+TEST(Differences, InsideTheSpreadThereIsNone) {
+  const Table t = with_differences(
+      swept_table({{"a", "3 of 3", "hit", Measure{1.0, 0.03, 3}, Measure{9}},
+                   {"a", "3 of 3", "miss", Measure{2.0, 0.04, 3}, Measure{9}},
+                   {"b", "2 of 3", "hit", Measure{1.049, 0.04, 2}, Measure{9}},  // the root of both is 0.05
+                   {"b", "2 of 3", "miss", Measure{1.94, 0.04, 2}, Measure{9}},  // 0.0566
+                   {"c", "1 of 3", "miss", Measure{5.0}, Measure{9}},
+                   {"c", "1 of 3", "other", Measure{5.0, 0.1, 3}, Measure{9}},
+                   {"d", "0 of 3", std::monostate{}, std::monostate{}, std::monostate{}}}),
+      1);
+  ASSERT_EQ(t.columns.size(), 6u);
+  EXPECT_EQ(t.columns[4].name, "difference");
+  EXPECT_EQ(t.columns[4].unit, "to a");
+  EXPECT_EQ(text_at(t, 0, 4), "-");
+  EXPECT_EQ(text_at(t, 1, 4), "-");
+  EXPECT_EQ(text_at(t, 2, 4), "none");
+  EXPECT_EQ(text_at(t, 3, 4), "-0.06");
+  EXPECT_EQ(text_at(t, 4, 4), "one seed");
+  EXPECT_EQ(text_at(t, 5, 4), "-") << "the first variant has no such row";
+  EXPECT_EQ(text_at(t, 6, 4), "-");
+  EXPECT_EQ(text_at(t, 3, 5), "9");
+  EXPECT_THAT(table_text(t), HasSubstr("difference [to a]"));
+}
+
+TEST(Differences, AreToTheFirstOfSeveralKeys) {
+  Table t;
+  t.columns = {{"variant", "", Best::None, 3}, {"light.width", "", Best::None, 3}, {"PSNR", "dB", Best::Highest, 3}};
+  t.add({"a", "16", Measure{20, 0.1, 2}}), t.add({"a", "32", Measure{21, 0.1, 2}});
+  t.add({"b", "16", Measure{19, 0.1, 2}});
+  const Table with = with_differences(t, 2);
+  EXPECT_EQ(with.columns[3].unit, "to a 16");
+  EXPECT_EQ(text_at(with, 0, 3), "-");
+  EXPECT_EQ(text_at(with, 1, 3), "+1");
+  EXPECT_EQ(text_at(with, 2, 3), "-1");
+}
+
+// ---- Measures ----
+
+TEST(LightMeasures, RoughnessBinsCoverEachPixelOnce) {
+  for (const double roughness : {0.0, 0.1, 0.2, 0.35, 0.5, 0.99, 1.0}) {
+    int in = 0;
+    for (const RoughnessBin& bin : roughness_bins())
+      in += bin.name != "all" && roughness >= bin.low && (roughness < bin.high || bin.high == 1);
+    EXPECT_EQ(in, 1) << roughness;
+  }
+}
+
+// ---- Configs that come with the program ----
+
+TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
+  const fs::path folder = fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs";
+  for (const char* name : {"ablation_rerender_loss", "ablation_hdr", "ablation_light_output", "ablation_encoding",
+                           "mlp_width", "ablation_out_of_view_form"}) {
+    const Config config = load_config(folder / (std::string(name) + ".toml"), training_study_schema());
+    EXPECT_EQ(config.text("run.experiment"), name);
+    EXPECT_GE(config.integer("ablation.seeds"), 3) << name;
+    ASSERT_GE(config.variants().size(), 2u) << name;
+    std::set<std::string> hashes;
+    double minutes = 0;
+    for (const ConfigVariant& v : config.variants()) {
+      const Config variant = config.variant(v.name);
+      const TrainingOptions options = training_options(variant);
+      EXPECT_EQ(options.kind, "light");
+      minutes += options.minutes * static_cast<double>(config.integer("ablation.seeds"));
+      EXPECT_TRUE(hashes.insert(config_hash(variant)).second) << name << ": " << v.name << " is another's twin";
+    }
+    EXPECT_GT(minutes, 0);
+    EXPECT_LE(minutes, 46) << name << ": rooms and measures take the rest of the hour";
+  }
+}
+
+TEST(TrainingStudy, KeysOfTheEncodingReachTheNet) {
+  const LightNetSize preset = light_net_size("compact");
+  const auto net = [](const std::vector<std::string>& more) {
+    std::vector<std::string> all{"train.steps=1", "model.kind=light"};
+    all.insert(all.end(), more.begin(), more.end());
+    return training_options(Config(training_schema(), all)).light.in_view;
+  };
+  EXPECT_EQ(net({}).direction_deviation, preset.direction_deviation);
+  EXPECT_EQ(net({}).surface_deviation, preset.surface_deviation);
+  EXPECT_EQ(net({"light.direction_deviation=0.5"}).direction_deviation, 0.5);
+  EXPECT_EQ(net({"light.surface_deviation=3"}).surface_deviation, 3);
+}
+
+// ---- End to end ----
+
+/// The smallest study there is: two bare rooms to learn from, one to be judged by.
+struct TinyAblation : testing::Test {
+  static void SetUpTestSuite() { shared_ = std::make_unique<ScratchFolder>("clerestory-ablation-rooms"); }
+  static void TearDownTestSuite() { shared_.reset(); }
+  void SetUp() override { set_quiet(true); }
+  void TearDown() override { set_quiet(false); }
+
+  void write_config(const std::string& variants) const {
+    write_file(folder / "tiny.toml",
+               fmt::format("extends = \"{}/experiments/configs/ablation_light.toml\"\n"
+                           "[run]\nroot = \"{}/runs\"\nexperiment = \"tiny\"\n"
+                           "[ablation]\ndata = \"{}/data\"\nrooms = 2\njudged_rooms = 1\nviews = 1\nseeds = 2\n"
+                           "picture_spp = 2\nlight_spp = 1\nspp = 4\nbox_rooms = true\n"
+                           "measures = [\"range\", \"rerender\"]\n"
+                           "[model]\nwidth = 32\nheight = 24\n[train]\nminutes = 0\nsteps = 3\nbatch = 1\n"
+                           "[light]\nrows = 4\nsamples = 16\nwidth = 16\nlayers = 2\nsegments = 4\n"
+                           "shade_width = 8\nshade_height = 6\n[log]\nevery = 1\ncheckpoint_every = 1\n{}",
+                           CLERESTORY_SOURCE_DIR, folder.path().string(), shared_->path().string(), variants));
+  }
+  fs::path run(const std::vector<std::string>& words = {}) const {
+    return run_training_study(folder / "tiny.toml", words, {}, {"clerestory", "run"});
+  }
+  static Table table(const fs::path& place, const std::string& name) {
+    const fs::path file = place / (name + ".table.json");
+    return table_from_json(read_file(file), file.string());
+  }
+  fs::path only(const std::string& start) const {
+    fs::path found;
+    for (const auto& entry : fs::directory_iterator(folder / "runs/tiny"))
+      if (entry.path().filename().string().starts_with(start)) {
+        EXPECT_TRUE(found.empty()) << "two of " << start;
+        found = entry.path();
+      }
+    return found;
+  }
+  /// Runs by the last write of their weights.
+  std::map<std::string, fs::file_time_type> trained() const {
+    std::map<std::string, fs::file_time_type> times;
+    for (const auto& entry : fs::directory_iterator(folder / "runs/tiny"))
+      if (const fs::path weights = entry.path() / "artifacts/last.safetensors"; fs::exists(weights))
+        times[entry.path().filename().string()] = fs::last_write_time(weights);
+    return times;
+  }
+
+  ScratchFolder folder{"clerestory-ablation"};
+  static inline std::unique_ptr<ScratchFolder> shared_;  // the rooms: alike in all cases
+};
+
+const char* const kVariants =
+    "[[variant]]\nname = \"ldr\"\noverrides = [\"light.ldr=true\"]\n"
+    "[[variant]]\nname = \"hdr\"\nlabel = \"HDR\"\noverrides = []\n";
+const char* const kBroken =
+    "[[variant]]\nname = \"broken\"\noverrides = [\"loss.mixed=0\", \"loss.out_of_view=0\", \"loss.rerender=0\"]\n";
+
+TEST_F(TinyAblation, TrainsJudgesComparesAndSkipsWhatIsDone) {
+  write_config(std::string(kVariants) + kBroken);
+  try {
+    run();
+    FAIL() << "a broken variant went unseen";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Failed);
+    EXPECT_THAT(e.what(), HasSubstr("2 of 6 runs failed"));
+  }
+  const auto times = trained();
+  EXPECT_EQ(times.size(), 4u) << "what compiled kernels is gone";
+  const fs::path place = only("sweep-");
+  EXPECT_FALSE(fs::exists(place / "validation.table.json"));
+
+  const Table light = table(place, "light");
+  ASSERT_EQ(light.rows.size(), 7u);  // three of each variant, one of the broken one
+  EXPECT_EQ(text_at(light, 0, 0), "ldr");
+  EXPECT_EQ(text_at(light, 0, 1), "2 of 2");
+  EXPECT_EQ(text_at(light, 0, 2), "hit");
+  EXPECT_EQ(text_at(light, 5, 0), "HDR");
+  EXPECT_EQ(text_at(light, 5, 2), "all");
+  EXPECT_EQ(text_at(light, 6, 0), "broken");
+  EXPECT_EQ(text_at(light, 6, 1), "0 of 2");
+  EXPECT_EQ(light.columns[4].name, "difference");
+  EXPECT_EQ(light.columns[4].unit, "to ldr");
+  for (const std::size_t row : {0u, 1u, 2u, 3u, 4u, 5u}) {
+    const auto& error = std::get<Measure>(light.rows[row][3]);
+    EXPECT_TRUE(error.mean > 0 && std::isfinite(error.mean)) << row;
+    EXPECT_EQ(error.count, 2);
+    EXPECT_EQ(std::get<Measure>(light.rows[row][9]).mean, 3) << "steps";
+    for (const std::size_t seconds : {10u, 11u, 12u}) EXPECT_GT(std::get<Measure>(light.rows[row][seconds]).mean, 0);
+  }
+  EXPECT_EQ(table(place, "range").rows.size(), 3u);
+  const Table rerender = table(place, "rerender");
+  EXPECT_EQ(rerender.rows.size(), 9u);
+  EXPECT_EQ(text_at(rerender, 3, 2), "all");
+  EXPECT_GT(std::get<Measure>(rerender.rows[3][3]).mean, 0);
+
+  // The same again, but for tables that were lost: nothing is trained, the light has the same errors.
+  for (const auto& [name, time] : times)
+    if (name.starts_with("hdr")) fs::remove(folder / "runs/tiny" / name / "artifacts/light.table.json");
+  write_config(kVariants);
+  fs::remove_all(place);
+  const fs::path again = run();
+  EXPECT_EQ(trained(), times);
+  const Table same = table(again, "light");
+  ASSERT_EQ(same.rows.size(), 6u);
+  for (std::size_t row = 0; row < 6; ++row) EXPECT_EQ(text_at(same, row, 3), text_at(light, row, 3));
+}
+
+TEST_F(TinyAblation, ClampedTruthIsLearnedClamped) {
+  GenerateOptions o;
+  o.out = folder / "room", o.rooms = 1, o.views = 1, o.width = 32, o.height = 24, o.spp = 2;
+  o.light_spp = 1, o.probes = 1, o.seed = 5, o.split = "train", o.box_rooms = true;
+  generate(Device::open(), o);
+  LightStore store(name_views({o.out.string()}, "train"), 32, 24, 1 << 30);
+  const LightTrainingOptions step{
+      .batch = 1, .height = 24, .width = 32, .rows = 16, .samples = 64, .shade_height = 6, .shade_width = 8};
+  const auto feeds = [&](bool ldr) { return light_batch({store.get(0)}, step, {.clipped = 0, .ldr = ldr}, {3}).feeds; };
+  const auto hdr = feeds(false), ldr = feeds(true);
+  for (const char* name : {"light0", "image", "shade_image"}) {
+    const std::vector<double>&bright = hdr.at(name).real, &clamped = ldr.at(name).real;
+    ASSERT_EQ(bright.size(), clamped.size());
+    for (std::size_t i = 0; i < bright.size(); ++i) ASSERT_EQ(clamped[i], std::clamp(bright[i], 0.0, 1.0)) << name;
+    if (std::string(name) != "shade_image") {  // a coarse grid may miss the lamp
+      EXPECT_GT(*std::ranges::max_element(bright), 1) << name << ": there was nothing to clamp";
+    }
+  }
+  EXPECT_EQ(ldr.at("points0").real, hdr.at("points0").real);
+}
+
+TEST_F(TinyAblation, MistakesAreFoundBeforeRoomsAreMade) {
+  write_config(kVariants);
+  const auto message = [&](const std::vector<std::string>& words) {
+    try {
+      run(words);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage);
+      return std::string(e.what());
+    }
+    ADD_FAILURE() << "no error";
+    return std::string();
+  };
+  const std::string elsewhere = "ablation.data=" + (folder / "elsewhere").string();
+  EXPECT_THAT(message({elsewhere, "model.kind=maps"}), HasSubstr("trains the light"));
+  EXPECT_THAT(message({elsewhere, "light.widht=3"}), HasSubstr("nearest known one is light.width"));
+  EXPECT_THAT(message({elsewhere, "train.steps=0"}), HasSubstr("the run has no end"));
+  EXPECT_THAT(message({elsewhere, "ablation.measures=[sharpness]"}), HasSubstr("ablation.measures"));
+  EXPECT_FALSE(fs::exists(folder / "elsewhere"));
+}
+
+TEST_F(TinyAblation, TheProgramGoesOnWhereItWasInterrupted) {
+  write_config("");  // one training a seed
+  const fs::path said = folder / "said.txt";
+  const std::vector<std::string> words{"run", folder / "tiny.toml", "ablation.seeds=1", "train.steps=12"};
+  const auto checkpoint = [&] {
+    for (const std::string& name : files_below(folder / "runs"))
+      if (name.find("-compile-") == std::string::npos && name.find("checkpoints/step-") != std::string::npos)
+        return true;
+    return false;
+  };
+  {
+    Program program(words, said);
+    ASSERT_TRUE(wait_until(checkpoint)) << text_of(said);
+    program.signal(SIGINT);
+    EXPECT_EQ(program.wait(), 4) << text_of(said);
+  }
+  EXPECT_TRUE(only("sweep-").empty()) << "tables of a part";
+  EXPECT_EQ(Program(words, said).wait(), 0) << text_of(said);
+  EXPECT_THAT(text_of(said), HasSubstr("goes on after step"));
+  EXPECT_THAT(text_of(said), HasSubstr("Incident light on 1 views of unseen rooms"));
+  EXPECT_THAT(text_of(said), HasSubstr(only("sweep-").string()));
+  EXPECT_EQ(Program({"run", folder / "tiny.toml", "run.seed=1,2"}, said).wait(), 2) << "a list without -m";
+}
+
+}  // namespace
+}  // namespace clerestory
