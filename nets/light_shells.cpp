@@ -24,6 +24,7 @@ namespace {
 constexpr int kGroup = 16;           // channels that are normalised together
 constexpr int kPlaceNumbers = 15;    // with the flag a multiple of 16
 constexpr double kMostExponent = 7;  // radiance of a texel stays below e^7, a thousand times white
+constexpr double kFloor = 0.01;      // of radiance in logarithms: the measures' own
 constexpr double kOpaque = 1e3;      // optical depth of the outermost sphere: nothing passes in any precision
 
 Value conv_group(const Scope& scope, Value x, int out, int stride) {
@@ -48,16 +49,14 @@ Value stack(const std::vector<Value>& pictures) {
   return reshape(concat(pictures), s);
 }
 
-/// What the photographs show, where they show it, and a flag of it: {n, C + 1, rows, columns}.
-Value laid_out(Value features, Value cameras, const Shape& picture, const ShellsSize& size) {
-  Graph& graph = features.graph();
-  const Value directions = graph.constant(panorama_directions(size.rows, size.columns));
-  const Shape& cells = features.shape();
-  const Value flag = graph.fill({1, 1, cells.h, cells.w}, 1);
+/// `maps` {n, C, h, w} of the photographs, seen from the camera: {n, C, rows, columns}, 0 where they do not look.
+Value laid_out(Value maps, Value cameras, const Shape& picture, const ShellsSize& size) {
+  const Value directions = maps.graph().constant(panorama_directions(size.rows, size.columns));
+  const Shape& cells = maps.shape();
   std::vector<Value> pictures;
   for (int i = 0; i < cells.n; ++i) {
     const Value hit = rescale_hits(project_rays(directions, picture_of(cameras, i), picture), picture, cells);
-    pictures.push_back(gather_rays(concat(std::array{picture_of(features, i), flag}), hit));
+    pictures.push_back(gather_rays(picture_of(maps, i), hit));
   }
   return stack(pictures);
 }
@@ -95,9 +94,11 @@ Value completed(const Scope& scope, Value x, Value seen, const ShellsSize& size)
   return conv_bias_layer(scope / "paint", x, 4 * size.count, 1, 1, 0);
 }
 
-Value painted(Value numbers, const ShellsSize& size) {
+/// `level` {1, 3, 1, 1}: what the numbers of radiance, which are logarithms, count from.
+Value painted(Value numbers, Value level, const ShellsSize& size) {
   const Value x = reshape(numbers, {size.count, 4, size.rows, size.columns});
-  const Value below = affine(relu(affine(slice(x, 0, 3), -1, kMostExponent)), -1, kMostExponent);
+  const Value log = add(slice(x, 0, 3), level);
+  const Value below = affine(relu(affine(log, -1, kMostExponent)), -1, kMostExponent);
   Tensor opaque(Shape{size.count, 1, 1, 1});
   opaque.real.back() = kOpaque;
   const Value density = add(activate(slice(x, 3, 1), Function::Softplus), x.graph().constant(opaque));
@@ -113,17 +114,23 @@ std::vector<double> shell_radii(const ShellsSize& size) {
   return radii;
 }
 
-std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& levels, Value cameras,
-                                const Shape& picture, const ShellsSize& size) {
+std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& levels, Value image, Value cameras,
+                                const ShellsSize& size) {
   const Value &fine = levels[levels.size() - 2], coarse = levels.back();
-  const Shape& cells = fine.shape();
+  const Shape &cells = fine.shape(), &picture = image.shape();
   const Value features = concat(std::array{fine, resize_bilinear(coarse, cells.h, cells.w)});
   const Value chosen = relu(conv_bias_layer(scope / "choose", features, size.channels[0], 1, 1, 0));
-  const Value laid = laid_out(chosen, cameras, picture, size);
-  const Value placed = concat(std::array{laid, places(scope, cells.n, kPlaceNumbers, size.rows, size.columns)});
-  const Value numbers = completed(scope, placed, plane_mean(coarse), size);
+  // The photograph itself, finer than its features, and a flag of where it looks.
+  const Value log = activate(affine(image, 1, kFloor), Function::Log);
+  const Value level = plane_mean(log);
+  const Value shown = subtract(resize_area(log, 2 * cells.h, 2 * cells.w), level);
+  const Value flag = image.graph().fill({cells.n, 1, 2 * cells.h, 2 * cells.w}, 1);
+  const Value laid = concat(std::array{laid_out(chosen, cameras, picture, size),
+                                       laid_out(concat(std::array{shown, flag}), cameras, picture, size),
+                                       places(scope, cells.n, kPlaceNumbers, size.rows, size.columns)});
+  const Value numbers = completed(scope, laid, plane_mean(coarse), size);
   std::vector<Value> shells;
-  for (int i = 0; i < cells.n; ++i) shells.push_back(painted(picture_of(numbers, i), size));
+  for (int i = 0; i < cells.n; ++i) shells.push_back(painted(picture_of(numbers, i), picture_of(level, i), size));
   return shells;
 }
 

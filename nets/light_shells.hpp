@@ -17,11 +17,11 @@ struct ShellsSize {
 
 std::vector<double> shell_radii(const ShellsSize& size);
 
-/// `levels`: features of photographs as resnet() gives them, of which the last two are read; `cameras` {n, 4, 1, 1} of
-/// their `picture` (height and width). A value {count, 4, rows, columns} for each: radiance, at least 0, and density,
-/// the outermost opaque.
-std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& levels, Value cameras,
-                                const Shape& picture, const ShellsSize& size);
+/// `levels`: features of photographs `image` {n, 3, h, w} as resnet() gives them, of which the last two are read;
+/// `cameras` {n, 4, 1, 1}. A value {count, 4, rows, columns} for each: radiance, as a multiple of the photograph's
+/// geometric mean, and density, the outermost opaque.
+std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& levels, Value image, Value cameras,
+                                const ShellsSize& size);
 
 /// Radiance {1, 3, pixels, samples} at points along directions (camera metres, camera frame).
 Value shells_light(Value shells, Value points, Value direction, Value range, const ShellsSize& size);

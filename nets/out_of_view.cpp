@@ -125,8 +125,7 @@ std::vector<LightField> light_fields(const Scope& scope, const LitPictures& pict
   const std::vector<Value> levels = resnet(scope / "encoder", trunk_input(pictures, size), size.trunk);
   if (size.form == OutOfViewForm::Shells) {
     std::vector<LightField> fields;
-    for (const Value shells :
-         light_shells(scope / "shells", levels, pictures.camera, pictures.image.shape(), size.shells))
+    for (const Value shells : light_shells(scope / "shells", levels, pictures.image, pictures.camera, size.shells))
       fields.push_back({{}, {}, shells});
     return fields;
   }

@@ -142,7 +142,8 @@ LightRays draw_rays(const LightView& view, int rows, int samples, double probe_r
   const EnvmapLayout& layout = view.envmaps.layout;
   std::vector<int> tiles;
   for (int tile = 0; tile < layout.tiles(); ++tile)
-    if (view.depth.at(0, layout.pixel_y(tile / layout.columns), layout.pixel_x(tile % layout.columns)) > 0)
+    if (const int y = layout.pixel_y(tile / layout.columns), x = layout.pixel_x(tile % layout.columns);
+        view.true_depth.at(0, y, x) > 0 && view.depth.at(0, y, x) > 0)
       tiles.push_back(tile);
   Draws draws(key);
   LightRays rays;
@@ -168,7 +169,8 @@ LightRays draw_rays(const LightView& view, int rows, int samples, double probe_r
     const int tile = tiles.at(static_cast<std::size_t>(draws.below(static_cast<int>(tiles.size()))));
     const int column = tile % layout.columns, r = tile / layout.columns;
     const int x = layout.pixel_x(column), y = layout.pixel_y(r);
-    const Vec3 normal{view.normal.at(0, y, x), view.normal.at(1, y, x), view.normal.at(2, y, x)};
+    const Image& n = view.true_normal;
+    const Vec3 normal{n.at(0, y, x), n.at(1, y, x), n.at(2, y, x)};
     const Frame frame = hemisphere_frame(normal);
     const Vec3 point = view.camera.unproject(x + 0.5, y + 0.5, view.depth.at(0, y, x));
     std::array<int, texels> order;

@@ -1,5 +1,8 @@
 // The light as a task of the trainer.
+#include "experiments/applications/predict.hpp"
+#include "experiments/training/checkpoint.hpp"
 #include "experiments/training/light_validation.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/validation.hpp"
@@ -88,7 +91,7 @@ std::vector<std::string> light_conventions() {
       "0.01), log-RGB RMSE the root of the mean of ln((y + 0.01) / (truth + 0.01))^2.",
       "Photograph: the pixel that a screen-space ray hits, mixed by u with the mean of pixels that do not emit. Best "
       "constant: of the view and of the rays in question, under the very error.",
-      "True maps; a view without rays of a kind does not count there."};
+      "Maps are true, or with light.maps = predicted MGNet's; a view without rays of a kind does not count there."};
 }
 
 class LightTask : public TrainingTask {
@@ -105,7 +108,7 @@ class LightTask : public TrainingTask {
                    options.gemm),
         panorama_(device, options.light, options.size.width, options.size.height, probe_height, probe_width, states,
                   options.gemm),
-        device_name_(device.info().name) {}
+        device_(device) {}
 
   std::string net() const override { return light_text(options_.light); }
   std::map<std::string, Shape> weights() const override { return light_states(options_.light); }
@@ -116,8 +119,8 @@ class LightTask : public TrainingTask {
         fmt::format("light {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch "
                     "{}, {} x {} rays a view",
                     options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
-                    device_name_, store_.size(), validation_store_.size(), options_.size.width, options_.size.height,
-                    options_.batch, options_.light_step.rows, options_.light_step.samples)};
+                    device_.info().name, store_.size(), validation_store_.size(), options_.size.width,
+                    options_.size.height, options_.batch, options_.light_step.rows, options_.light_step.samples)};
   }
 
   std::vector<LeftOut> left_out() const override {
@@ -126,6 +129,7 @@ class LightTask : public TrainingTask {
   }
 
   void begin(TrainingProgress& progress) override {
+    if (options_.predicted_maps) predict_maps();
     const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
     for (const std::size_t i : which) {
       const auto view = validation_store_.get(i);
@@ -169,6 +173,21 @@ class LightTask : public TrainingTask {
   }
 
  private:
+  /// The second phase of progressive training: MGNet is frozen, and the light's nets learn to live with its errors.
+  void predict_maps() {
+    const std::filesystem::path path =
+        options_.maps_weights.empty() ? shipped_weights() : std::filesystem::path(options_.maps_weights);
+    const LoadedWeights weights = load_weights(path, device_);
+    MapPredictor predictor(device_, weights.net, weights.states, 1, options_.gemm);
+    Progress bar("maps", static_cast<std::int64_t>(store_.size() + validation_store_.size()), "views");
+    for (LightStore* store : {&store_, &validation_store_})
+      store->predict([&](const Image& picture) {
+        stop_if_interrupted("train");
+        bar.advance();
+        return predictor.predict({&picture})[0].maps;
+      });
+  }
+
   LightBatch batch(std::int64_t step) {
     std::vector<std::shared_ptr<const LightView>> views;
     std::vector<std::uint64_t> keys;
@@ -209,7 +228,7 @@ class LightTask : public TrainingTask {
   ViewOrder order_;
   LightNetwork network_;
   LightPredictor predictor_, panorama_;
-  std::string device_name_;
+  Device device_;
   std::vector<JudgedLight> judged_;
   std::optional<LightSummary> summary_;  // of the last validation
   std::int64_t step_ = 0;

@@ -3,13 +3,15 @@
 #include <algorithm>
 
 #include "host/error.hpp"
+#include "host/math/statistics.hpp"
 
 namespace clerestory {
 namespace {
 
 std::uint64_t bytes_of(const LightView& v) {
   std::uint64_t floats = v.envmaps.radiance.data.size();
-  for (const Image* image : {&v.image, &v.albedo, &v.normal, &v.depth, &v.material, &v.emission})
+  for (const Image* image :
+       {&v.image, &v.albedo, &v.normal, &v.depth, &v.material, &v.true_normal, &v.true_depth, &v.emission})
     floats += image->data.size();
   for (const Probe& p : v.probes) floats += p.radiance.data.size();
   return sizeof(float) * floats;
@@ -42,7 +44,21 @@ LightView read_light_view(const ViewName& name, int width, int height) {
   view.camera = *room.camera;
   view.image = std::move(room.image), view.albedo = std::move(room.albedo), view.normal = std::move(room.normal);
   view.depth = std::move(room.depth), view.material = std::move(room.material);
+  std::ranges::copy(view.emission.data, view.material.plane(2));
+  view.true_normal = view.normal, view.true_depth = view.depth;
   return view;
+}
+
+void see_predicted(LightView& view, const MapSet& maps) {
+  const std::size_t n = view.image.pixels();
+  view.albedo = maps.albedo, view.normal = maps.normal, view.depth = maps.depth;
+  std::copy_n(maps.material.data.begin(), 2 * n, view.material.data.begin());
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < n; ++i)
+    if (view.true_depth.data[i] > 0 && maps.depth.data[i] > 0)
+      ratios.push_back(static_cast<double>(view.true_depth.data[i]) / static_cast<double>(maps.depth.data[i]));
+  const double metres = ratios.empty() ? 1 : median(ratios);
+  for (float& z : view.depth.data) z = static_cast<float>(z * metres);
 }
 
 LightStore::LightStore(std::vector<ViewName> names, int width, int height, std::uint64_t cache_bytes)
@@ -53,11 +69,22 @@ std::shared_ptr<const LightView> LightStore::get(std::size_t i) {
     const std::lock_guard lock(mutex_);
     if (cache_.at(i)) return cache_[i];
   }
-  const auto view = std::make_shared<const LightView>(read_light_view(names_[i], width_, height_));
+  LightView read = read_light_view(names_[i], width_, height_);
+  if (!predicted_.empty()) see_predicted(read, predicted_[i]);
+  const auto view = std::make_shared<const LightView>(std::move(read));
   const std::uint64_t bytes = bytes_of(*view);
   const std::lock_guard lock(mutex_);
   if (!cache_[i] && used_ + bytes <= cache_bytes_) used_ += bytes, cache_[i] = view;
   return view;
+}
+
+void LightStore::predict(const std::function<MapSet(const Image&)>& predict) {
+  std::vector<MapSet> maps;
+  for (std::size_t i = 0; i < names_.size(); ++i) maps.push_back(predict(get(i)->image));
+  const std::lock_guard lock(mutex_);
+  predicted_ = std::move(maps);
+  std::ranges::fill(cache_, nullptr);
+  used_ = 0;
 }
 
 }  // namespace clerestory

@@ -9,6 +9,7 @@
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"
+#include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 #include "tracer/generate.hpp"
@@ -98,6 +99,42 @@ TEST_F(LightTask, RaysAreThoseOfTheFiles) {
   EXPECT_EQ(draw_rays(*v, 6, 32, 0.34, 9).light, rays.light);
   EXPECT_NE(draw_rays(*v, 6, 32, 0.34, 10).light, rays.light);
   EXPECT_THROW(draw_rays(*v, 1, 144, 0, 1), Error);
+}
+
+TEST_F(LightTask, PredictedMapsMovePointsButNotTheTruth) {
+  LightStore store(name_views({(*folder_ / "train").string()}, "train"), kWidth, kHeight, 1 << 30);
+  const auto truth = store.get(0);
+  store.predict([](const Image& picture) {
+    MapSet maps{Image(kWidth, kHeight, 3, 0.25f), Image(kWidth, kHeight, 3), Image(kWidth, kHeight, 1),
+                Image(kWidth, kHeight, 2, 0.75f)};
+    for (std::size_t i = 0; i < picture.pixels(); ++i) {
+      maps.normal.plane(2)[i] = 1;  // every surface faces the viewer
+      maps.depth.data[i] = 0.5f + static_cast<float>(i) / static_cast<float>(picture.pixels());
+    }
+    return maps;
+  });
+  const auto seen = store.get(0);
+  EXPECT_EQ(seen->albedo.data[7], 0.25f);
+  EXPECT_EQ(seen->material.at(1, 3, 4), 0.75f);
+  EXPECT_EQ(seen->material.at(2, 3, 4), 0);
+  EXPECT_EQ(seen->normal.at(2, 5, 6), 1);
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < seen->depth.pixels(); ++i) {
+    ASSERT_GT(truth->depth.data[i], 0);
+    ratios.push_back(static_cast<double>(truth->depth.data[i]) / static_cast<double>(seen->depth.data[i]));
+  }
+  EXPECT_NEAR(median(ratios), 1, 1e-6);
+  // The light that was recorded belongs to the true surface: the same directions and radiance, from the point that is
+  // seen at the same pixel.
+  const LightRays before = draw_rays(*truth, 6, 32, 0.34, 9), after = draw_rays(*seen, 6, 32, 0.34, 9);
+  EXPECT_EQ(after.light, before.light);
+  EXPECT_EQ(after.directions, before.directions);
+  EXPECT_EQ(after.skip, before.skip);
+  for (std::size_t i = 0; i < after.skip.size(); ++i) {
+    const int pixel = after.skip[i];
+    const double depth = pixel < 0 ? -before.points[i].z : seen->depth.data[static_cast<std::size_t>(pixel)];
+    EXPECT_NEAR(-after.points[i].z, depth, 1e-6);
+  }
 }
 
 TEST_F(LightTask, MirroredBatchesAreTheSameRoom) {
