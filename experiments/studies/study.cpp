@@ -2,9 +2,12 @@
 
 #include "experiments/studies/balls_study.hpp"
 #include "experiments/studies/edit_study.hpp"
+#include "experiments/studies/ladder_study.hpp"
 #include "experiments/studies/layer_study.hpp"
+#include "experiments/studies/light_study.hpp"
 #include "experiments/studies/training_study.hpp"
 #include "experiments/studies/truth_study.hpp"
+#include "experiments/studies/uncertainty_study.hpp"
 #include "experiments/training/schema.hpp"
 #include "host/io/files.hpp"
 
@@ -28,7 +31,8 @@ void add_run_keys(Schema& schema) {
 
 void add_study_keys(Schema& schema) {
   schema.section("study", "What is compared.")
-      .text("study.kind", "layer", "Which study", {"layer", "truth", "balls", "edit", "training"})
+      .text("study.kind", "layer", "Which study",
+            {"layer", "truth", "balls", "edit", "training", "light", "uncertainty", "ladder"})
       .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
@@ -46,7 +50,32 @@ void add_study_keys(Schema& schema) {
       .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
       .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})
       .integer("edit.bounces", 2, "Bounces of light that follow the edit", {1, 8});
+  schema.section("ladder", "Links of the learned light replaced by the truth (kind ladder).")
+      .integer("ladder.spp", 64, "Samples a pixel of the layer", {2, 65536})
+      .integer("ladder.emission_spp", 1024, "Samples a pixel of true light from emitters", {2, 65536})
+      .integer("ladder.seeds", 3, "Repetitions with other seeds", {3, 1000});
+  schema.section("light", "Learned light (kinds balls, ladder, light, uncertainty).")
+      .text("light.weights", "", "Its weights, a folder or a file; empty: the shipped ones");
+  schema.section("maps", "Predicted maps (kinds balls, ladder, light, uncertainty).")
+      .text("maps.weights", "", "MGNet's weights; empty: the shipped ones");
+  schema.section("incident", "Light along rays (kinds light, uncertainty); study.seeds draws of rays.")
+      .integer("incident.views", 3, "Views of each room", {1, 100})
+      .integer("incident.points", 256, "Points of a view and draw: surfaces, and a fifth free probes", {1, 65536})
+      .integer("incident.directions", 16, "Rays from each point, a multiple of 16", {16, 128})
+      .integer("incident.ray_spp", 64, "Paths of the truth along a ray from a surface", {1, 65536})
+      .integer("incident.probes", 2, "Free probes of a view; fewer where there is no place for them", {0, 100})
+      .integer("incident.probe_spp", 64, "Paths of a texel in each of a probe's two estimates", {1, 65536})
+      .real("incident.clamp", 1, "Most that one indirect contribution adds, in whites of the picture; 0: no bound",
+            {0, 1e6})
+      .flag("incident.clipped_picture", false, "Clamp the photograph to [0, 1], as a camera does; the truth never is");
+  schema.section("uncertainty", "u against the tracer's first surfaces (kind uncertainty).")
+      .integers("uncertainty.constants", {1, 3, 10, 30, 100}, "Constants of u = tanh(constant delta)", {1, 100000})
+      .real("uncertainty.footprints", 1.5, "A hit is real up to so many footprints of its pixel off", {0, 1000})
+      .integer("uncertainty.bins", 10, "Bins of the reliability curve", {1, 1000});
   schema.section("data", "Generated rooms, one view each.")
+      .text("data.maps", "true",
+            "Maps (kinds light, uncertainty); predicted ones have their median depth from the truth",
+            {"true", "predicted"})
       .integer("data.rooms", 6, "Rooms", {1, 1000})
       .integer("data.width", 160, "Pixels", {16, 4096})
       .integer("data.height", 120, "Pixels", {16, 4096})
@@ -73,7 +102,10 @@ std::string run_study(const Config& config, const std::vector<std::string>& comm
   const std::string& kind = config.text("study.kind");
   if (kind == "truth") return run_truth_study(config, command);
   if (kind == "balls") return run_balls_study(config, command);
+  if (kind == "ladder") return run_ladder_study(config, command);
   if (kind == "edit") return run_edit_study(config, command);
+  if (kind == "light") return run_light_study(config, command);
+  if (kind == "uncertainty") return run_uncertainty_study(config, command);
   return run_layer_study(config, command);
 }
 

@@ -1,0 +1,479 @@
+#include "experiments/studies/light_study.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/evaluation/detection.hpp"
+#include "experiments/studies/known_light.hpp"
+#include "experiments/studies/study_run.hpp"
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "host/math/panorama.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/progress.hpp"
+#include "nets/scene_radiance.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using Used = KnownRays::Used;
+
+struct Named {
+  std::string key, label;
+};
+/// Who answers without reading the truth, then the constant that does.
+const std::vector<Named>& answerers() {
+  static const std::vector<Named> rows{{"photo", "raw photograph (light = image)"},
+                                       {"ssrt", "SSRT only: the photograph at hits, 0 elsewhere"},
+                                       {"out_of_view", "out of view only"},
+                                       {"net", "full (light = net)"},
+                                       {"constant", "the view's best constant"}};
+  return rows;
+}
+const std::vector<Named>& ray_kinds() {
+  static const std::vector<Named> kinds{{"hits", "SSRT hits"}, {"misses", "SSRT misses"}, {"all", "all rays"}};
+  return kinds;
+}
+
+/// Free probes by how far the nearest surface is, metres; each up to the next.
+const std::vector<double>& distance_bins() {
+  static const std::vector<double> from{0.15, 0.3, 0.5, 0.8, std::numeric_limits<double>::infinity()};
+  return from;
+}
+
+/// Rays of one view: those of each draw one after the other, then every texel of each probe.
+struct ViewRays {
+  Rays asked;
+  std::vector<std::array<float, 3>> truth;
+  std::vector<double> weights;
+  std::vector<Used> draws, probes;
+  std::vector<float> noise;  // planar: variance of the truth; 0 where it is not known
+
+  void add(const Vec3& point, const Vec3& direction, int skip, const std::array<float, 3>& light, double weight) {
+    asked.points.push_back(point), asked.directions.push_back(direction), asked.skip.push_back(skip);
+    truth.push_back(light), weights.push_back(weight);
+  }
+};
+
+ViewRays rays_of(const KnownView& known) {
+  ViewRays rays;
+  for (const LightRays& draw : known.draws) {
+    Used& used = rays.draws.emplace_back();
+    for (std::size_t i = 0; i < draw.skip.size(); ++i) {
+      used.push_back(rays.truth.size());
+      rays.add(draw.points[i], draw.directions[i], draw.skip[i], draw.light[i], 1);
+    }
+  }
+  for (const Probe& probe : known.view.probes) {
+    Used& used = rays.probes.emplace_back();
+    for (int y = 0; y < probe_height; ++y)
+      for (int x = 0; x < probe_width; ++x) {
+        used.push_back(rays.truth.size());
+        rays.add(probe.center, panorama_direction(x, y, probe_width, probe_height), -1,
+                 {probe.radiance.at(0, y, x), probe.radiance.at(1, y, x), probe.radiance.at(2, y, x)},
+                 panorama_solid_angle(y, probe_width, probe_height));
+      }
+  }
+  const std::size_t count = rays.truth.size();
+  rays.noise.resize(3 * count);
+  for (std::size_t k = 0; k < rays.probes.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t t = 0; t < rays.probes[k].size(); ++t)
+        rays.noise[c * count + rays.probes[k][t]] = known.noise[k].plane(static_cast<int>(c))[t];
+  return rays;
+}
+
+struct ViewAnswers {
+  std::map<std::string, std::vector<float>> radiance;  // planar, by key; without the constant
+  std::map<std::string, double> seconds;               // of asking alone
+  std::vector<int> pixel;                              // that SSRT hits, or -1
+};
+
+/// The photograph at the hit pixel, sure or not, and nothing elsewhere.
+std::vector<float> photograph_at(const std::vector<int>& pixel, const Image& photo) {
+  std::vector<float> planar(3 * pixel.size(), 0);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < pixel.size(); ++i)
+      if (pixel[i] >= 0) planar[c * pixel.size() + i] = photo.plane(static_cast<int>(c))[pixel[i]];
+  return planar;
+}
+
+class LightStudy : public StudyRun {
+ public:
+  using StudyRun::StudyRun;
+
+ private:
+  /// One record a room.
+  void measure() override {
+    options_ = known_light_options(config_);
+    settings_.light = "net";
+    load_light_nets(settings_, config_.text("light.weights"), device_);
+    provenance_.facts["light"] = answerer_text(settings_);
+    measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
+      LitRoom room(device_, assets, seed, options_);
+      values_.clear();
+      for (int v = 0; v < options_.views; ++v) {
+        stop_if_interrupted("study");
+        measure_view(r, v, room.view(v));
+      }
+      MetricRecord record{r + 1, 0, {}};
+      for (const auto& [key, list] : values_) record.values.emplace_back(key, mean(list));
+      MetricsWriter(run_.metrics_path()).write(record.step, record.values);
+      records_.push_back(record);
+    });
+  }
+
+  fs::path probe_folder(std::int64_t room) const { return run_ / "data" / fmt::format("room-{:04}", room); }
+
+  void measure_view(std::int64_t room, int v, const KnownView& known) {
+    make_directories(probe_folder(room));
+    write_probes(probe_folder(room), view_id(v), known.view.probes);  // the other rooms' mean panorama needs them
+    const ViewRays rays = rays_of(known);
+    const ViewAnswers answers = ask(scene_of(known.view), rays);
+    const KnownRays truth(rays.truth, rays.weights);
+    for (std::size_t s = 0; s < rays.draws.size(); ++s) measure_draw(s, rays.draws[s], truth, answers);
+    for (std::size_t p = 0; p < rays.probes.size(); ++p)
+      measure_probe(fmt::format("v{}p{}", v, p), rays.probes[p], truth, rays, answers, known.view.probes[p].distance);
+    measure_gap(v, truth, rays, answers);
+    for (const auto& [key, seconds] : answers.seconds)
+      values_["seconds for a million rays/" + key].push_back(seconds / static_cast<double>(truth.count()) * 1e6);
+  }
+
+  ViewAnswers ask(const Scene& scene, const ViewRays& rays) {
+    ViewAnswers answers;
+    for (const auto& [key, light] : {std::pair{"photo", "image"}, {"out_of_view", "out_of_view"}, {"net", "net"}}) {
+      RenderSettings settings = settings_;
+      settings.light = light;
+      SceneRadiance radiance(device_, scene, settings, rays.truth.size());
+      const auto start = std::chrono::steady_clock::now();
+      const RadianceAnswers given = radiance.radiance(rays.asked);
+      answers.seconds[key] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      answers.radiance[key] = given.radiance;
+      if (settings.light == "image") answers.pixel = given.pixel;
+    }
+    answers.radiance["ssrt"] = photograph_at(answers.pixel, scene.photo);
+    answers.seconds["ssrt"] = answers.seconds["photo"];  // the same trace and the same look-up
+    return answers;
+  }
+
+  /// Those of `used` that are of a kind.
+  static Used of_kind(const std::string& kind, const Used& used, const std::vector<int>& pixel) {
+    if (kind == "all") return used;
+    Used some;
+    std::ranges::copy_if(used, std::back_inserter(some),
+                         [&](std::size_t i) { return (pixel[i] >= 0) == (kind == "hits"); });
+    return some;
+  }
+
+  static LightError error_of(const std::string& who, const KnownRays& truth, const Used& used,
+                             const ViewAnswers& answers) {
+    return who == "constant" ? truth.best_constant(used) : truth.error(answers.radiance.at(who), used);
+  }
+
+  void measure_draw(std::size_t seed, const Used& draw, const KnownRays& truth, const ViewAnswers& answers) {
+    std::vector<std::pair<std::string, Used>> kinds;
+    for (const Named& kind : ray_kinds()) kinds.emplace_back(kind.key, of_kind(kind.key, draw, answers.pixel));
+    for (const auto& [kind, used] : kinds) {
+      if (used.empty()) continue;
+      for (const Named& who : answerers())
+        note(kind, fmt::format("{} {}", who.key, seed), error_of(who.key, truth, used, answers));
+    }
+    values_["share of hits/" + std::to_string(seed)].push_back(static_cast<double>(kinds[0].second.size()) /
+                                                               static_cast<double>(draw.size()));
+  }
+
+  void note(const std::string& where, const std::string& who, const LightError& e) {
+    values_["relMSE, " + where + "/" + who].push_back(e.relmse);
+    values_["log-RGB RMSE, " + where + "/" + who].push_back(e.log_rmse);
+  }
+
+  static std::vector<float> planar(const std::vector<float>& whole, const Used& used) {
+    const std::size_t count = whole.size() / 3;
+    std::vector<float> part;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (const std::size_t i : used) part.push_back(whole[c * count + i]);
+    return part;
+  }
+
+  void measure_probe(const std::string& name, const Used& used, const KnownRays& truth, const ViewRays& rays,
+                     const ViewAnswers& answers, double distance) {
+    values_["probe distance/" + name].push_back(distance);
+    const std::vector<double> weights = probe_weights();
+    for (const Named& who : answerers()) {
+      const std::string key = who.key + " " + name;
+      note("probes", key, error_of(who.key, truth, used, answers));
+      if (who.key == "constant") continue;
+      const std::vector<float>& answer = answers.radiance.at(who.key);
+      values_["angle, probes/" + key].push_back(truth.angle(answer, used));
+      values_["range, probes/" + key].push_back(log_intensity_range(planar(answer, used), weights));
+    }
+    std::vector<float> light;
+    for (std::size_t c = 0; c < 3; ++c)
+      for (const std::size_t i : used) light.push_back(rays.truth[i][c]);
+    values_["range, probes/truth " + name].push_back(log_intensity_range(light, weights));
+  }
+
+  /// Of all probes of the view together.
+  void measure_gap(int v, const KnownRays& truth, const ViewRays& rays, const ViewAnswers& answers) {
+    Used all;
+    for (const Used& probe : rays.probes) all.insert(all.end(), probe.begin(), probe.end());
+    for (const Named& kind : ray_kinds()) {
+      const Used used = of_kind(kind.key, all, answers.pixel);
+      if (used.empty()) continue;
+      const double share = gap_closed(error_of("photo", truth, used, answers).relmse,
+                                      error_of("net", truth, used, answers).relmse, truth.noise(rays.noise, used));
+      values_[fmt::format("gap closed, {}/view {}", kind.key, v)].push_back(share);
+    }
+  }
+
+  // --- What the records say ---------------------------------------------------------------------------------------
+
+  double value(std::size_t room, const std::string& key) const {
+    for (const auto& [name, v] : records_[room].values)
+      if (name == key) return v;
+    return std::numeric_limits<double>::quiet_NaN();  // no view of the room had such rays
+  }
+  /// All finite values whose name begins so, of one room or of all.
+  std::vector<double> values(const std::string& begin, std::optional<std::size_t> room = std::nullopt) const {
+    std::vector<double> found;
+    for (std::size_t r = 0; r < records_.size(); ++r)
+      for (const auto& [name, v] : records_[r].values)
+        if ((!room || *room == r) && name.starts_with(begin) && std::isfinite(v)) found.push_back(v);
+    return found;
+  }
+  /// Means of each room.
+  std::vector<double> room_means(const std::string& begin) const {
+    std::vector<double> means;
+    for (std::size_t r = 0; r < records_.size(); ++r)
+      if (const std::vector<double> of_room = values(begin, r); !of_room.empty()) means.push_back(mean(of_room));
+    return means;
+  }
+  static Cell measure_or_nothing(const std::vector<double>& list) {
+    return list.empty() ? Cell{} : Cell{measure_of(list)};
+  }
+
+  /// [room][seed]
+  std::vector<std::vector<double>> by_seed(const std::string& group, const std::string& who) const {
+    std::vector<std::vector<double>> rooms(records_.size());
+    for (std::size_t r = 0; r < records_.size(); ++r)
+      for (std::int64_t s = 0; s < config_.integer("study.seeds"); ++s)
+        rooms[r].push_back(value(r, fmt::format("{}/{} {}", group, who, s)));
+    return rooms;
+  }
+  /// Means over rooms, one a seed.
+  static std::vector<double> seed_means(const std::vector<std::vector<double>>& rooms) {
+    std::vector<double> means;
+    for (std::size_t s = 0; s < rooms.at(0).size(); ++s) {
+      std::vector<double> of_seed;
+      for (const auto& room : rooms)
+        if (std::isfinite(room[s])) of_seed.push_back(room[s]);
+      if (!of_seed.empty()) means.push_back(mean(of_seed));
+    }
+    return means;
+  }
+
+  std::string setting() const {
+    return fmt::format("{} rooms x {} views, {} maps, {} photograph", records_.size(),
+                       config_.integer("incident.views"), config_.text("data.maps"),
+                       config_.flag("incident.clipped_picture") ? "clipped" : "HDR");
+  }
+
+  Table ablation_table() const {
+    Table table;
+    table.title = fmt::format("Incident light, {}: mean over views, deviation over {} draws of rays", setting(),
+                              config_.integer("study.seeds"));
+    table.columns = {{"rays", "", Best::None, 3},           {"who answers", "", Best::None, 3},
+                     {"relMSE", "eps 0.01", Best::None, 3}, {"relMSE", "median of rooms", Best::None, 3},
+                     {"log-RGB RMSE", "", Best::None, 3},   {"time", "s for a million rays", Best::None, 3}};
+    for (const Named& kind : ray_kinds())
+      for (const Named& who : answerers()) {
+        const std::vector<double> rooms = room_means("relMSE, " + kind.key + "/" + who.key + " ");
+        const std::vector<double> seconds = room_means("seconds for a million rays/" + who.key);
+        table.add({kind.label, who.label, measure_or_nothing(seed_means(by_seed("relMSE, " + kind.key, who.key))),
+                   rooms.empty() ? Cell{} : Cell{Measure{median(rooms)}},
+                   measure_or_nothing(seed_means(by_seed("log-RGB RMSE, " + kind.key, who.key))),
+                   seconds.empty() ? Cell{} : Cell{Measure{median(seconds)}}});
+      }
+    return table;
+  }
+
+  Table difference_table() const {
+    Table table;
+    table.title =
+        "Full less the others: a difference of at most two spreads is none; spread is the larger of that over draws "
+        "and the standard error over rooms";
+    table.columns = {
+        {"rays", "", Best::None, 3},   {"full less", "", Best::None, 3}, {"relMSE", "difference", Best::None, 3},
+        {"spread", "", Best::None, 2}, {"full is", "", Best::None, 3},   {"log-RGB RMSE", "difference", Best::None, 3},
+        {"spread", "", Best::None, 2}, {"full is", "", Best::None, 3}};
+    for (const Named& kind : ray_kinds())
+      for (const Named& who : answerers()) {
+        if (who.key == "net" || room_means("relMSE, " + kind.key + "/net ").empty()) continue;
+        std::vector<Cell> row{kind.label, who.label};
+        for (const char* metric : {"relMSE, ", "log-RGB RMSE, "}) {
+          const PairedDifference d =
+              paired_difference(by_seed(metric + kind.key, "net"), by_seed(metric + kind.key, who.key));
+          row.insert(row.end(), {Measure{d.mean}, Measure{d.spread}, std::string(d.verdict())});
+        }
+        table.add(row);
+      }
+    return table;
+  }
+
+  /// Probes by their distance from the nearest surface.
+  Table distance_table() const {
+    Table table;
+    table.title = fmt::format(
+        "Incident light at free probes by distance from the nearest surface, {}: mean and "
+        "deviation over probes",
+        setting());
+    table.columns = {{"distance", "m", Best::None, 3},    {"probes", "", Best::None, 4},
+                     {"who answers", "", Best::None, 3},  {"relMSE", "eps 0.01", Best::None, 3},
+                     {"relMSE", "median", Best::None, 3}, {"log-RGB RMSE", "", Best::None, 3}};
+    const std::vector<double>& from = distance_bins();
+    for (std::size_t b = 0; b + 1 < from.size(); ++b)
+      for (const Named& who : answerers()) {
+        std::vector<double> relmse, logs;
+        each_probe([&](std::size_t r, const std::string& name, double distance) {
+          if (distance < from[b] || distance >= from[b + 1]) return;
+          relmse.push_back(value(r, fmt::format("relMSE, probes/{} {}", who.key, name)));
+          logs.push_back(value(r, fmt::format("log-RGB RMSE, probes/{} {}", who.key, name)));
+        });
+        if (relmse.empty()) continue;
+        const std::string bin = std::isfinite(from[b + 1]) ? fmt::format("{} to {}", from[b], from[b + 1])
+                                                           : fmt::format("from {}", from[b]);
+        table.add({bin, Measure{static_cast<double>(relmse.size())}, who.label, measure_of(relmse),
+                   Measure{median(relmse)}, measure_of(logs)});
+      }
+    return table;
+  }
+
+  template <class Visit>
+  void each_probe(const Visit& visit) const {
+    const std::string begin = "probe distance/";
+    for (std::size_t r = 0; r < records_.size(); ++r)
+      for (const auto& [name, v] : records_[r].values)
+        if (name.starts_with(begin)) visit(r, name.substr(begin.size()), v);
+  }
+
+  /// What every room's probes are beside the mean of all other rooms', by metric: means of rooms.
+  std::map<std::string, std::vector<double>> mean_panorama_errors() const {
+    std::vector<std::vector<Image>> rooms(records_.size());
+    for (std::size_t r = 0; r < records_.size(); ++r)
+      for (int v = 0; v < config_.integer("incident.views"); ++v)
+        for (Probe& probe : read_probes(probe_folder(static_cast<std::int64_t>(r)), view_id(v)))
+          rooms[r].push_back(std::move(probe.radiance));
+    const std::vector<double> weights = probe_weights();
+    Used texels(weights.size());
+    std::iota(texels.begin(), texels.end(), std::size_t{0});
+    std::map<std::string, std::vector<double>> errors;
+    for (std::size_t r = 0; r < rooms.size(); ++r) {
+      const std::vector<float> others = mean_of_others(rooms, r);
+      if (others.empty()) continue;
+      std::map<std::string, std::vector<double>> of_room;
+      for (const Image& probe : rooms[r]) {
+        std::vector<std::array<float, 3>> truth(texels.size());
+        for (std::size_t i = 0; i < truth.size(); ++i)
+          truth[i] = {probe.plane(0)[i], probe.plane(1)[i], probe.plane(2)[i]};
+        const KnownRays known(std::move(truth), weights);
+        const LightError e = known.error(others, texels);
+        of_room["relMSE"].push_back(e.relmse), of_room["log-RGB RMSE"].push_back(e.log_rmse);
+        of_room["angle"].push_back(known.angle(others, texels));
+        of_room["range"].push_back(log_intensity_range(others, weights));
+      }
+      for (const auto& [metric, list] : of_room) errors[metric].push_back(mean(list));
+    }
+    return errors;
+  }
+
+  /// Empty where no other room has a probe.
+  static std::vector<float> mean_of_others(const std::vector<std::vector<Image>>& rooms, std::size_t room) {
+    std::vector<double> sums;
+    double count = 0;
+    for (std::size_t r = 0; r < rooms.size(); ++r)
+      for (const Image& probe : rooms[r]) {
+        if (r == room) continue;
+        sums.resize(probe.data.size(), 0), ++count;
+        for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += static_cast<double>(probe.data[i]);
+      }
+    std::vector<float> means;
+    for (const double s : sums) means.push_back(static_cast<float>(s / count));
+    return means;
+  }
+
+  Table probe_table() const {
+    Table table;
+    table.title = fmt::format("Panoramas at free probes, {}: mean and deviation over rooms", setting());
+    table.columns = {{"who answers", "", Best::None, 3},
+                     {"relMSE", "eps 0.01", Best::None, 3},
+                     {"log-RGB RMSE", "", Best::None, 3},
+                     {"angle of RGB", "degrees", Best::None, 3},
+                     {"log-intensity range", "ln of 99th over 1st percentile", Best::None, 3}};
+    const auto rooms = [&](const char* metric, const std::string& who) {
+      return measure_or_nothing(room_means(fmt::format("{}, probes/{} ", metric, who)));
+    };
+    for (const Named& who : answerers())
+      table.add({who.label, rooms("relMSE", who.key), rooms("log-RGB RMSE", who.key), rooms("angle", who.key),
+                 rooms("range", who.key)});
+    const auto others = mean_panorama_errors();
+    const auto other = [&](const char* metric) {
+      return others.contains(metric) ? measure_or_nothing(others.at(metric)) : Cell{};
+    };
+    table.add(
+        {"mean panorama of the other rooms", other("relMSE"), other("log-RGB RMSE"), other("angle"), other("range")});
+    table.add({"truth", Cell{}, Cell{}, Cell{}, rooms("range", "truth")});
+    return table;
+  }
+
+  Table gap_table() const {
+    Table table;
+    table.title = fmt::format(
+        "Share of the gap in relMSE from the raw photograph to the truth, less the probes' own variance, that the nets "
+        "close, {}",
+        setting());
+    table.columns = {{"directions", "", Best::None, 3},
+                     {"views", "", Best::None, 4},
+                     {"share", "median", Best::None, 3},
+                     {"share", "25 % of views below", Best::None, 3},
+                     {"share", "75 % of views below", Best::None, 3}};
+    for (const Named& kind : ray_kinds()) {
+      const std::vector<double> shares = values("gap closed, " + kind.key + "/");
+      if (shares.empty()) continue;
+      table.add({kind.label, Measure{static_cast<double>(shares.size())}, Measure{median(shares)},
+                 Measure{quantile(shares, 0.25)}, Measure{quantile(shares, 0.75)}});
+    }
+    return table;
+  }
+
+  void conclude() override {
+    for (const auto& [name, table] : {std::pair{"1_ablation", ablation_table()},
+                                      {"2_differences", difference_table()},
+                                      {"3_probes", probe_table()},
+                                      {"4_gap", gap_table()},
+                                      {"5_distance", distance_table()}}) {
+      write_table(name, table);
+      std::fputs("\n", stdout);
+    }
+    provenance_.figures["share of rays that hit"] = mean(values("share of hits/"));
+    provenance_.facts["what is in view"] = "a ray that SSRT answers on the maps in use, sure or not";
+  }
+
+  KnownLightOptions options_;
+  RenderSettings settings_;
+  std::map<std::string, std::vector<double>> values_;  // of the room that is measured, one a view
+};
+
+}  // namespace
+
+std::string run_light_study(const Config& config, const std::vector<std::string>& command) {
+  return LightStudy(config, command).run();
+}
+
+}  // namespace clerestory
