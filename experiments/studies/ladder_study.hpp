@@ -6,13 +6,15 @@
 // Compared: pixels that are shaded under the true maps and do not emit; what pixels emit is in no picture. A pixel that
 // predicted maps leave black counts as such. Balls: the pixels that show the ball; where predicted depth hides it the
 // photograph shows. Predicted depth is brought to scale at the ball's foot. The tracer's own light for a ball is that
-// of the room without it; one more row asks it of the room with the ball, which leaves only noise.
+// of the room without it; one more row asks it of the room with the ball, which leaves only noise. True light is
+// noisier than learned light. So relMSE is that of the picture without its noise: a mean of products of two
+// differences, each of another seed of the layer and another half of the reference's samples (relmse_of_pair()). PSNR
+// is of single pictures, noise and all.
 #pragma once
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "experiments/studies/linked_light.hpp"
 #include "host/io/config.hpp"
 #include "host/report/table.hpp"
 
@@ -21,14 +23,6 @@ namespace clerestory {
 /// study.kind = "ladder". Returns the run directory. Throws usage_error where weights of the light or of the maps are
 /// missing.
 std::string run_ladder_study(const Config& config, const std::vector<std::string>& command);
-
-struct Rung {
-  std::string key;
-  Links links;
-  bool true_maps;
-};
-/// All predicted first, all true last.
-const std::vector<Rung>& rungs();
 
 /// after / before - 1 of two mean errors; nothing where their difference lies inside the larger of their deviations.
 std::optional<double> change_beyond_spread(const Measure& before, const Measure& after);

@@ -13,6 +13,7 @@ namespace clerestory {
 namespace {
 
 constexpr int kChunkRays = 1 << 16;
+constexpr std::uint32_t kEmissionStream = 0x6c616d70u;  // parts its random numbers from the first pass's
 
 /// Adds the time of its life to a sum.
 class Clock {
@@ -65,17 +66,56 @@ DenseRays true_rays(const DenseRays& dense, const ShadedSurface& surface) {
   return rays;
 }
 
-/// Along a ray a picture's path has one scattering less: the layer's own is the first.
-std::vector<float> true_radiance(TraceScene& traced, double exposure, const DenseRays& rays, const Camera& camera,
-                                 std::uint32_t seed, double& dropped) {
+/// What `query` brings along the rays, in the photograph's unit.
+std::vector<float> true_radiance(TraceScene& traced, double exposure, const DenseRays& rays, RadianceQuery query,
+                                 const Camera& camera, double& dropped) {
   if (rays.count() == 0) return {};
-  RadianceQuery query;
-  query.max_depth = kMaxDepth - 1, query.seed = seed, query.to_world = camera.camera_to_world;
+  query.to_world = camera.camera_to_world;
   DroppedSamples lost;
   std::vector<float> radiance = traced.radiance(rays.points, rays.directions, query, &lost);
   for (float& v : radiance) v *= static_cast<float>(exposure);
   dropped += static_cast<double>(lost.count);
   return radiance;
+}
+
+/// What surfaces at the ends of rays reflect, by one path a ray. A picture's path has one scattering more: the layer's.
+RadianceQuery reflected(std::uint32_t seed, int first_pixel) {
+  RadianceQuery query;
+  query.max_depth = kMaxDepth - 1, query.emitters = false;
+  query.seed = static_cast<std::uint32_t>(Random(seed).fork(static_cast<std::uint64_t>(first_pixel)).bits());
+  return query;
+}
+/// What they emit.
+RadianceQuery emitted() {
+  RadianceQuery query;
+  query.max_depth = 0;
+  return query;
+}
+
+/// Those rays of a chunk that end on an emitter. Nets say nothing of them here: their part is in the first pass.
+struct EmittedLight {
+  DenseRays rays;
+  LinkAnswers answers;
+};
+EmittedLight those_that_shine(const DenseRays& rays, const std::vector<float>& radiance) {
+  const std::size_t n = rays.count();
+  std::vector<std::size_t> bright;
+  for (std::size_t i = 0; i < n; ++i)
+    if (radiance[i] > 0 || radiance[n + i] > 0 || radiance[2 * n + i] > 0) bright.push_back(i);
+  EmittedLight light;
+  for (const std::size_t i : bright) light.rays.at.push_back(rays.at[i]), light.rays.pixel.push_back(rays.pixel[i]);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (const std::size_t i : bright) {
+      light.rays.points.push_back(rays.points[c * n + i]), light.rays.directions.push_back(rays.directions[c * n + i]);
+      light.answers.truth.push_back(radiance[c * n + i]);
+    }
+  const std::vector<float> nothing(3 * bright.size(), 0);
+  light.answers.mixed = light.answers.far = light.answers.at_true_hits = nothing;
+  return light;
+}
+
+void add(Image& to, const Image& what, float factor) {
+  for (std::size_t i = 0; i < to.data.size(); ++i) to.data[i] += factor * what.data[i];
 }
 
 RenderSettings with_light(RenderSettings settings, const std::string& light) {
@@ -89,10 +129,10 @@ Image image_of(const Tensor& radiance, const Scene& maps) {
   return image;
 }
 
-/// Adds a picture whose light `radiance` gives, and sets the layer's own seconds.
-template <class Radiance>
-void render_once(Device& device, const ShadedSurface& surface, const RenderSettings& settings, LinkedPictures& result,
-                 const Radiance& radiance) {
+/// The layer's picture of rays that `fill` answers, and the layer's own seconds without it.
+template <class Fill>
+HostRendered render_filled(Device& device, const ShadedSurface& surface, const RenderSettings& settings,
+                           double& layer_seconds, const Fill& fill) {
   double filling = 0, all = 0;
   HostRendered rendered;
   {
@@ -100,14 +140,17 @@ void render_once(Device& device, const ShadedSurface& surface, const RenderSetti
     rendered = render_with_host_light(device, spec_of(settings), feeds_of(surface.maps), settings.seed,
                                       [&](const HostRays& rays) {
                                         const Clock inner(filling);
-                                        const DenseRays dense = dense_rays(device, rays);
-                                        place_radiance(device, rays, dense, radiance(rays, dense));
+                                        fill(rays);
                                       });
   }
-  result.seconds.layer = all - filling;
-  result.radiance.push_back(image_of(rendered.radiance, surface.maps));
-  result.shaded.clear();
-  for (const double status : rendered.status.real) result.shaded.push_back(status == 0);
+  layer_seconds = all - filling;
+  return rendered;
+}
+
+std::vector<bool> shaded_pixels(const Tensor& status) {
+  std::vector<bool> shaded;
+  for (const double value : status.real) shaded.push_back(value == 0);
+  return shaded;
 }
 
 }  // namespace
@@ -164,6 +207,28 @@ struct LinkedLight::State {
     answers.at_true_hits = given.radiance(rays).radiance;
   }
 
+  SceneRadiance& plain_light(const std::string& name) {
+    std::unique_ptr<SceneRadiance>& light = plain[name];
+    RenderSettings settings;
+    settings.light = name;
+    if (!light) light = std::make_unique<SceneRadiance>(device, scene, settings, kChunkRays);
+    return *light;
+  }
+
+  /// What rays of a chunk that end on an emitter bring, and whether they are said to hit.
+  EmittedLight emission(TraceScene& traced, double exposure, const HostRays& rays, const ShadedSurface& surface,
+                        bool ask_hits, double& dropped) {
+    const DenseRays dense = dense_rays(device, rays), truly = true_rays(dense, surface);
+    const Camera& camera = surface.maps.camera;
+    const std::vector<float> radiance = true_radiance(traced, exposure, truly, emitted(), camera, dropped);
+    EmittedLight light = those_that_shine(dense, radiance);
+    if (!ask_hits || light.rays.count() == 0) return light;
+    const EmittedLight there = those_that_shine(truly, radiance);
+    light.answers.true_pixel = true_hits(traced, camera, there.rays.points, there.rays.directions);
+    light.answers.u = plain_light("image").radiance(asked_rays(light.rays, surface.of_scene)).uncertainty;
+    return light;
+  }
+
   Device device;
   Scene scene;
   SceneRadiance both, field, given;
@@ -175,42 +240,86 @@ LinkedLight::LinkedLight(Device device, const Scene& scene, const RenderSettings
 LinkedLight::~LinkedLight() = default;
 
 LinkedPictures LinkedLight::render(TraceScene& traced, double exposure, const ShadedSurface& surface,
-                                   const RenderSettings& settings, const std::vector<Links>& choices) {
+                                   const RenderSettings& settings, const std::vector<Links>& choices,
+                                   int emission_spp) {
+  LinkedPictures result = render_reflected(traced, exposure, surface, settings, choices);
+  add_emission(traced, exposure, surface, settings, choices, emission_spp, result);
+  return result;
+}
+
+LinkedPictures LinkedLight::render_reflected(TraceScene& traced, double exposure, const ShadedSurface& surface,
+                                             const RenderSettings& settings, const std::vector<Links>& choices) {
   State& s = *state_;
   LinkedPictures result;
   const auto answers_of = [&](const HostRays& rays, const DenseRays& dense) {
     LinkAnswers answers;
     const DenseRays truly = true_rays(dense, surface);
-    const auto stream = static_cast<std::uint64_t>(rays.chunk.first_pixel);
     {
       const Clock clock(result.seconds.truth);
-      answers.truth =
-          true_radiance(traced, exposure, truly, surface.maps.camera,
-                        static_cast<std::uint32_t>(Random(settings.seed).fork(stream).bits()), result.dropped);
+      answers.truth = true_radiance(traced, exposure, truly, reflected(settings.seed, rays.chunk.first_pixel),
+                                    surface.maps.camera, result.dropped);
     }
     s.answer(traced, dense, truly, surface, choices, answers, result.seconds);
     return answers;
   };
 
   std::map<int, LinkAnswers> known;  // by a chunk's first pixel: every choice sees the same rays
-  for (const Links& links : choices)
-    render_once(s.device, surface, settings, result, [&](const HostRays& rays, const DenseRays& dense) {
-      const auto [entry, fresh] = known.try_emplace(rays.chunk.first_pixel);
-      if (fresh) entry->second = answers_of(rays, dense);
-      return linked_radiance(entry->second, links);
-    });
+  for (const Links& links : choices) {
+    const HostRendered rendered =
+        render_filled(s.device, surface, settings, result.seconds.layer, [&](const HostRays& rays) {
+          const DenseRays dense = dense_rays(s.device, rays);
+          const auto [entry, fresh] = known.try_emplace(rays.chunk.first_pixel);
+          if (fresh) entry->second = answers_of(rays, dense);
+          place_radiance(s.device, rays, dense, linked_radiance(entry->second, links));
+        });
+    result.radiance.push_back(image_of(rendered.radiance, surface.maps));
+    result.shaded = shaded_pixels(rendered.status);
+  }
   return result;
+}
+
+void LinkedLight::add_emission(TraceScene& traced, double exposure, const ShadedSurface& surface,
+                               const RenderSettings& given, const std::vector<Links>& choices, int spp,
+                               LinkedPictures& result) {
+  State& s = *state_;
+  RenderSettings settings = given;
+  settings.spp = spp, settings.seed = given.seed ^ kEmissionStream;
+  const bool ask_hits =
+      std::any_of(choices.begin(), choices.end(), [](const Links& l) { return l.in_view != l.out_of_view; });
+  std::map<int, EmittedLight> known;
+  std::vector<std::pair<Links, Image>> made;
+  const auto picture = [&](const Links& links) -> const Image& {
+    for (const auto& [have, image] : made)
+      if (have == links) return image;
+    double layer = 0;
+    const HostRendered rendered = render_filled(s.device, surface, settings, layer, [&](const HostRays& rays) {
+      const auto [entry, fresh] = known.try_emplace(rays.chunk.first_pixel);
+      if (fresh) entry->second = s.emission(traced, exposure, rays, surface, ask_hits, result.dropped);
+      place_radiance(s.device, rays, entry->second.rays, linked_radiance(entry->second.answers, links));
+    });
+    return made.emplace_back(links, image_of(rendered.radiance, surface.maps)).second;
+  };
+  const Clock clock(result.seconds.truth);
+  for (std::size_t k = 0; k < choices.size(); ++k) {
+    const Links& links = choices[k];
+    if (links.out_of_view) add(result.radiance[k], picture({true, true, true}), 1);
+    if (links.in_view != links.out_of_view)  // from out of view comes the rest
+      add(result.radiance[k], picture({links.hits, true, false}), links.in_view ? 1.0f : -1.0f);
+  }
 }
 
 LinkedPictures LinkedLight::render_plain(const ShadedSurface& surface, const RenderSettings& settings) {
   State& s = *state_;
-  std::unique_ptr<SceneRadiance>& light = s.plain[settings.light];
-  if (!light) light = std::make_unique<SceneRadiance>(s.device, s.scene, settings, kChunkRays);
+  SceneRadiance& light = s.plain_light(settings.light);
   LinkedPictures result;
-  render_once(s.device, surface, settings, result, [&](const HostRays&, const DenseRays& dense) {
-    const Clock clock(result.seconds.nets);
-    return light->radiance(asked_rays(dense, surface.of_scene)).radiance;
-  });
+  const HostRendered rendered =
+      render_filled(s.device, surface, settings, result.seconds.layer, [&](const HostRays& rays) {
+        const Clock clock(result.seconds.nets);
+        const DenseRays dense = dense_rays(s.device, rays);
+        place_radiance(s.device, rays, dense, light.radiance(asked_rays(dense, surface.of_scene)).radiance);
+      });
+  result.radiance.push_back(image_of(rendered.radiance, surface.maps));
+  result.shaded = shaded_pixels(rendered.status);
   return result;
 }
 

@@ -60,14 +60,20 @@ class LinkedLight {
   ~LinkedLight();
 
   /// The layer's pictures of one set of rays. `traced` is the true room, its radiance times `exposure` has the
-  /// photograph's unit. Equal settings draw equal rays.
+  /// photograph's unit. What true rays bring from the emitters they end on is summed over rays of its own,
+  /// `emission_spp` a pixel: they need no paths, and lamps are small. Equal settings draw equal rays.
   LinkedPictures render(TraceScene& traced, double exposure, const ShadedSurface& surface,
-                        const RenderSettings& settings, const std::vector<Links>& choices);
+                        const RenderSettings& settings, const std::vector<Links>& choices, int emission_spp);
   /// One picture, of the very rays, under a light that needs no nets: settings.light = image, constant, panorama.
   LinkedPictures render_plain(const ShadedSurface& surface, const RenderSettings& settings);
 
  private:
   struct State;
+  LinkedPictures render_reflected(TraceScene& traced, double exposure, const ShadedSurface& surface,
+                                  const RenderSettings& settings, const std::vector<Links>& choices);
+  void add_emission(TraceScene& traced, double exposure, const ShadedSurface& surface, const RenderSettings& settings,
+                    const std::vector<Links>& choices, int spp, LinkedPictures& result);
+
   std::unique_ptr<State> state_;
 };
 

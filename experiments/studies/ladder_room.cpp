@@ -1,0 +1,295 @@
+#include "experiments/studies/ladder_room.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+#include "experiments/studies/compare.hpp"
+#include "experiments/studies/predicted_scene.hpp"
+#include "experiments/studies/traced_room.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/progress.hpp"
+#include "tracer/balls.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr double kFoot = 1.002;  // radii below its centre that a ball stands (place_ball)
+
+std::uint32_t seed_of(std::uint64_t seed, std::uint64_t stream) {
+  return static_cast<std::uint32_t>(Random(seed).fork(stream).bits());
+}
+
+Image mean_of(const Image& a, const Image& b) {
+  Image m = a;
+  for (std::size_t i = 0; i < m.data.size(); ++i) m.data[i] = 0.5f * (a.data[i] + b.data[i]);
+  return m;
+}
+
+/// Halves of a reference's samples, in the photograph's unit.
+using Halves = std::array<Image, 2>;
+Halves traced_halves(TraceScene& traced, const Camera& camera, int spp, double exposure, std::uint64_t seed) {
+  Halves halves;
+  for (std::size_t k = 0; k < 2; ++k) {
+    halves[k] = traced.picture(camera, (spp + 1) / 2, seed_of(seed, k)).mean;
+    for (float& v : halves[k].data) v = static_cast<float>(v * exposure);
+  }
+  return halves;
+}
+
+/// The scene that lights, with predicted or true maps.
+struct Lit {
+  Lit(const Device& device, Scene s, const RenderSettings& settings)
+      : scene(std::move(s)), light(device, scene, settings) {}
+  Scene scene;
+  LinkedLight light;
+  double maps_seconds = 0;
+};
+
+/// One picture that is rendered at every rung.
+struct Job {
+  std::string key;
+  ShadedSurface surface[2];  // under predicted and under true maps
+  std::vector<bool> used;    // pixels compared; empty: all that true maps shade and that do not emit
+  Halves truth;
+  Image before;                // what a pixel shows that is not shaded; empty: nothing
+  TraceScene* with = nullptr;  // the room with the ball
+
+  struct Row {
+    std::vector<Image> pictures;  // of each seed
+    std::vector<double> seconds;
+  };
+  std::map<std::string, Row> rows;
+
+  void add(const std::string& row, const Image& picture, const std::vector<bool>& shaded, double seconds) {
+    Image whole = before.data.empty() ? picture : before;
+    for (std::size_t i = 0; i < whole.data.size(); ++i)
+      if (shaded[i % shaded.size()]) whole.data[i] = picture.data[i];
+    rows[row].pictures.push_back(std::move(whole)), rows[row].seconds.push_back(seconds);
+  }
+};
+
+/// The part of a camera's picture that holds all of some pixels.
+struct Crop {
+  Camera camera;
+  int x = 0, y = 0;
+};
+Crop crop_to(const Camera& camera, const std::vector<bool>& pixels) {
+  int low_x = camera.width, low_y = camera.height, high_x = -1, high_y = -1;
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      if (!pixels[static_cast<std::size_t>(y) * camera.width + x]) continue;
+      low_x = std::min(low_x, x), high_x = std::max(high_x, x), low_y = std::min(low_y, y),
+      high_y = std::max(high_y, y);
+    }
+  Crop crop{camera, low_x, low_y};
+  crop.camera.width = high_x - low_x + 1, crop.camera.height = high_y - low_y + 1;
+  crop.camera.cx -= low_x, crop.camera.cy -= low_y;
+  return crop;
+}
+
+void paste(const Image& part, const Crop& crop, const std::vector<bool>& pixels, Image& to) {
+  for (int c = 0; c < 3; ++c)
+    for (int y = 0; y < part.height; ++y)
+      for (int x = 0; x < part.width; ++x)
+        if (pixels[static_cast<std::size_t>(crop.y + y) * to.width + crop.x + x])
+          to.at(c, crop.y + y, crop.x + x) = part.at(c, y, x);
+}
+
+/// Only the pixels where `keep` is set are left to be shaded.
+Scene only(Scene maps, const std::vector<bool>& keep) {
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    if (!keep[i]) maps.depth.data[i] = 0;
+  return maps;
+}
+
+class RoomLadder {
+ public:
+  RoomLadder(Device& device, const RoomAssets& assets, std::uint64_t seed, const LadderOptions& options)
+      : device_(device), options_(options), seed_(seed), view_(device, assets, seed, options.width, options.height) {
+    photo_ = traced_halves(view_.traced, view_.camera, options.picture_spp, 1, Random(seed).fork(1).bits());
+    exposure_ = exposure_of(mean_of(photo_[0], photo_[1]).data);
+    for (Image& half : photo_)
+      for (float& v : half.data) v = static_cast<float>(v * exposure_);
+    view_.scene.photo = mean_of(photo_[0], photo_[1]);
+    place_ = place_ball(view_.traced, view_.camera, Random(seed).fork(200));
+    lit_[1] = std::make_unique<Lit>(device, view_.scene, options.render);
+    lit_[0] = predicted();
+  }
+
+  LadderRoom climb() {
+    climb(render_job());
+    for (const BallKind& kind : ball_kinds()) {
+      if (!place_) break;
+      TraceScene with(device_, with_ball(view_.room.scene, view_.camera, *place_, kind));
+      if (std::optional<Job> job = ball_job(with, kind.name)) climb(std::move(*job));
+    }
+    result_.values.emplace_back("ball", place_ ? 1 : 0);
+    result_.values.emplace_back("dropped", dropped_);
+    return std::move(result_);
+  }
+
+ private:
+  std::unique_ptr<Lit> predicted() {
+    const auto start = std::chrono::steady_clock::now();
+    Scene scene = predicted_scene(device_, options_.maps_weights, view_.scene);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (place_) {
+      const Vec3 foot = place_->center - kFoot * place_->radius * view_.camera.direction_to_camera({0, 1, 0});
+      if (const auto at = view_.camera.project(foot)) scale_depth(scene, *at, -foot.z);
+    }
+    auto lit = std::make_unique<Lit>(device_, std::move(scene), options_.render);
+    lit->maps_seconds = seconds;
+    return lit;
+  }
+
+  Job render_job() const {
+    Job job;
+    job.key = "render", job.truth = photo_;
+    for (const int maps : {0, 1}) job.surface[maps] = {lit_[maps]->scene, view_.scene.depth, view_.scene.normal, true};
+    return job;
+  }
+
+  /// Nothing where no pixel shows the ball.
+  std::optional<Job> ball_job(TraceScene& with, const std::string& name) {
+    const TraceMaps maps = with.maps(view_.camera);
+    const auto first = static_cast<int>(view_.room.scene.triangles.size());  // the ball's are the last
+    std::vector<bool> shows, before_predicted;
+    for (std::size_t i = 0; i < maps.triangle.size(); ++i) {
+      const float d = lit_[0]->scene.depth.data[i];
+      shows.push_back(maps.triangle[i] >= first);
+      before_predicted.push_back(shows.back() && !(d > 0 && d <= maps.depth.data[i]));
+    }
+    if (std::none_of(shows.begin(), shows.end(), [](bool s) { return s; })) return std::nullopt;
+    const Scene ball = scene_of(maps, view_.camera);
+    Job job;
+    job.key = name, job.used = shows, job.before = view_.scene.photo, job.with = &with;
+    job.surface[0] = {only(ball, before_predicted), ball.depth, ball.normal, false};
+    job.surface[1] = {only(ball, shows), ball.depth, ball.normal, false};
+    const Crop crop = crop_to(view_.camera, shows);
+    const Halves parts =
+        traced_halves(with, crop.camera, options_.picture_spp, exposure_, Random(seed_).fork(2).bits());
+    job.truth = {view_.scene.photo, view_.scene.photo};
+    for (std::size_t k = 0; k < 2; ++k) paste(parts[k], crop, shows, job.truth[k]);
+    return job;
+  }
+
+  void climb(Job job) {
+    for (int s = 0; s < options_.seeds; ++s) {
+      stop_if_interrupted("study");
+      RenderSettings settings = options_.render;
+      settings.seed = seed_of(seed_, 20 + static_cast<std::uint64_t>(s));
+      for (const int maps : {1, 0}) {  // true maps say which pixels are compared
+        add_rungs(job, maps, settings);
+        add_plain(job, maps, settings);
+      }
+      if (!job.with) continue;
+      const std::vector<Links> all{{true, true, true}};
+      const LinkedPictures p =
+          lit_[1]->light.render(*job.with, exposure_, job.surface[1], settings, all, options_.emission_spp);
+      job.add(kWithBall, p.radiance[0], p.shaded, p.seconds.of(all[0]));
+    }
+    conclude(job);
+  }
+
+  void add_rungs(Job& job, int maps, const RenderSettings& settings) {
+    std::vector<std::string> keys;
+    std::vector<Links> choices;
+    for (const Rung& rung : rungs())
+      if (rung.true_maps == (maps == 1)) keys.push_back(rung.key), choices.push_back(rung.links);
+    Lit& lit = *lit_[maps];
+    const LinkedPictures made =
+        lit.light.render(view_.traced, exposure_, job.surface[maps], settings, choices, options_.emission_spp);
+    for (std::size_t k = 0; k < keys.size(); ++k)
+      job.add(keys[k], made.radiance[k], made.shaded, lit.maps_seconds + made.seconds.of(choices[k]));
+    dropped_ += made.dropped;
+    if (!job.used.empty()) return;
+    const float* emits = lit.scene.material.plane(2);
+    for (std::size_t i = 0; i < made.shaded.size(); ++i) job.used.push_back(made.shaded[i] && emits[i] == 0);
+  }
+
+  void add_plain(Job& job, int maps, RenderSettings settings) {
+    for (const std::string& light : plain_lights()) {
+      settings.light = light;
+      const LinkedPictures made = lit_[maps]->light.render_plain(job.surface[maps], settings);
+      job.add(plain_key(light, maps == 1), made.radiance[0], made.shaded,
+              lit_[maps]->maps_seconds + made.seconds.layer + made.seconds.nets);
+    }
+  }
+
+  /// Errors of all rows, each seed beside the next.
+  void conclude(const Job& job) {
+    const Image truth = mean_of(job.truth[0], job.truth[1]);
+    const auto note = [&](const char* what, const std::string& row, std::size_t s, double value) {
+      result_.values.emplace_back(fmt::format("{}/{}/{}.s{}", job.key, what, row, s), value);
+    };
+    for (const auto& [key, row] : job.rows)
+      for (std::size_t s = 0; s < row.pictures.size(); ++s) {
+        const Image &one = row.pictures[s], &other = row.pictures[(s + 1) % row.pictures.size()];
+        note("relmse", key, s, relmse_of_pair(one, other, job.truth[0], job.truth[1], job.used));
+        note("psnr", key, s, picture_error(one, truth, job.used).psnr), note("seconds", key, s, row.seconds[s]);
+        if (key != plain_key("constant", true)) continue;
+        const PictureError best = best_scaled_error(one, truth, job.used);
+        note("relmse", kBestConstant, s, best.relmse), note("psnr", kBestConstant, s, best.psnr);
+        note("seconds", kBestConstant, s, row.seconds[s]);
+      }
+    std::vector<Image> strip{truth};
+    for (const Rung& rung : rungs()) {
+      strip.push_back(truth);
+      const Image& picture = job.rows.at(rung.key).pictures[0];
+      for (std::size_t i = 0; i < picture.data.size(); ++i)
+        if (job.used[i % job.used.size()]) strip.back().data[i] = picture.data[i];
+    }
+    result_.strips.emplace_back(job.key, std::move(strip));
+  }
+
+  Device& device_;
+  const LadderOptions& options_;
+  std::uint64_t seed_;
+  TracedRoom view_;
+  double exposure_ = 1, dropped_ = 0;
+  Halves photo_;
+  std::optional<BallPlace> place_;
+  std::unique_ptr<Lit> lit_[2];  // predicted, true maps
+  LadderRoom result_;
+};
+
+}  // namespace
+
+const std::vector<Rung>& rungs() {
+  static const std::vector<Rung> all{{"predicted", {}, false},
+                                     {"hits", {.hits = true}, false},
+                                     {"in view", {.in_view = true}, false},
+                                     {"out of view", {.out_of_view = true}, false},
+                                     {"maps", {}, true},
+                                     {"hits, in view", {.hits = true, .in_view = true}, false},
+                                     {"all light", {true, true, true}, false},
+                                     {"all", {true, true, true}, true}};
+  return all;
+}
+
+const std::vector<std::string>& plain_lights() {
+  static const std::vector<std::string> names{"image", "constant"};
+  return names;
+}
+std::string plain_key(const std::string& light, bool true_maps) {
+  return light + (true_maps ? ", true maps" : ", predicted maps");
+}
+
+double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Image& b, const std::vector<bool>& used) {
+  CompensatedSum sum;
+  double values = 0;
+  for (std::size_t i = 0; i < x.data.size(); ++i) {
+    if (!used[i % used.size()]) continue;
+    const double p = x.data[i], q = y.data[i], s = a.data[i], t = b.data[i], truth = 0.5 * (s + t);
+    sum.add(0.5 * ((p - s) * (q - t) + (p - t) * (q - s)) / (truth * truth + 0.01)), ++values;
+  }
+  if (values == 0) throw Error(ErrorKind::Failed, "no pixel to compare", "picture error");
+  return sum.value() / values;
+}
+
+LadderRoom climb_ladder(Device& device, const RoomAssets& assets, std::uint64_t seed, const LadderOptions& options) {
+  return RoomLadder(device, assets, seed, options).climb();
+}
+
+}  // namespace clerestory

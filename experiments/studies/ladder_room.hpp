@@ -1,0 +1,49 @@
+// One room of the oracle ladder (ladder_study.hpp): its pictures at every rung, and how far they are from the tracer's.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "experiments/studies/linked_light.hpp"
+#include "tracer/room.hpp"
+
+namespace clerestory {
+
+struct Rung {
+  std::string key;
+  Links links;
+  bool true_maps;
+};
+/// All predicted first, all true last.
+const std::vector<Rung>& rungs();
+
+/// Rows beside the rungs: lights without nets, the best multiple of the constant, a ball under the tracer's light of
+/// the room that holds it.
+const std::vector<std::string>& plain_lights();
+std::string plain_key(const std::string& light, bool true_maps);
+inline const std::string kBestConstant = "best constant, true maps", kWithBall = "all true, the ball in the room";
+
+struct LadderOptions {
+  int width = 160, height = 120;
+  int picture_spp = 512;    // of the tracer's pictures, in two halves
+  int emission_spp = 1024;  // of true light from emitters
+  int seeds = 3;            // of the layer, at least 2
+  RenderSettings render;    // light = net, with its nets; samples a pixel of the layer
+  std::filesystem::path maps_weights;
+};
+
+struct LadderRoom {
+  /// "<job>/<relmse, psnr or seconds>/<row>.s<seed>"; jobs: render, and the balls by name.
+  std::vector<std::pair<std::string, double>> values;
+  /// By job: the tracer's picture, then one a rung.
+  std::vector<std::pair<std::string, std::vector<Image>>> strips;
+};
+LadderRoom climb_ladder(Device& device, const RoomAssets& assets, std::uint64_t seed, const LadderOptions& options);
+
+/// relMSE (eps 0.01) of the picture of which x and y are independent estimates, as a and b are of the truth: mean of
+/// the products of their differences over the square of the truth's mean + 0.01. Its expectation holds no variance, so
+/// it may fall below 0 by chance.
+double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Image& b, const std::vector<bool>& used);
+
+}  // namespace clerestory
