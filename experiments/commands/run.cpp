@@ -47,7 +47,9 @@ void add_run_command(CommandLine& line) {
       .arguments("CONFIG [KEY=VALUE...]", "Config file, then overrides such as study.seeds=5", arguments->words, 1)
       .flag("-m,--multirun", sweep_words, arguments->many)
       .common({Common::Device, Common::Quiet})
-      .notes("Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped.")
+      .notes(
+          "Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped. A "
+          "study of trainings sweeps over its variants and seeds by itself.")
       .run([arguments](const CommonOptions& common) { std::printf("%s\n", run(*arguments, common).c_str()); });
 }
 

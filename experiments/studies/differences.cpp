@@ -37,7 +37,7 @@ Cell difference(const Cell& mine, const Cell& first) {
 }  // namespace
 
 Table with_differences(const Table& table, std::size_t named) {
-  if (table.rows.empty()) return table;
+  if (table.rows.empty() || named == 0) return table;
   const bool counted = table.columns.size() > named && table.columns[named].name == "runs";
   const std::size_t front = named + counted;
   const Texts first = key_of(table.rows[0], named, front).variant;

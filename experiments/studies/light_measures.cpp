@@ -150,11 +150,9 @@ class Measuring {
       const std::size_t n = truth.pixels();
       for (std::size_t b = 0; b < bins.size(); ++b) {
         std::vector<bool> used(n);
-        for (std::size_t i = 0; i < n; ++i) {
-          const double roughness = scene.material.data[i];
-          used[i] = scene.depth.data[i] > 0 && scene.material.data[2 * n + i] == 0 && roughness >= bins[b].low &&
-                    (roughness < bins[b].high || bins[b].high == 1);
-        }
+        for (std::size_t i = 0; i < n; ++i)
+          used[i] =
+              scene.depth.data[i] > 0 && scene.material.data[2 * n + i] == 0 && bins[b].holds(scene.material.data[i]);
         if (std::ranges::count(used, true) < kLeastPixels) continue;
         const PictureError e = picture_error(again.radiance, truth, used);
         relmse[b].push_back(e.relmse), psnr[b].push_back(e.psnr);

@@ -31,12 +31,13 @@ const std::vector<std::string>& light_measures();
 /// Judges a finished training's last weights: tables "light", and those asked for.
 RunTables measure_light(const std::filesystem::path& run, const LightMeasuring& options, Device device);
 
-/// Pixels that are compared when a picture is rendered again, by roughness: it has depth, does not emit, and
-/// low <= roughness < high (1 belongs to the last).
+/// Pixels that are compared when a picture is rendered again, by roughness.
 struct RoughnessBin {
   std::string name;
   double low, high;
+  bool holds(double roughness) const { return roughness >= low && (roughness < high || high == 1); }
 };
+/// Three that share no pixel, and all.
 const std::vector<RoughnessBin>& roughness_bins();
 
 }  // namespace clerestory

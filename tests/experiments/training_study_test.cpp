@@ -80,14 +80,20 @@ TEST(Differences, AreToTheFirstOfSeveralKeys) {
   EXPECT_EQ(text_at(with, 2, 3), "-1");
 }
 
+TEST(Differences, OneVariantHasNone) {
+  Table t;
+  t.columns = {{"rays", "", Best::None, 3}, {"error", "", Best::Lowest, 3}};
+  t.add({"hit", Measure{1}}), t.add({"miss", Measure{2}});
+  EXPECT_EQ(table_text(with_differences(t, 0)), table_text(t));
+}
+
 // ---- Measures ----
 
 TEST(LightMeasures, RoughnessBinsCoverEachPixelOnce) {
   for (const double roughness : {0.0, 0.1, 0.2, 0.35, 0.5, 0.99, 1.0}) {
     int in = 0;
-    for (const RoughnessBin& bin : roughness_bins())
-      in += bin.name != "all" && roughness >= bin.low && (roughness < bin.high || bin.high == 1);
-    EXPECT_EQ(in, 1) << roughness;
+    for (const RoughnessBin& bin : roughness_bins()) in += bin.holds(roughness);
+    EXPECT_EQ(in, 2) << roughness << ": one bin, and all";
   }
 }
 
