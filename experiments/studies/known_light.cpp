@@ -33,7 +33,6 @@ LightView view_of(const TraceMaps& maps, const Camera& camera) {
   view.camera = camera;
   view.emission = Image(camera.width, camera.height, 1);
   std::copy_n(scene.material.plane(2), view.emission.pixels(), view.emission.plane(0));
-  std::fill_n(scene.material.plane(2), view.emission.pixels(), 0.f);
   view.albedo = std::move(scene.albedo), view.normal = std::move(scene.normal), view.depth = std::move(scene.depth);
   view.material = std::move(scene.material);
   view.true_normal = view.normal, view.true_depth = view.depth;
@@ -49,6 +48,7 @@ std::string predict(Device& device, LightView& view, const std::filesystem::path
   const std::string note = p.note;
   see_predicted(view, {std::move(p.albedo), std::move(p.normal), std::move(p.depth), std::move(p.material)});
   view.emission = clipped ? emission_flags(view.image) : Image(view.camera.width, view.camera.height, 1);
+  std::ranges::copy(view.emission.data, view.material.plane(2));
   return note;
 }
 
@@ -185,7 +185,6 @@ Scene scene_of(const LightView& view) {
   Scene scene;
   scene.camera = view.camera, scene.photo = view.image, scene.albedo = view.albedo, scene.normal = view.normal;
   scene.depth = view.depth, scene.material = view.material;
-  std::copy_n(view.emission.plane(0), scene.photo.pixels(), scene.material.plane(2));
   return scene;
 }
 

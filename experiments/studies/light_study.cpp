@@ -138,7 +138,7 @@ class LightStudy : public StudyRun {
     const ViewRays rays = rays_of(known);
     const ViewAnswers answers = ask(scene_of(known.view), rays);
     const KnownRays truth(rays.truth, rays.weights);
-    for (std::size_t s = 0; s < rays.draws.size(); ++s) measure_draw(s, rays.draws[s], truth, answers);
+    for (std::size_t s = 0; s < rays.draws.size(); ++s) measure_draw(s, rays, truth, answers);
     for (std::size_t p = 0; p < rays.probes.size(); ++p)
       measure_probe(fmt::format("v{}p{}", v, p), rays.probes[p], truth, rays, answers, known.view.probes[p].distance);
     measure_gap(v, truth, rays, answers);
@@ -177,9 +177,12 @@ class LightStudy : public StudyRun {
     return who == "constant" ? truth.best_constant(used) : truth.error(answers.radiance.at(who), used);
   }
 
-  void measure_draw(std::size_t seed, const Used& draw, const KnownRays& truth, const ViewAnswers& answers) {
+  void measure_draw(std::size_t seed, const ViewRays& rays, const KnownRays& truth, const ViewAnswers& answers) {
+    const Used& draw = rays.draws[seed];
     std::vector<std::pair<std::string, Used>> kinds;
     for (const Named& kind : ray_kinds()) kinds.emplace_back(kind.key, of_kind(kind.key, draw, answers.pixel));
+    Used& surface = kinds.emplace_back("surface", Used{}).second;
+    std::ranges::copy_if(draw, std::back_inserter(surface), [&](std::size_t i) { return rays.asked.skip[i] >= 0; });
     for (const auto& [kind, used] : kinds) {
       if (used.empty()) continue;
       for (const Named& who : answerers())
@@ -327,32 +330,39 @@ class LightStudy : public StudyRun {
     return table;
   }
 
-  /// Probes by their distance from the nearest surface.
+  /// Rays from surfaces, then probes by their distance from the nearest one.
   Table distance_table() const {
     Table table;
     table.title = fmt::format(
-        "Incident light at free probes by distance from the nearest surface, {}: mean and "
-        "deviation over probes",
+        "Incident light by the distance of a ray's origin from the nearest surface, {}: on surfaces mean and deviation "
+        "over rooms, at free probes over probes",
         setting());
     table.columns = {{"distance", "m", Best::None, 3},    {"probes", "", Best::None, 4},
                      {"who answers", "", Best::None, 3},  {"relMSE", "eps 0.01", Best::None, 3},
                      {"relMSE", "median", Best::None, 3}, {"log-RGB RMSE", "", Best::None, 3}};
+    for (const Named& who : answerers()) {
+      const std::vector<double> relmse = room_means("relMSE, surface/" + who.key + " ");
+      if (relmse.empty()) continue;
+      table.add({"0, on surfaces", Cell{}, who.label, measure_of(relmse), Measure{median(relmse)},
+                 measure_or_nothing(room_means("log-RGB RMSE, surface/" + who.key + " "))});
+    }
     const std::vector<double>& from = distance_bins();
     for (std::size_t b = 0; b + 1 < from.size(); ++b)
-      for (const Named& who : answerers()) {
-        std::vector<double> relmse, logs;
-        each_probe([&](std::size_t r, const std::string& name, double distance) {
-          if (distance < from[b] || distance >= from[b + 1]) return;
-          relmse.push_back(value(r, fmt::format("relMSE, probes/{} {}", who.key, name)));
-          logs.push_back(value(r, fmt::format("log-RGB RMSE, probes/{} {}", who.key, name)));
-        });
-        if (relmse.empty()) continue;
-        const std::string bin = std::isfinite(from[b + 1]) ? fmt::format("{} to {}", from[b], from[b + 1])
-                                                           : fmt::format("from {}", from[b]);
-        table.add({bin, Measure{static_cast<double>(relmse.size())}, who.label, measure_of(relmse),
-                   Measure{median(relmse)}, measure_of(logs)});
-      }
+      for (const Named& who : answerers()) add_distance(table, from[b], from[b + 1], who);
     return table;
+  }
+
+  void add_distance(Table& table, double from, double to, const Named& who) const {
+    std::vector<double> relmse, logs;
+    each_probe([&](std::size_t r, const std::string& name, double distance) {
+      if (distance < from || distance >= to) return;
+      relmse.push_back(value(r, fmt::format("relMSE, probes/{} {}", who.key, name)));
+      logs.push_back(value(r, fmt::format("log-RGB RMSE, probes/{} {}", who.key, name)));
+    });
+    if (relmse.empty()) return;
+    const std::string bin = std::isfinite(to) ? fmt::format("{} to {}", from, to) : fmt::format("from {}", from);
+    table.add({bin, Measure{static_cast<double>(relmse.size())}, who.label, measure_of(relmse), Measure{median(relmse)},
+               measure_of(logs)});
   }
 
   template <class Visit>

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -273,7 +274,7 @@ TEST_F(LightStudies, WhoAnswersAndGoesOnWhereItStopped) {
   EXPECT_EQ(tables.at("2_differences").rows.size(), 12u);
   EXPECT_EQ(tables.at("3_probes").rows.size(), 7u);
   EXPECT_GE(tables.at("4_gap").rows.size(), 2u);
-  EXPECT_GE(tables.at("5_distance").rows.size(), 5u);
+  EXPECT_GE(tables.at("5_distance").rows.size(), 10u) << "surfaces, and probes of a bin or two";
   const Measure net = std::get<Measure>(tables.at("1_ablation").rows[13][2]);  // all rays, full
   EXPECT_EQ(net.count, 2);
   EXPECT_NEAR(net.mean,
@@ -318,6 +319,14 @@ TEST_F(LightStudies, Uncertainty) {
     EXPECT_EQ(std::lround(160 * hits), std::lround(rays[0]));
     EXPECT_LT(value(record, "false hits/0"), 0.9) << "rays of SSRT that are hardly ever right";
   }
+  // At Eq. 6's own constant the nets of training, mixed afterwards, are those of inference. The latter leave out parts
+  // of less than a thousandth.
+  const std::vector<MetricRecord> asked = read_metrics(run(config("light", "light")) / "metrics.jsonl");
+  for (std::size_t r = 0; r < records.size(); ++r)
+    for (const std::string kind : {"hits", "all"}) {
+      const double inference = value(asked.at(r), "relMSE, " + kind + "/net 1");
+      EXPECT_NEAR(value(records[r], "relMSE, " + kind + "/10 1"), inference, 0.01 * inference);
+    }
   const RunTables tables = study_tables(folder);
   EXPECT_EQ(tables.at("2_constants").rows.size(), 2u);
   EXPECT_EQ(tables.at("1_detection").rows.size(), 1u);
@@ -363,6 +372,7 @@ TEST_F(LightStudies, KnownLightIsTheTracersAndTheSameAgain) {
   EXPECT_EQ(predicted.draws[0].light, known.draws[0].light) << "clipped with the picture, or traced from elsewhere";
   for (std::size_t i = 0; i < known.view.image.data.size(); ++i)
     ASSERT_EQ(predicted.view.image.data[i], std::min(known.view.image.data[i], 1.f));
+  EXPECT_TRUE(std::ranges::equal(predicted.view.emission.data, emission_flags(predicted.view.image).data));
   EXPECT_THAT(predicted.note, testing::HasSubstr("maps.safetensors"));
 }
 
