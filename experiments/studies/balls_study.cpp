@@ -1,17 +1,27 @@
 #include "experiments/studies/balls_study.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "experiments/applications/insert.hpp"
+#include "experiments/applications/light.hpp"
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/predict.hpp"
+#include "experiments/evaluation/light_errors.hpp"
+#include "experiments/evaluation/metrics.hpp"
 #include "experiments/studies/compare.hpp"
+#include "experiments/studies/known_light.hpp"
+#include "experiments/studies/predicted_scene.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
+#include "experiments/studies/true_hits.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/balls.hpp"
+#include "tracer/probes.hpp"
 
 namespace clerestory {
 namespace {
@@ -46,6 +56,57 @@ std::vector<TrueBall> read_balls(const fs::path& view) {
   return balls;
 }
 
+/// A light in a scene with true or predicted maps.
+struct Answerer {
+  std::string light;
+  bool true_maps;
+  std::string key() const { return light + (true_maps ? "" : ", predicted maps"); }
+};
+
+/// The true light at a point, and which of its directions the picture shows.
+struct TrueProbe {
+  Rays rays;
+  std::vector<std::array<float, 3>> radiance;  // mean of two halves of samples
+  std::vector<float> variance;                 // of that mean, planar, from how the halves differ
+  KnownRays::Used in_view, out_of_view;
+};
+
+Probe half_probe(TraceScene& traced, const Scene& scene, const Vec3& center, int spp, double exposure,
+                 std::uint32_t seed) {
+  Probe probe;
+  probe.center = center;
+  RadianceQuery query;
+  query.spp = spp, query.seed = seed;
+  trace_probe(traced, scene.camera, probe, query);
+  for (float& v : probe.radiance.data) v = static_cast<float>(v * exposure);
+  return probe;
+}
+
+std::vector<float> planar(const std::vector<Vec3>& list) {
+  std::vector<float> values(3 * list.size());
+  for (std::size_t i = 0; i < list.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) values[c * list.size() + i] = static_cast<float>(list[i][static_cast<int>(c)]);
+  return values;
+}
+
+TrueProbe true_probe(TraceScene& traced, const Scene& scene, const Vec3& center, int spp, double exposure) {
+  const Probe a = half_probe(traced, scene, center, spp, exposure, 1),
+              b = half_probe(traced, scene, center, spp, exposure, 2);
+  TrueProbe probe;
+  probe.rays = panorama_rays({center, -1, {}}, {probe_width, probe_height});
+  const std::size_t count = probe.rays.points.size();
+  probe.radiance.resize(count), probe.variance.resize(3 * count);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < count; ++i) {
+      const float x = a.radiance.data[c * count + i], y = b.radiance.data[c * count + i];
+      probe.radiance[i][c] = 0.5f * (x + y), probe.variance[c * count + i] = 0.25f * (x - y) * (x - y);
+    }
+  const std::vector<int> hits =
+      true_hits(traced, scene.camera, planar(probe.rays.points), planar(probe.rays.directions));
+  for (std::size_t i = 0; i < count; ++i) (hits[i] >= 0 ? probe.in_view : probe.out_of_view).push_back(i);
+  return probe;
+}
+
 class BallsStudy : public StudyRun {
  public:
   using StudyRun::StudyRun;
@@ -53,48 +114,122 @@ class BallsStudy : public StudyRun {
  private:
   /// One record a view.
   void measure() override {
+    prepare();
     GenerateOptions options = view_options();
     options.balls = true;
     Progress progress("generate", options.rooms, "rooms");
     options.progress = [&progress](int made, int, bool) { progress.update(made); };
     const std::vector<fs::path> views = make_views(options);
-    const std::size_t done = records_.size();
-    for (std::size_t v = done; v < views.size(); ++v) run_view(v, views[v]);
+    const RoomAssets assets = load_assets(default_assets(), options.setting);
+    for (std::size_t v = records_.size(); v < views.size(); ++v) {
+      const Room room = make_room(room_seed(options, static_cast<int>(v)), options.setting, assets);
+      run_view(v, views[v], room);
+    }
   }
 
-  void run_view(std::size_t v, const fs::path& view) {
-    const Scene scene = scene_of(read_view(view), view.string());
-    RenderSettings settings;
-    settings.spp = static_cast<int>(config_.integer("balls.spp")), settings.seed = static_cast<std::uint32_t>(v + 1);
-    MetricRecord record{static_cast<std::int64_t>(v + 1), 0, {{"balls", 0}}};
-    std::vector<Image> strip{scene.photo};
-    for (const TrueBall& ball : read_balls(view)) {
-      stop_if_interrupted("study");
-      const Image truth = read_map(view.string() + "_ball_" + ball.name + ".exr", 3);
-      settings.light = "image";
-      const Insertion image = insert_into(device_, scene, {ball.object}, settings, kBounces);
-      settings.light = "panorama";
-      const Rendering panorama = render_scene(device_, image.with.scene, settings);
-      std::vector<bool> shows(truth.pixels());
-      for (std::size_t i = 0; i < shows.size(); ++i) shows[i] = image.with.shows.data[i] > 0;
-      if (std::none_of(shows.begin(), shows.end(), [](bool s) { return s; })) continue;
-      record.values[0].second += 1;
-      note(record, ball.name + "/image", picture_error(image.composite, truth, shows), image.seconds);
-      note(record, ball.name + "/panorama", picture_error(panorama.radiance, truth, shows), panorama.seconds);
-      Image other = scene.photo;
-      for (std::size_t i = 0; i < other.data.size(); ++i)
-        if (shows[i % shows.size()]) other.data[i] = panorama.radiance.data[i];
-      strip.insert(strip.end(), {truth, image.composite, other});
+  /// Who answers, and their weights, before anything is made.
+  void prepare() {
+    bool learned = false;
+    for (const std::string& light : config_.texts("balls.lights")) {
+      answerers_.push_back({light, true});
+      settings_.light = light;
+      if (!is_learned_light(light)) continue;
+      learned = true;
+      load_light_nets(settings_, config_.text("light.weights"), device_);
+      provenance_.facts["light"] = answerer_text(settings_);
+      answerers_.push_back({light, false});
     }
-    if (v < kMostStrips && strip.size() > 1)
-      write_strip(run_.artifact(fmt::format("room{}_photo_then_tracer_image_panorama.png", v)), strip);
+    if (answerers_.empty())
+      throw usage_error("no light to compare", "balls.lights", "none", "image, panorama, net, ...");
+    settings_.spp = static_cast<int>(config_.integer("balls.spp"));
+    if (!learned) return;
+    answerers_.push_back({"image", false});  // what learned light with predicted maps must beat
+    const std::string& weights = config_.text("maps.weights");
+    maps_weights_ = weights.empty() ? shipped_weights() : fs::path(weights);
+    provenance_.inputs.push_back(record_file(maps_weights_));
+  }
+
+  void run_view(std::size_t v, const fs::path& view, const Room& room) {
+    const RoomView read = read_view(view);
+    const Scene truth = scene_of(read, view.string());
+    settings_.seed = static_cast<std::uint32_t>(v + 1);
+    MetricRecord record{static_cast<std::int64_t>(v + 1), 0, {{"balls", 0}}};
+    const std::vector<TrueBall> balls = read_balls(view);
+    if (!balls.empty()) {
+      const Scene predicted = predicted_at(truth, balls[0].object);
+      std::vector<Image> strip{truth.photo};
+      for (const TrueBall& ball : balls) run_ball(view, ball, truth, predicted, record, strip);
+      if (v < kMostStrips && strip.size() > 1)
+        write_strip(run_.artifact(fmt::format("room{}_photo_then_tracer_and_lights.png", v)), strip);
+      run_probe(room, read.exposure, balls[0].object, truth, predicted, record);
+    }
     MetricsWriter(run_.metrics_path()).write(record.step, record.values);
     records_.push_back(record);
   }
 
-  static void note(MetricRecord& record, const std::string& key, const PictureError& e, double seconds) {
+  /// Predicted maps whose depth is right at the foot of the ball; empty when nobody asks for them.
+  Scene predicted_at(const Scene& truth, const InsertedObject& ball) {
+    if (maps_weights_.empty()) return {};
+    Scene scene = predicted_scene(device_, maps_weights_, truth);
+    const auto& c = *ball.at_point;
+    const Vec3 foot = Vec3(c[0], c[1], c[2]) - *ball.radius * truth.camera.direction_to_camera({0, 1, 0});
+    if (const auto at = truth.camera.project(foot)) scale_depth(scene, *at, -foot.z);
+    return scene;
+  }
+
+  void run_ball(const fs::path& view, const TrueBall& ball, const Scene& truth, const Scene& predicted,
+                MetricRecord& record, std::vector<Image>& strip) {
+    const Image wanted = read_map(view.string() + "_ball_" + ball.name + ".exr", 3);
+    std::vector<bool> shows;
+    Image mask;
+    for (const Answerer& who : answerers_) {  // true maps come first
+      stop_if_interrupted("study");
+      settings_.light = who.light;
+      const Insertion made =
+          insert_into(device_, who.true_maps ? truth : predicted, {ball.object}, settings_, kBounces);
+      if (shows.empty()) {
+        mask = made.with.shows;
+        for (const float s : mask.data) shows.push_back(s > 0);
+        if (std::none_of(shows.begin(), shows.end(), [](bool s) { return s; })) return;
+        record.values[0].second += 1;
+        strip.push_back(wanted);
+      }
+      note(record, ball.name + "/" + who.key(), made.composite, wanted, shows, mask, made.seconds);
+      strip.push_back(made.composite);
+    }
+  }
+
+  static void note(MetricRecord& record, const std::string& key, const Image& picture, const Image& truth,
+                   const std::vector<bool>& shows, const Image& mask, double seconds) {
+    const PictureError e = picture_error(picture, truth, shows);
     record.values.insert(record.values.end(),
-                         {{key + "/relmse", e.relmse}, {key + "/psnr", e.psnr}, {key + "/seconds", seconds}});
+                         {{key + "/relmse", e.relmse},
+                          {key + "/psnr", e.psnr},
+                          {key + "/si_rmse", std::sqrt(scale_invariant_mse(picture, truth, mask).value())},
+                          {key + "/angle", mean_angle(picture, truth, mask).value()},
+                          {key + "/seconds", seconds}});
+  }
+
+  /// Incident light at the ball's centre, in the room without it.
+  void run_probe(const Room& room, double exposure, const InsertedObject& ball, const Scene& truth,
+                 const Scene& predicted, MetricRecord& record) {
+    TraceScene traced(device_, room.scene);
+    const auto& c = *ball.at_point;
+    const TrueProbe probe =
+        true_probe(traced, truth, {c[0], c[1], c[2]}, static_cast<int>(config_.integer("balls.probe_spp")), exposure);
+    const KnownRays known(probe.radiance, probe_weights());
+    for (const auto& [region, used] : {std::pair{"in view", &probe.in_view}, {"out of view", &probe.out_of_view}}) {
+      if (used->empty()) continue;
+      record.values.emplace_back(fmt::format("probe/noise/{}", region), known.noise(probe.variance, *used));
+    }
+    for (const Answerer& who : answerers_) {
+      settings_.light = who.light;
+      SceneRadiance light(device_, who.true_maps ? truth : predicted, settings_, probe.rays.points.size());
+      const std::vector<float> answers = light.radiance(probe.rays).radiance;
+      for (const auto& [region, used] : {std::pair{"in view", &probe.in_view}, {"out of view", &probe.out_of_view}})
+        if (!used->empty())
+          record.values.emplace_back(fmt::format("probe/{}/{}", who.key(), region), known.error(answers, *used).relmse);
+    }
   }
 
   std::vector<double> values(const std::string& key) const {
@@ -105,31 +240,73 @@ class BallsStudy : public StudyRun {
     return found;
   }
 
-  void conclude() override {
+  Table balls_table() const {
     Table table;
     table.title = "Balls put into rooms: medians over rooms, on the ball's pixels";
-    table.columns = {{"ball", "", Best::None, 3},           {"light", "", Best::None, 3},
-                     {"rooms", "", Best::None, 3},          {"relMSE", "eps 0.01, median", Best::None, 3},
-                     {"PSNR", "dB, median", Best::None, 4}, {"closer in", "rooms, relMSE", Best::None, 3},
+    table.columns = {{"ball", "", Best::None, 3},
+                     {"light", "", Best::None, 3},
+                     {"rooms", "", Best::None, 3},
+                     {"relMSE", "eps 0.01, median", Best::None, 3},
+                     {"PSNR", "dB, median", Best::None, 4},
+                     {"si-RMSE", "median", Best::None, 3},
+                     {"RGB angle", "degrees, median", Best::None, 3},
+                     {"closer than the first", "rooms, relMSE", Best::None, 3},
                      {"time", "s a view", Best::None, 3}};
     for (const BallKind& kind : ball_kinds()) {
-      const std::vector<double> errors[2] = {values(kind.name + "/image/relmse"),
-                                             values(kind.name + "/panorama/relmse")};
-      if (errors[0].empty()) throw Error(ErrorKind::Failed, "no view had a place for a ball", run_.path().string());
-      double image_wins = 0;
-      for (std::size_t i = 0; i < errors[0].size(); ++i) image_wins += errors[0][i] < errors[1][i];
-      const auto rooms = static_cast<double>(errors[0].size());
-      for (const int panorama : {0, 1}) {
-        const std::string light = panorama ? "panorama" : "image", key = kind.name + "/" + light;
-        table.add({kind.name, light, Measure{rooms}, Measure{median(errors[panorama])},
-                   Measure{median(values(key + "/psnr"))}, Measure{panorama ? rooms - image_wins : image_wins},
+      const std::vector<double> first = values(kind.name + "/" + answerers_.at(0).key() + "/relmse");
+      if (first.empty()) throw Error(ErrorKind::Failed, "no view had a place for a ball", run_.path().string());
+      for (const Answerer& who : answerers_) {
+        const std::string key = kind.name + "/" + who.key();
+        const std::vector<double> errors = values(key + "/relmse");
+        double closer = 0;
+        for (std::size_t i = 0; i < errors.size(); ++i) closer += errors[i] < first[i];
+        table.add({kind.name, who.key(), Measure{static_cast<double>(errors.size())}, Measure{median(errors)},
+                   Measure{median(values(key + "/psnr"))}, Measure{median(values(key + "/si_rmse"))},
+                   Measure{median(values(key + "/angle"))}, Measure{closer},
                    Measure{median(values(key + "/seconds"))}});
       }
     }
-    write_table("balls", table);
-    provenance_.figures["rooms without a place for a ball"] =
-        static_cast<double>(records_.size() - values("mirror/image/relmse").size());
+    return table;
   }
+
+  /// Rooms where the photograph is no further from the truth than the truth's own noise say nothing of the gap.
+  Table centre_table() const {
+    Table table;
+    table.title =
+        "Incident light at the ball's centre: medians over rooms; the gap is that of `image` with the same maps";
+    table.columns = {{"light", "", Best::None, 3},
+                     {"directions", "by the tracer", Best::None, 3},
+                     {"relMSE", "eps 0.01, RGB", Best::None, 3},
+                     {"of it the truth's noise", "", Best::None, 3},
+                     {"gap closed", "share", Best::None, 3},
+                     {"rooms", "", Best::None, 3}};
+    for (const std::string region : {"in view", "out of view"})
+      for (const Answerer& who : answerers_) {
+        const std::vector<double> errors = values("probe/" + who.key() + "/" + region),
+                                  noise = values("probe/noise/" + region),
+                                  photo = values("probe/" + Answerer{"image", who.true_maps}.key() + "/" + region);
+        if (errors.empty()) continue;
+        std::vector<double> closed;
+        for (std::size_t i = 0; i < photo.size(); ++i)
+          if (const double gap = gap_closed(photo[i], errors[i], noise[i]); std::isfinite(gap)) closed.push_back(gap);
+        table.add({who.key(), region, Measure{median(errors)}, Measure{median(noise)},
+                   closed.empty() || who.light == "image" ? Cell() : Cell(Measure{median(closed)}),
+                   Measure{static_cast<double>(who.light == "image" ? errors.size() : closed.size())}});
+      }
+    return table;
+  }
+
+  void conclude() override {
+    write_table("balls", balls_table());
+    std::fputs("\n", stdout);
+    write_table("balls_centre", centre_table());
+    const auto places = values(ball_kinds()[0].name + "/" + answerers_.at(0).key() + "/relmse").size();
+    provenance_.figures["rooms without a place for a ball"] = static_cast<double>(records_.size() - places);
+  }
+
+  RenderSettings settings_;
+  std::vector<Answerer> answerers_;
+  fs::path maps_weights_;  // empty: nobody asks for predicted maps
 };
 
 }  // namespace

@@ -45,7 +45,10 @@ void add_study_keys(Schema& schema) {
       .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
       .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
   schema.section("balls", "Balls put into rooms (kind balls).")
-      .integer("balls.spp", 256, "Samples a pixel", {2, 65536});
+      .integer("balls.spp", 256, "Samples a pixel", {2, 65536})
+      .texts("balls.lights", {"image", "panorama"}, "Who answers; learned light with true and with predicted maps")
+      .integer("balls.probe_spp", 256, "Samples a texel in each of two halves of the light at a ball's centre",
+               {1, 65536});
   schema.section("edit", "Materials replaced in rooms (kind edit).")
       .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
       .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})

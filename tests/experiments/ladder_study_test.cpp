@@ -1,0 +1,255 @@
+// The oracle ladder: its measures on cases made by hand, its top rung against the truth, and both studies that ask
+// learned light of rooms, end to end and resumed. The nets are untrained.
+#include "experiments/studies/ladder_study.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/studies/compare.hpp"
+#include "experiments/studies/ladder_room.hpp"
+#include "experiments/studies/study.hpp"
+#include "experiments/studies/true_hits.hpp"
+#include "experiments/studies/truth_light.hpp"
+#include "experiments/studies/truth_study.hpp"
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/metrics.hpp"
+#include "host/report/progress.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+#include "tests/experiments/untrained_light.hpp"
+#include "tracer/views.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+
+/// Two rays of one colour: the first is said to hit by three quarters and does, the second to hit surely and does not.
+LinkAnswers two_rays() {
+  LinkAnswers a;
+  const auto grey = [](float first, float second) {
+    return std::vector<float>{first, second, first, second, first, second};
+  };
+  a.truth = grey(10, 20), a.far = grey(4, 0), a.mixed = grey(0.75f * 2 + 0.25f * 4, 6), a.u = {0.25f, 0};
+  a.at_true_hits = grey(3, 5), a.true_pixel = {7, -1};
+  return a;
+}
+std::vector<float> red(const Links& links) {
+  const std::vector<float> all = linked_radiance(two_rays(), links);
+  EXPECT_EQ(std::vector<float>(all.begin() + 2, all.begin() + 4), std::vector<float>(all.begin(), all.begin() + 2));
+  return {all[0], all[1]};
+}
+
+TEST(LinkedRadiance, EachLinkIsReplacedAlone) {  // all values are exact in binary
+  EXPECT_THAT(red({}), ElementsAre(2.5f, 6));
+  EXPECT_THAT(red({.in_view = true}), ElementsAre(0.75f * 10 + 1, 20));
+  EXPECT_THAT(red({.out_of_view = true}), ElementsAre(1.5f + 0.25f * 10, 6));
+  EXPECT_THAT(red({.hits = true}), ElementsAre(3, 5));
+  EXPECT_THAT(red({.hits = true, .in_view = true}), ElementsAre(10, 5));
+  EXPECT_THAT(red({.hits = true, .out_of_view = true}), ElementsAre(3, 20));
+  EXPECT_THAT(red({false, true, true}), ElementsAre(10, 20));
+  EXPECT_THAT(red({true, true, true}), ElementsAre(10, 20));
+}
+
+TEST(LinkedRadiance, TimeIsThatOfWhatIsAsked) {
+  const LinkSeconds seconds{1, 10, 100, 1000};
+  EXPECT_EQ(seconds.of({}), 11);
+  EXPECT_EQ(seconds.of({.hits = true}), 111);
+  EXPECT_EQ(seconds.of({.in_view = true}), 1011);
+  EXPECT_EQ(seconds.of({true, true, true}), 1001);
+}
+
+TEST(Ladder, ErrorOfAPairHoldsNoVariance) {
+  const std::vector<bool> used{true, true, false};
+  const auto image = [](float first, float second) {
+    Image i(3, 1, 3, 99);
+    for (int c = 0; c < 3; ++c) i.plane(c)[0] = first, i.plane(c)[1] = second;
+    return i;
+  };
+  // Bias of 0.2 in the first pixel, whose noise is opposite in both; the truth is 1 in both halves.
+  const Image truth = image(1, 1);
+  EXPECT_NEAR(relmse_of_pair(image(1.2f, 1), image(1.2f, 1), truth, truth, used), 0.5 * 0.04 / 1.01, 1e-8);
+  EXPECT_NEAR(relmse_of_pair(image(1, 1.5f), image(1, 0.5f), truth, truth, used), -0.5 * 0.25 / 1.01, 1e-8);
+  // Noise of the truth's halves drops out of a right picture too: (1 - 1.5) (1 - 0.5), either way round.
+  EXPECT_NEAR(relmse_of_pair(truth, truth, image(1.5f, 1), image(0.5f, 1), used), -0.5 * 0.25 / 1.01, 1e-8);
+  EXPECT_THROW(relmse_of_pair(truth, truth, truth, truth, {false, false, false}), Error);
+}
+
+TEST(Ladder, AChangeInsideTheSpreadIsNone) {
+  EXPECT_FALSE(change_beyond_spread({2, 0.5, 3}, {1.6, 0.1, 3}));
+  EXPECT_FALSE(change_beyond_spread({2, 0.1, 3}, {1.6, 0.5, 3}));
+  EXPECT_NEAR(change_beyond_spread({2, 0.3, 3}, {1.6, 0.1, 3}).value(), -0.2, 1e-12);
+  EXPECT_TRUE(rungs().front().links == Links{} && !rungs().front().true_maps);
+  EXPECT_TRUE(rungs().back().links.all_light() && rungs().back().true_maps);
+}
+
+/// A bare room seen in 16 x 12 pixels, and weights.
+struct LadderRoomTest : testing::Test {
+  static void SetUpTestSuite() {
+    set_quiet(true);
+    folder_ = std::make_unique<ScratchFolder>("clerestory-ladder");
+    write_untrained_light(weights());
+    device_.emplace(Device::open());
+    const Room room = make_box_room(10);
+    traced_.emplace(*device_, room.scene);
+    camera_ = choose_views(*traced_, room, 1, 16, 12, Random(5)).at(0);
+    scene_ = scene_of(traced_->maps(camera_), camera_);
+    scene_.photo = traced_->picture(camera_, 16, 1).mean;
+  }
+  static void TearDownTestSuite() { traced_.reset(), device_.reset(), folder_.reset(), set_quiet(false); }
+  static fs::path weights() { return *folder_ / "weights"; }
+  static ShadedSurface surface() { return {scene_, scene_.depth, scene_.normal, true}; }
+
+  static inline std::unique_ptr<ScratchFolder> folder_;
+  static inline std::optional<Device> device_;
+  static inline std::optional<TraceScene> traced_;
+  static inline Camera camera_;
+  static inline Scene scene_;
+};
+
+TEST_F(LadderRoomTest, TrueHitsAreThePixelsThatShowTheSurface) {
+  const int pixels = camera_.width * camera_.height;
+  const auto n = static_cast<std::size_t>(pixels);
+  std::vector<float> eye(3 * n, 0), ahead(3 * n), back(3 * n);
+  for (int i = 0; i < pixels; ++i) {
+    const Vec3 d = camera_.direction(i % camera_.width + 0.5, i / camera_.width + 0.5);
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t at = static_cast<std::size_t>(c * pixels + i);
+      ahead[at] = static_cast<float>(d[c]), back[at] = -ahead[at];
+    }
+  }
+  const std::vector<int> seen = true_hits(*traced_, camera_, eye, ahead),
+                         behind = true_hits(*traced_, camera_, eye, back);
+  for (int i = 0; i < pixels; ++i) {
+    EXPECT_EQ(seen[static_cast<std::size_t>(i)], scene_.depth.data[static_cast<std::size_t>(i)] > 0 ? i : -1);
+    EXPECT_EQ(behind[static_cast<std::size_t>(i)], -1);
+  }
+  // From behind what a pixel shows, going on: that ends on something the camera does not see.
+  std::vector<float> beyond(3 * n);
+  for (int i = 0; i < pixels; ++i) {
+    const Vec3 p = camera_.unproject(i % camera_.width + 0.5, i / camera_.width + 0.5,
+                                     scene_.depth.data[static_cast<std::size_t>(i)] + 0.05);
+    for (int c = 0; c < 3; ++c) beyond[static_cast<std::size_t>(c * pixels + i)] = static_cast<float>(p[c]);
+  }
+  for (const int pixel : true_hits(*traced_, camera_, beyond, ahead)) EXPECT_EQ(pixel, -1);
+}
+
+TEST_F(LadderRoomTest, TheTopRungIsThePictureUnderTrueLight) {
+  constexpr int kBatches = 8;
+  RenderSettings settings;
+  settings.light = "net", settings.spp = 64, settings.points = "independent";
+  load_light_nets(settings, weights(), *device_);
+  LinkedLight light(*device_, scene_, settings);
+  Batches ours, theirs;
+  std::vector<bool> used;
+  for (std::uint32_t k = 0; k < kBatches; ++k) {
+    settings.seed = 100 + k;
+    const LinkedPictures p = light.render(*traced_, 1, surface(), settings, {{true, true, true}}, 256);
+    ours.emplace_back(p.radiance[0].data.begin(), p.radiance[0].data.end());
+    settings.seed = 200 + k, settings.spp = 256;
+    theirs.push_back(render_truth(*device_, *traced_, scene_, settings).whole.radiance.real);
+    settings.spp = 64, used = p.shaded;
+    EXPECT_EQ(p.dropped, 0);
+  }
+  const Agreement a = agreement(ours, theirs, used, 0.9975);
+  EXPECT_GT(a.pixels, 0.8 * 16 * 12);
+  // One false alarm in ten thousand seeds, and the seeds are fixed.
+  EXPECT_GT(student_two_sided_p(a.z(), kBatches - 1), 1e-4) << a.z();
+  EXPECT_LT(a.error, 0.05) << "the test sees nothing";
+}
+
+TEST_F(LadderRoomTest, AllPredictedIsTheLayerUnderTheNet) {
+  RenderSettings settings;
+  settings.light = "net", settings.spp = 16, settings.seed = 3;
+  load_light_nets(settings, weights(), *device_);
+  LinkedLight light(*device_, scene_, settings);
+  const LinkedPictures p = light.render(*traced_, 1, surface(), settings,
+                                        {{}, {.in_view = true}, {.out_of_view = true}, {true, true, true}}, 16);
+  const Rendering net = render_scene(*device_, scene_, settings);
+  double most = 0;
+  for (const float v : net.radiance.data) most = std::max(most, static_cast<double>(v));
+  for (std::size_t i = 0; i < net.radiance.data.size(); ++i) {
+    EXPECT_NEAR(p.radiance[0].data[i], net.radiance.data[i], 64 * 0x1p-23 * most) << i;
+    // In view and out of view share the truth: u + (1 - u) = 1, and so with what the net says.
+    EXPECT_NEAR(p.radiance[1].data[i] + p.radiance[2].data[i], p.radiance[0].data[i] + p.radiance[3].data[i],
+                2e-3 * (most + p.radiance[3].data[i]))
+        << i;
+  }
+}
+
+/// Tables of a study on tiny rooms.
+struct LitStudies : LadderRoomTest {
+  static Config config(const std::string& name, std::vector<std::string> words) {
+    words.insert(words.end(), {"run.root=" + (*folder_ / "runs").string(), "light.weights=" + weights().string(),
+                               "data.width=48", "data.height=36", "data.spp=4"});
+    return load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, study_schema(), words);
+  }
+  static std::vector<MetricRecord> without_seconds(const fs::path& run) {
+    std::vector<MetricRecord> records = read_metrics(run / "metrics.jsonl");
+    for (MetricRecord& r : records) {
+      r.seconds = 0;
+      std::erase_if(r.values, [](const auto& v) { return v.first.find("/seconds") != std::string::npos; });
+    }
+    return records;
+  }
+  /// Goes on after the first room and ends as the whole run did.
+  static void expect_resumed(const Config& c, const fs::path& run) {
+    const std::vector<MetricRecord> whole = without_seconds(run);
+    ASSERT_EQ(whole.size(), 2u);
+    fs::remove(run / "DONE");
+    cut_metrics(run / "metrics.jsonl", 1);
+    EXPECT_EQ(run_study(c, {"clerestory"}), run.string());
+    const std::vector<MetricRecord> again = without_seconds(run);
+    ASSERT_EQ(again.size(), 2u);
+    for (std::size_t r = 0; r < 2; ++r) EXPECT_EQ(again[r].values, whole[r].values);
+  }
+};
+
+TEST_F(LitStudies, LadderEndToEndAndResumed) {
+  const Config c = config("oracle_ladder.toml", {"data.rooms=2", "ladder.spp=4", "ladder.emission_spp=16"});
+  const fs::path run = run_study(c, {"clerestory"});
+  const RunTables tables = study_tables(run);
+  EXPECT_EQ(tables.at("ladder").rows.size(), 1 + 4 + 4 + 1 + 4 + 1u);
+  EXPECT_EQ(tables.at("ladder_bar").rows.size(), 2u);
+  for (const auto& row : tables.at("ladder").rows)
+    EXPECT_TRUE(!std::holds_alternative<Measure>(row[1]) || std::isfinite(std::get<Measure>(row[1]).mean));
+  EXPECT_TRUE(fs::exists(run / "report.html"));
+  EXPECT_TRUE(fs::exists(run / "artifacts/room0_render_tracer_then_rungs.png"));
+  expect_resumed(c, run);
+}
+
+TEST_F(LitStudies, BallsEndToEndAndResumed) {
+  const Config c = config("balls.toml", {"data.rooms=2", "balls.spp=4", "balls.probe_spp=2"});
+  const fs::path run = run_study(c, {"clerestory"});
+  const RunTables tables = study_tables(run);
+  EXPECT_EQ(tables.at("balls").rows.size(), 3 * 5u);  // image, panorama, net; net and image with predicted maps
+  const Table& centre = tables.at("balls_centre");
+  EXPECT_EQ(centre.rows.size(), 2 * 5u);
+  for (const auto& row : centre.rows) EXPECT_GE(std::get<Measure>(row[2]).mean, 0);
+  expect_resumed(c, run);
+}
+
+TEST_F(LitStudies, WithoutWeightsTheySayWhichAreMissing) {
+  ::setenv("CLERESTORY_LIGHT_WEIGHTS", (*folder_ / "nothing").c_str(), 1);
+  for (const char* name : {"oracle_ladder.toml", "balls.toml"}) {
+    const Config c = load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, study_schema(),
+                                 {"run.root=" + (*folder_ / "runs").string(), "data.rooms=1", "run.variant=none"});
+    try {
+      run_study(c, {"clerestory"});
+      ADD_FAILURE() << name;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage);
+      EXPECT_THAT(std::string(e.what()), testing::HasSubstr("no weights of the light"));
+    }
+  }
+  ::unsetenv("CLERESTORY_LIGHT_WEIGHTS");
+}
+
+}  // namespace
+}  // namespace clerestory

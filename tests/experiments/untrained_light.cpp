@@ -1,0 +1,34 @@
+#include "tests/experiments/untrained_light.hpp"
+
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/light_text.hpp"
+#include "experiments/training/light_validation.hpp"
+
+namespace clerestory {
+namespace {
+
+LightSizes small_sizes() {
+  LightSizes sizes = light_sizes("compact");
+  sizes.in_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}, .stages = 3};
+  sizes.in_view.width = 32, sizes.in_view.layers = 2;
+  sizes.out_of_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}};
+  sizes.out_of_view.march.segments = 8;
+  return sizes;
+}
+
+}  // namespace
+
+void write_untrained_light(const std::filesystem::path& folder) {
+  const LightSizes sizes = small_sizes();
+  Graph graph;
+  const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), sizes, false)[0];
+  const Shape rays{1, 3, 1, 16};
+  ask_light(graph, picture, sizes, graph.input("points", rays), graph.input("directions", rays),
+            graph.input("skip", {1, 1, 1, 16}, Type::Int));
+  States states(Device::open());
+  states.initialise(graph, 5);
+  std::filesystem::create_directories(folder);
+  write_light(folder, states, {}, {"compact", light_text(sizes), {40, 30}, "none", light_states(sizes)});
+}
+
+}  // namespace clerestory
