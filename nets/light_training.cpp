@@ -25,6 +25,14 @@ Value mean_of(const std::vector<Value>& terms) {
   return scale(total, 1.0 / static_cast<double>(terms.size()));
 }
 
+constexpr double kFloor = 0.01;  // of the measures: what is darker is not told apart
+
+/// 1 / sqrt(y^2 + floor): what makes an error of y a relative one.
+Value inverse_size(Value y) {
+  const Value squares = affine(activate(y, Function::Square), 1, kFloor);
+  return activate(scale(activate(squares, Function::Log), -0.5), Function::Exp);
+}
+
 /// {1, 1, pixels, samples}: 1 for the first half of a pixel's samples, -1 for the second.
 Tensor half_signs(int pixels, int samples) {
   Tensor signs(Shape{1, 1, pixels, samples}, 1);
@@ -52,9 +60,9 @@ Shading shading_inputs(Graph& graph, const LightTrainingOptions& o) {
 
 /// Squared error of picture b rendered again under the light that `ask`(points, directions, skip) answers. A square of
 /// noisy sums would also charge their variance, and with it every small bright lamp; the product of two independent
-/// halves' errors does not: (a - y)(b - y) = ((a + b) / 2 - y)^2 - ((a - b) / 2)^2.
+/// halves' errors does not: (a - y)(b - y) = ((a + b) / 2 - y)^2 - ((a - b) / 2)^2. `relative`: over y^2 + floor.
 template <class Ask>
-Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, const Ask& ask) {
+Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool relative, const Ask& ask) {
   const Surfaces surfaces{picture_of(all.surfaces.albedo, b), picture_of(all.surfaces.normal, b),
                           picture_of(all.surfaces.material, b)};
   const Value depth = picture_of(all.depth, b), camera = picture_of(all.camera, b), image = picture_of(all.image, b);
@@ -71,8 +79,9 @@ Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, const 
   };
   const Value mask = picture_of(all.mask, b), whole = summed(drawn.weight);
   const Value apart = summed(multiply(drawn.weight, graph.constant(half_signs(pixels, samples))));
-  return subtract(squared_loss(whole, image, mask, 1.0 / 3),
-                  squared_loss(apart, graph.fill(image.shape(), 0), mask, 1.0 / 3));
+  const auto weighed = [&](Value v) { return relative ? multiply(v, inverse_size(image)) : v; };
+  return subtract(squared_loss(weighed(whole), weighed(image), mask, 1.0 / 3),
+                  squared_loss(weighed(apart), graph.fill(image.shape(), 0), mask, 1.0 / 3));
 }
 
 }  // namespace
@@ -85,10 +94,8 @@ Value hdr_loss(Value prediction, Value truth, Value mask) {
 }
 
 Value relative_loss(Value prediction, Value truth, Value mask) {
-  constexpr double floor = 0.01;
-  const auto log = [&](Value x) { return activate(affine(x, 1, floor), Function::Log); };
-  const Value inverse = activate(
-      scale(activate(affine(activate(truth, Function::Square), 1, floor), Function::Log), -0.5), Function::Exp);
+  const auto log = [](Value x) { return activate(affine(x, 1, kFloor), Function::Log); };
+  const Value inverse = inverse_size(truth);
   return add(squared_loss(log(prediction), log(truth), mask, 1.0 / 3),
              squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3), 0.25);
 }
@@ -107,7 +114,8 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
       lit_pictures(graph, lit_inputs(graph, o.batch, o.height, o.width), sizes, true);
   const Shading shading = w.rerender > 0 ? shading_inputs(graph, o) : Shading{};
 
-  const auto radiance_loss = o.radiance == RadianceLoss::Hdr ? hdr_loss : relative_loss;
+  const bool relative = o.radiance == RadianceLoss::Relative;
+  const auto radiance_loss = relative ? relative_loss : hdr_loss;
   std::vector<Value> mixed, far, rerender;
   for (int b = 0; b < o.batch; ++b) {
     const LitPicture& picture = pictures[static_cast<std::size_t>(b)];
@@ -123,7 +131,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
       mixed.push_back(radiance_loss(answer.mixed, truth, known_hits(known, answer.hits, picture)));
       far.push_back(radiance_loss(answer.out_of_view, truth, known));
     }
-    if (w.rerender > 0) rerender.push_back(rerender_loss(graph, shading, b, o.shade_samples, ask));
+    if (w.rerender > 0) rerender.push_back(rerender_loss(graph, shading, b, o.shade_samples, relative, ask));
   }
 
   LightTraining training;

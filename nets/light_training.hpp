@@ -15,7 +15,8 @@ struct LightLossWeights {
 };
 
 /// How radiance is compared. Hdr: RawNeRF's loss, as in the paper; its optimum is the mean of what may be. Relative:
-/// squared error of logarithms and, at a quarter, relative squared error, both with the floor of the measures (0.01).
+/// squared error of logarithms and, at a quarter, relative squared error, both with the floor of the measures (0.01);
+/// the picture rendered again is then compared relatively, too.
 enum class RadianceLoss { Hdr, Relative };
 RadianceLoss radiance_loss_of(const std::string& name);  // hdr | relative; throws usage_error
 

@@ -157,28 +157,32 @@ LightSizes small_sizes() {
   return {in_view, far};
 }
 
-TEST(LightTraining, StepsLowerEveryTerm) {
-  Wall wall;
-  Graph graph;
-  const LightTraining training = light_training(graph, small_sizes(), wall.options);
+/// The losses of every step.
+std::vector<std::map<std::string, double>> trained(const Graph& graph, const LightTraining& training, const Wall& wall,
+                                                   int steps) {
   std::vector<Value> outputs;
   for (const auto& [name, value] : training.losses) outputs.push_back(value);
-  const auto run = [&](int steps) {
-    const Device device = Device::open();
-    const auto states = std::make_shared<States>(device);
-    states->initialise(graph, 7);
-    Executor executor(compile(graph, outputs, device, {}, true), states);
-    for (const auto& [name, tensor] : wall.feeds) executor.feed(name, tensor);
-    std::vector<std::map<std::string, double>> curve;
-    for (int i = 1; i <= steps; ++i) {
-      executor.feed("step", Tensor({}, i));
-      executor.run(static_cast<std::uint32_t>(i));
-      curve.emplace_back();
-      for (const auto& [name, value] : training.losses) curve.back()[name] = executor.fetch(value).real[0];
-    }
-    return curve;
-  };
-  const auto curve = run(40);
+  const Device device = Device::open();
+  const auto states = std::make_shared<States>(device);
+  states->initialise(graph, 7);
+  Executor executor(compile(graph, outputs, device, {}, true), states);
+  for (const auto& [name, tensor] : wall.feeds) executor.feed(name, tensor);
+  std::vector<std::map<std::string, double>> curve;
+  for (int i = 1; i <= steps; ++i) {
+    executor.feed("step", Tensor({}, i));
+    executor.run(static_cast<std::uint32_t>(i));
+    curve.emplace_back();
+    for (const auto& [name, value] : training.losses) curve.back()[name] = executor.fetch(value).real[0];
+  }
+  return curve;
+}
+
+void expect_every_term_falls(RadianceLoss radiance) {
+  Wall wall;
+  wall.options.radiance = radiance;
+  Graph graph;
+  const LightTraining training = light_training(graph, small_sizes(), wall.options);
+  const auto curve = trained(graph, training, wall, 40);
   for (const auto& [name, value] : training.losses) {
     EXPECT_GT(curve.front().at(name), 0) << name;
     EXPECT_LT(curve.back().at(name), 0.7 * curve.front().at(name)) << name << " was not trained";
@@ -186,8 +190,11 @@ TEST(LightTraining, StepsLowerEveryTerm) {
   double sum = 0;
   for (const char* name : {"mixed", "out_of_view", "rerender"}) sum += curve[0].at(name);
   EXPECT_NEAR(curve[0].at("loss"), sum, 4 * 0x1p-23 * sum);
-  EXPECT_EQ(run(3).back(), curve[2]) << "the same steps end in other bits";
+  EXPECT_EQ(trained(graph, training, wall, 3).back(), curve[2]) << "the same steps end in other bits";
 }
+
+TEST(LightTraining, StepsLowerEveryTerm) { expect_every_term_falls(RadianceLoss::Hdr); }
+TEST(LightTraining, StepsLowerEveryRelativeTerm) { expect_every_term_falls(RadianceLoss::Relative); }
 
 TEST(LightTraining, WhatHasNoWeightIsNotBuilt) {
   Wall wall;
