@@ -12,15 +12,13 @@
 #include "experiments/studies/known_light.hpp"
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/uncertainty_study.hpp"
-#include "experiments/training/checkpoint.hpp"
-#include "experiments/training/light_text.hpp"
-#include "experiments/training/light_validation.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/experiments/untrained_light.hpp"
 #include "tracer/generate.hpp"
 
 namespace clerestory {
@@ -189,30 +187,10 @@ struct LightStudies : testing::Test {
   static void SetUpTestSuite() {
     set_quiet(true);
     folder_ = std::make_unique<ScratchFolder>("clerestory-light-studies");
-    write_weights();
+    write_untrained_light(weights(), {kWidth, kHeight});
   }
   static void TearDownTestSuite() { folder_.reset(), set_quiet(false); }
 
-  static LightSizes sizes() {
-    LightSizes sizes = light_sizes("compact");
-    sizes.in_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}, .stages = 3};
-    sizes.in_view.width = 32, sizes.in_view.layers = 2;
-    sizes.out_of_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}};
-    sizes.out_of_view.march.segments = 8;
-    return sizes;
-  }
-  static void write_weights() {
-    Graph graph;
-    const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), sizes(), false)[0];
-    const Shape rays{1, 3, 1, 16};
-    ask_light(graph, picture, sizes(), graph.input("points", rays), graph.input("directions", rays),
-              graph.input("skip", {1, 1, 1, 16}, Type::Int));
-    States states(Device::open());
-    states.initialise(graph, 5);
-    fs::create_directories(weights());
-    write_light(weights(), states, {},
-                {"compact", light_text(sizes()), {kWidth, kHeight}, "none", light_states(sizes())});
-  }
   static fs::path weights() { return *folder_ / "weights"; }
 
   static Config config(const std::string& kind, const std::string& root, std::vector<std::string> more = {}) {

@@ -14,9 +14,6 @@
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/run_folder.hpp"
-#include "experiments/training/checkpoint.hpp"
-#include "experiments/training/light_text.hpp"
-#include "experiments/training/light_validation.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
@@ -25,6 +22,7 @@
 #include "host/report/provenance.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/experiments/untrained_light.hpp"
 #include "tracer/generate.hpp"
 
 namespace clerestory {
@@ -42,7 +40,7 @@ struct Light : testing::Test {
     o.spp = 8, o.light = false, o.box_rooms = true, o.split = "test";
     generate(Device::open(), o);
     const fs::path view = o.out / list_rooms(o.out, "test").at(0) / "000";
-    write_weights_of_light();
+    write_untrained_light(weights());
     InvertOptions i;
     i.photo = view.string() + "_im.exr", i.gbuffer = view, i.out = run(), i.command = {"clerestory", "invert"};
     i.render.spp = 16, i.render.light = "net", i.light_weights = weights();
@@ -52,26 +50,6 @@ struct Light : testing::Test {
 
   static fs::path run() { return *folder_ / "run"; }
   static fs::path weights() { return *folder_ / "weights"; }
-
-  static LightSizes sizes() {
-    LightSizes sizes = light_sizes("compact");
-    sizes.in_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}, .stages = 3};
-    sizes.in_view.width = 32, sizes.in_view.layers = 2;
-    sizes.out_of_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}};
-    sizes.out_of_view.march.segments = 8;
-    return sizes;
-  }
-  static void write_weights_of_light() {
-    Graph graph;
-    const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), sizes(), false)[0];
-    const Shape rays{1, 3, 1, 16};
-    ask_light(graph, picture, sizes(), graph.input("points", rays), graph.input("directions", rays),
-              graph.input("skip", {1, 1, 1, 16}, Type::Int));
-    States states(Device::open());
-    states.initialise(graph, 5);
-    fs::create_directories(weights());
-    write_light(weights(), states, {}, {"compact", light_text(sizes()), {40, 30}, "none", light_states(sizes())});
-  }
 
   static LightOptions options(const std::string& name) {
     LightOptions o;

@@ -18,7 +18,7 @@ LightSizes small_sizes() {
 
 }  // namespace
 
-void write_untrained_light(const std::filesystem::path& folder) {
+void write_untrained_light(const std::filesystem::path& folder, const Size& seen) {
   const LightSizes sizes = small_sizes();
   Graph graph;
   const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), sizes, false)[0];
@@ -28,7 +28,7 @@ void write_untrained_light(const std::filesystem::path& folder) {
   States states(Device::open());
   states.initialise(graph, 5);
   std::filesystem::create_directories(folder);
-  write_light(folder, states, {}, {"compact", light_text(sizes), {40, 30}, "none", light_states(sizes)});
+  write_light(folder, states, {}, {"compact", light_text(sizes), seen, "none", light_states(sizes)});
 }
 
 }  // namespace clerestory

@@ -2,8 +2,11 @@
 #pragma once
 #include <filesystem>
 
+#include "host/io/resize.hpp"
+
 namespace clerestory {
 
-void write_untrained_light(const std::filesystem::path& folder);
+/// `seen`: size of the pictures that they say they were trained on.
+void write_untrained_light(const std::filesystem::path& folder, const Size& seen = {40, 30});
 
 }  // namespace clerestory
