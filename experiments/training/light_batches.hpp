@@ -11,7 +11,7 @@ struct LightSampling {
   double probe_rows = 0.2;  // share of a view's points that are free probes, where it has any
   bool flip = true;
   double exposure_low = 0.85, exposure_high = 0.95;  // 95th percentile of luminance
-  bool ldr = false;  // picture and light are clamped to [0, 1]
+  bool ldr = false;                                  // picture and light are clamped to [0, 1]
 };
 
 /// Inputs of light_training() by name, but for learning_rate and step.

@@ -36,8 +36,8 @@ LightPredictor::LightPredictor(Device device, const LightSizes& given, int width
   s.answer = ask_light(s.graph, picture, sizes, s.graph.input("points", three), s.graph.input("directions", three),
                        s.graph.input("skip", {1, 1, rows, samples}, Type::Int));
   s.photograph = photograph_radiance(picture.image, s.graph.input("ambient", {1, 3, 1, 1}), s.answer.hits);
-  const std::vector<Value> outputs{s.answer.mixed,      s.answer.in_view,    s.answer.out_of_view, s.photograph,
-                                   s.answer.hits.delta, s.answer.hits.pixel};
+  const std::vector<Value> outputs{s.answer.mixed, s.answer.in_view,    s.answer.out_of_view,
+                                   s.photograph,   s.answer.hits.delta, s.answer.hits.pixel};
   s.run = std::make_unique<Executor>(compile(s.graph, outputs, device, {.gemm = gemm}), std::move(states));
 }
 

@@ -104,7 +104,8 @@ Schema make_schema() {
   s.integer("light.samples", 64, "directions from each, a multiple of 16", {16, 128});
   s.real("light.probe_rows", 0.2, "share of the points that are free probes, where a view has any", {0, 1});
   s.real("light.clipped", 0.5, "share of views whose picture is clamped to [0, 1], as a photograph is", {0, 1});
-  s.flag("light.ldr", false, "clamp the light that is learned, and the pictures, to [0, 1]: what a photograph can tell");
+  s.flag("light.ldr", false,
+         "clamp the light that is learned, and the pictures, to [0, 1]: what a photograph can tell");
   s.integer("light.shade_width", 32, "columns of the grid of pixels that are rendered again", {1, 4096});
   s.integer("light.shade_height", 24, "its rows", {1, 4096});
   s.integer("light.shade_samples", 16, "directions of each, a multiple of 16", {16, 65536});
@@ -244,8 +245,8 @@ TrainingOptions training_options(const Config& c) {
   o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
   o.light = light_of(c), o.light_step = light_step_of(c, o);
   o.predicted_maps = c.text("light.maps") == "predicted", o.maps_weights = c.text("light.maps_weights");
-  o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip,
-                exposure[0],             exposure[1],                c.flag("light.ldr")};
+  o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip, exposure[0], exposure[1],
+                c.flag("light.ldr")};
   o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");
   o.checkpoint_every = c.integer("log.checkpoint_every"), o.checkpoint_minutes = c.real("log.checkpoint_minutes");
   return o;

@@ -28,7 +28,7 @@ class States {
   Tensor get(const std::string& name) const;
   void set(const std::string& name, const Tensor& tensor);  // throws when the shape differs
   void bind(const std::string& name, const TensorView& memory) { states_[name] = memory; }  // memory of somebody else
-  std::vector<std::string> names() const;                   // sorted
+  std::vector<std::string> names() const;                                                   // sorted
   TensorView view(const std::string& name) const;
   Precision precision() const { return precision_; }
 
