@@ -180,9 +180,12 @@ Command& Command::arguments(const std::string& meta, const std::string& doc, std
       meta, doc, [&to](const std::string& text) { to.push_back(text); }, least, CLI::detail::expected_max_vector_size);
 }
 
-Command& Command::light(std::vector<std::string> lights) {
+Command& Command::light(std::vector<std::string> lights, std::filesystem::path& weights, std::string& lamps) {
   state_->common.light = lights.front();
-  return choice("--light", "Who answers for radiance", state_->common.light, std::move(lights));
+  return choice("--light", "Who answers for radiance", state_->common.light, std::move(lights))
+      .option("--light-weights", "DIR", "Weights of a learned light", weights)
+      .choice("--lamps", "Lamps out of view, fitted to the photograph's shading under a learned light", lamps,
+              {"fit", "none"});
 }
 
 Command& Command::common(std::initializer_list<Common> which) {

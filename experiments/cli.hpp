@@ -113,8 +113,8 @@ class Command {
   Command& arguments(const std::string& meta, const std::string& doc, std::vector<std::string>& to, int least = 0);
 
   Command& common(std::initializer_list<Common> which);
-  /// --light with the lights that this command can use, the first of them by default.
-  Command& light(std::vector<std::string> lights);
+  /// --light with the lights that this command can use, the first of them by default; --light-weights, --lamps.
+  Command& light(std::vector<std::string> lights, std::filesystem::path& weights, std::string& lamps);
   /// Printed below the options by --help: examples, units.
   Command& notes(const std::string& text);
   void run(Action action);

@@ -10,6 +10,7 @@
 
 #include "host/cl/device.hpp"
 #include "nets/scene.hpp"
+#include "nets/soft_lamps.hpp"
 
 namespace clerestory {
 
@@ -24,6 +25,7 @@ struct RenderSettings {
   std::string delta = "linear";       // linear | window
   std::string light = "image";        // image | constant | panorama | net | out_of_view
   std::shared_ptr<const LightNets> nets;  // of net and out_of_view
+  std::vector<SoftLamp> lamps;            // added to any light (fit_lamps)
   std::string brdf = "ggx";               // ggx | li2020
   std::uint32_t seed = 0;
   int chunk_rays = 0;    // rays at once; 0: as many as the light allows

@@ -27,20 +27,7 @@ void check_name(const std::string& name) {
     throw usage_error("there is no such light", "--light", name, fmt::format("{}", fmt::join(known, ", ")));
 }
 
-}  // namespace
-
-const std::vector<std::string>& light_names() {
-  static const std::vector<std::string> names{"image", "constant", "panorama", "net", "out_of_view"};
-  return names;
-}
-
-bool is_learned_light(const std::string& name) {
-  check_name(name);
-  return name == "net" || name == "out_of_view";
-}
-
-SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings) {
-  check_name(settings.light);
+SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings) {
   if (is_learned_light(settings.light)) {
     if (!settings.nets)
       throw usage_error("learned light without its weights", "--light", settings.light, "--light-weights DIR");
@@ -55,6 +42,23 @@ SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, c
   return without_nets({v.photo, v.ambient}, false, [](const AskedRays& rays, Asked in) {
     return panorama_light(in[0], in[1], rays.camera, rays.direction);
   });
+}
+
+}  // namespace
+
+const std::vector<std::string>& light_names() {
+  static const std::vector<std::string> names{"image", "constant", "panorama", "net", "out_of_view"};
+  return names;
+}
+
+bool is_learned_light(const std::string& name) {
+  check_name(name);
+  return name == "net" || name == "out_of_view";
+}
+
+SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings) {
+  check_name(settings.light);
+  return with_lamps(graph, named_light(graph, v, scene, settings), settings.lamps);
 }
 
 std::vector<Value> inputs_of(const SceneLight& light, Value points) {

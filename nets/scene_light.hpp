@@ -36,7 +36,7 @@ struct SceneLight {
 
 /// The light that settings.light names: image | constant | panorama | net | out_of_view. Learned light reads
 /// settings.nets. `scene` is the one that lights, without inserted objects. Throws usage_error: an unknown name, no
-/// nets, nets that lack a state.
+/// nets, nets that lack a state. settings.lamps are added.
 SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings);
 
 /// Names that scene_light() knows.

@@ -10,19 +10,15 @@ namespace {
 constexpr int kAttempts = 200, kFeelers = 256;
 
 /// Distance from a point to the nearest surface, felt along directions spread over the sphere (Fibonacci lattice).
-double clearance(TraceScene& scene, const glm::vec3& center) {
-  std::vector<float> points(3 * kFeelers), directions(3 * kFeelers);
+double clearance(TraceScene& scene, const Vec3& center) {
+  std::vector<Vec3> directions(kFeelers);
   for (int i = 0; i < kFeelers; ++i) {
     const double z = 1 - (2 * i + 1.0) / kFeelers, r = std::sqrt(1 - z * z),
                  a = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    const double d[3] = {r * std::cos(a), z, r * std::sin(a)};
-    for (int c = 0; c < 3; ++c) {
-      points[static_cast<std::size_t>(c * kFeelers + i)] = center[c];
-      directions[static_cast<std::size_t>(c * kFeelers + i)] = static_cast<float>(d[c]);
-    }
+    directions[static_cast<std::size_t>(i)] = {r * std::cos(a), z, r * std::sin(a)};
   }
   double nearest = 1e9;
-  for (const TraceHit& hit : scene.hits(points, directions, 0, 1e9f)) {
+  for (const TraceHit& hit : scene.hits(planar(std::vector(directions.size(), center)), planar(directions), 0, 1e9f)) {
     if (hit.triangle >= 0) nearest = std::min(nearest, static_cast<double>(hit.t));
   }
   return nearest;
@@ -48,14 +44,14 @@ std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Ran
     const Vec3 normal(maps.normal.data[at], maps.normal.data[pixels + at], maps.normal.data[2 * pixels + at]);
     if (depth < 0.6 || glm::dot(normal, up) < 0.99) continue;
     const double radius = std::clamp(depth * camera.height / camera.fy / 9, 0.04, 0.4);
-    const Vec3 center = camera.unproject(x + 0.5, y + 0.5, depth) + (radius * 1.002) * up;
+    const Vec3 center = camera.unproject(x + 0.5, y + 0.5, depth) + (kBallLift * radius) * up;
     const auto at_center = camera.project(center);
     const double margin = 1.2 * radius * camera.fy / -center.z;
     if (!at_center || at_center->x < margin || at_center->x > camera.width - margin || at_center->y < margin ||
         at_center->y > camera.height - margin) {
       continue;
     }
-    if (clearance(scene, glm::vec3(camera.to_world(center))) < radius) continue;
+    if (clearance(scene, camera.to_world(center)) < radius) continue;
     return BallPlace{center, radius};
   }
   return std::nullopt;

@@ -16,6 +16,9 @@ struct BallKind {
 /// mirror: metal of roughness 0.02; glossy: metal of 0.2; diffuse: albedo 0.8.
 const std::vector<BallKind>& ball_kinds();
 
+/// Radii that a ball's centre is above what it stands on: clear of its surface by more than rounding.
+inline constexpr double kBallLift = 1.002;
+
 struct BallPlace {
   Vec3 center{0};  // camera space, metres
   double radius = 0;

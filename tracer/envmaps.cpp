@@ -32,7 +32,7 @@ Envmaps trace_envmaps(TraceScene& scene, const World& world, const Camera& camer
   out.layout = EnvmapLayout::of(camera.width, camera.height);
   out.radiance = Image(out.layout.file_width(), out.layout.file_height(), 3);
   const std::size_t texels = out.radiance.pixels();
-  std::vector<float> points(3 * texels, 0.f), directions(3 * texels, 0.f);  // rays without a direction meet nothing
+  std::vector<Vec3> points(texels, Vec3(0)), directions(texels, Vec3(0));  // rays without a direction meet nothing
   for (int row = 0; row < out.layout.rows; ++row) {
     for (int column = 0; column < out.layout.columns; ++column) {
       const int x = out.layout.pixel_x(column), y = out.layout.pixel_y(row);
@@ -42,15 +42,12 @@ Envmaps trace_envmaps(TraceScene& scene, const World& world, const Camera& camer
       for (int elevation = 0; elevation < envmap_elevations; ++elevation) {
         for (int azimuth = 0; azimuth < envmap_azimuths; ++azimuth) {
           const Vec3 d = envmap_direction(frame, column, row, azimuth, elevation);
-          // A query ignores what is nearer than the offset; the tracer's paths start that far off the surface and
-          // ignore nothing. Both begin at one place when the ray is drawn back by as much.
-          const Vec3 start = surface.position + static_cast<double>(kRayOffset) * (surface.face - d);
           const std::size_t i = static_cast<std::size_t>(row * envmap_elevations + elevation) * out.radiance.width +
                                 static_cast<std::size_t>(column * envmap_azimuths + azimuth);
-          for (int c = 0; c < 3; ++c) {
-            points[static_cast<std::size_t>(c) * texels + i] = static_cast<float>(start[c]);
-            directions[static_cast<std::size_t>(c) * texels + i] = static_cast<float>(d[c]);
-          }
+          // A query ignores what is nearer than the offset; the tracer's paths start that far off the surface and
+          // ignore nothing. Both begin at one place when the ray is drawn back by as much.
+          points[i] = surface.position + static_cast<double>(kRayOffset) * (surface.face - d);
+          directions[i] = d;
         }
       }
     }
@@ -58,7 +55,7 @@ Envmaps trace_envmaps(TraceScene& scene, const World& world, const Camera& camer
   RadianceQuery from_camera = query;
   from_camera.to_world = camera.camera_to_world;
   from_camera.spread = static_cast<float>(1 / std::sqrt(camera.fx * camera.fy));
-  out.radiance.data = scene.radiance(points, directions, from_camera, dropped);
+  out.radiance.data = scene.radiance(planar(points), planar(directions), from_camera, dropped);
   return out;
 }
 

@@ -65,9 +65,7 @@ std::optional<Vec3> point_by_flights(TraceScene& scene, const Camera& camera, Ra
     const double z = 1 - 2 * static_cast<double>(random.unit()), across = std::sqrt(1 - z * z),
                  turn = 2 * std::numbers::pi * static_cast<double>(random.unit()), share = share_of_way(random);
     const Vec3 d(across * std::cos(turn), z, across * std::sin(turn));
-    const TraceHit hit =
-        scene.hits({static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)},
-                   {static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)}, 0, 1e9f)[0];
+    const TraceHit hit = scene.hits(planar({{at}}), planar({{d}}), 0, 1e9f)[0];
     if (hit.triangle < 0) return std::nullopt;  // out of the room
     at += share * static_cast<double>(hit.t) * d;
   }
@@ -115,19 +113,32 @@ void trace_probe(TraceScene& scene, const Camera& camera, Probe& probe, const Ra
                  DroppedSamples* dropped) {
   probe.radiance = Image(probe_width, probe_height, 3);
   const std::size_t texels = probe.radiance.pixels();
-  std::vector<float> points(3 * texels), directions(3 * texels);
-  for (std::size_t i = 0; i < texels; ++i) {
-    const Vec3 d = panorama_direction(static_cast<int>(i) % probe_width, static_cast<int>(i) / probe_width, probe_width,
-                                      probe_height);
-    for (int c = 0; c < 3; ++c) {
-      points[static_cast<std::size_t>(c) * texels + i] = static_cast<float>(probe.center[c]);
-      directions[static_cast<std::size_t>(c) * texels + i] = static_cast<float>(d[c]);
-    }
-  }
+  std::vector<Vec3> directions(texels);
+  for (std::size_t i = 0; i < texels; ++i)
+    directions[i] = panorama_direction(static_cast<int>(i) % probe_width, static_cast<int>(i) / probe_width,
+                                       probe_width, probe_height);
   RadianceQuery from_camera = query;
   from_camera.to_world = camera.camera_to_world;
   from_camera.spread = 2 * std::numbers::pi_v<float> / probe_width;
-  probe.radiance.data = scene.radiance(points, directions, from_camera, dropped);
+  probe.radiance.data =
+      scene.radiance(planar(std::vector(texels, probe.center)), planar(directions), from_camera, dropped);
+}
+
+Image trace_probe_twice(TraceScene& scene, const Camera& camera, Probe& probe, RadianceQuery query,
+                        const std::array<std::uint32_t, 2>& seeds) {
+  query.seed = seeds[0];
+  trace_probe(scene, camera, probe, query);
+  Probe other = probe;
+  query.seed = seeds[1];
+  trace_probe(scene, camera, other, query);
+  Image variance(probe_width, probe_height, 3);
+  for (std::size_t i = 0; i < variance.data.size(); ++i) {
+    float& mean = probe.radiance.data[i];
+    const float difference = mean - other.radiance.data[i];
+    variance.data[i] = difference * difference / 4;
+    mean = (mean + other.radiance.data[i]) / 2;
+  }
+  return variance;
 }
 
 }  // namespace clerestory

@@ -1,5 +1,7 @@
 // Probes: the light that arrives at points in the free air of a room.
 #pragma once
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "host/io/light_files.hpp"
@@ -25,5 +27,10 @@ std::vector<Probe> place_probes(TraceScene& scene, const World& world, const Cam
 /// not read.
 void trace_probe(TraceScene& scene, const Camera& camera, Probe& probe, const RadianceQuery& query,
                  DroppedSamples* dropped = nullptr);
+
+/// The mean of two estimates of query.spp samples each, from two seeds (query.seed is not read). Returns the variance
+/// of that mean, {3, h, w}, unbiased, from how the two differ.
+Image trace_probe_twice(TraceScene& scene, const Camera& camera, Probe& probe, RadianceQuery query,
+                        const std::array<std::uint32_t, 2>& seeds);
 
 }  // namespace clerestory

@@ -344,8 +344,9 @@ std::string edit(const EditOptions& options) {
   const Image mask = read_edit_mask(options.mask, scene);
   const fs::path out = options.out.empty() ? options.run / "edit" : options.out;
   Device device = Device::open(options.device);
+  Provenance provenance = begin_provenance(options.command, device.fingerprint());
   RenderSettings render = options.render;
-  load_light_nets(render, options.light_weights, device);
+  take_light(render, options.lit_by, device, scene, provenance);
   const Edit done = edit_scene(device, scene, mask, options.change, render, options.bounces);
 
   StagedFolder folder(out);
@@ -364,12 +365,10 @@ std::string edit(const EditOptions& options) {
   const double flagged = static_cast<double>(std::count(done.with.emitted.begin(), done.with.emitted.end(), true));
   double dropped = 0;
   for (const EditBounce& b : done.bounces) dropped += b.dropped;
-  Provenance provenance = begin_provenance(options.command, device.fingerprint());
   provenance.seeds["render"] = options.render.seed;
   provenance.inputs = {record_file(options.run / "photo.exr"), record_file(options.mask)};
   provenance.facts["edit"] = values_text(options.change);
   provenance.facts["bounces that follow the edit"] = bounces_text(done.bounces);
-  provenance.facts["light"] = answerer_text(render);
   provenance.facts["samples"] = fmt::format("{} a pixel", render_spec(options.render).spp);
   provenance.facts["pixels"] =
       fmt::format("{:.1f} % under the mask, {:.1f} % shown with the new material, {:.2f} % emitted and no longer do",

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/applications/light_weights.hpp"
 #include "nets/render_scene.hpp"
 
 namespace clerestory {
@@ -28,8 +29,8 @@ struct EditOptions {
   std::filesystem::path run, mask, out;  // out empty: RUN/edit
   MaterialEdit change;
   RenderSettings render;
-  std::filesystem::path light_weights;  // of a learned light; empty: the shipped ones
-  int bounces = 2;                      // 1 to kMostEditBounces
+  LightChoice lit_by;
+  int bounces = 2;  // 1 to kMostEditBounces
   std::string device;
   std::vector<std::string> command;
 };

@@ -209,8 +209,9 @@ void insert(const InsertOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const Scene scene = read_run(options.run);
   Device device = Device::open(options.device);
+  Provenance provenance = begin_provenance(options.command, device.fingerprint());
   RenderSettings render = options.render;
-  load_light_nets(render, options.light_weights, device);
+  take_light(render, options.lit_by, device, scene, provenance);
   const Insertion inserted = insert_into(device, scene, options.objects, render, options.bounces);
   const Image& composite = inserted.composite;
   const double seen = sum(inserted.with.shows.data) / static_cast<double>(composite.pixels());
@@ -221,12 +222,10 @@ void insert(const InsertOptions& options) {
   write_exr(out / "composite.exr", composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
   write_png(out / "composite.png", show_radiance(composite), Encoding::Linear);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  Provenance provenance = begin_provenance(options.command, device.fingerprint());
   provenance.seeds["render"] = options.render.seed;
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;
   provenance.facts["samples"] = fmt::format("{}", render_spec(options.render).spp);
-  provenance.facts["light"] = answerer_text(render);
   provenance.ended = utc_now();
   write_provenance(out / "insert.json", provenance);
   if (options.out.empty()) write_run_report(options.run);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/applications/light_weights.hpp"
 #include "nets/render_scene.hpp"
 #include "tracer/trace_objects.hpp"
 
@@ -27,8 +28,8 @@ struct InsertOptions {
   std::filesystem::path run, out;  // out empty: the run folder
   std::vector<InsertedObject> objects;
   RenderSettings render;
-  std::filesystem::path light_weights;  // of a learned light; empty: the shipped ones
-  int bounces = 2;                      // scatterings at objects that are followed
+  LightChoice lit_by;
+  int bounces = 2;  // scatterings at objects that are followed
   std::string device;
   std::vector<std::string> command;
 };

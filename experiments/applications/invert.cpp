@@ -114,6 +114,7 @@ std::string part_of(const std::string& kernel) {
       {"light/ask_field", "out-of-view field"},
       {"light/shells", "out-of-view field"},
       {"light/composite", "out-of-view field"},
+      {"light/soft_lamps", "lamps"},
       {"light/project_rays", "light's networks"},
   };
   for (const auto& [prefix, part] : parts)
@@ -177,7 +178,7 @@ fs::path invert(const InvertOptions& options) {
   }
   Prediction prediction;
   if (request.any()) {
-    const fs::path weights = options.weights.empty() ? shipped_weights() : options.weights;
+    const fs::path weights = weights_or_shipped(options.weights);
     prediction = predict_maps(device, weights, image, request, options.gemm);
     record.inputs.push_back(record_file(weights));
     record.facts["network"] = prediction.note;
@@ -210,13 +211,13 @@ fs::path invert(const InvertOptions& options) {
     scene.check(out.string());
     RenderSettings render = options.render;
     render.profile = true;
-    load_light_nets(render, options.light_weights, device);
+    take_light(render, options.lit_by, device, scene, record);
+    record.figures["seconds: light"] = clock.lap();
     const Rendering r = render_scene(device, scene, render);
     rerender = Rerender{r.radiance, r.standard_error, r.uncertainty};
     record.figures["seconds: re-render"] = clock.lap();
     record.figures["rays"] = r.rays, record.figures["rays that hit"] = r.hits;
     record.figures["samples dropped"] = r.dropped, record.figures["pixels facing away"] = r.facing_away;
-    record.facts["light"] = answerer_text(render);
     record_parts(r, record);
     record.facts["samples"] =
         fmt::format("{} a pixel, {}, {}", options.render.spp, options.render.sampler, options.render.points);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/applications/light_weights.hpp"
 #include "nets/render_scene.hpp"
 
 namespace clerestory {
@@ -22,10 +23,10 @@ struct InvertOptions {
   std::vector<std::string> only;      // maps wanted: albedo, normal, depth, material; empty: all, and the re-render
   std::optional<double> depth_scale;  // metres of the 99th percentile of depth
   std::optional<KnownDepth> known;
-  std::filesystem::path weights;        // empty: the shipped ones
-  std::filesystem::path light_weights;  // of a learned light; empty: the shipped ones
-  std::filesystem::path out;            // empty: runs/invert/<stem of the photo>
-  std::string preset = "compact";       // paper: says what it will cost, and wants weights of that preset
+  std::filesystem::path weights;  // empty: the shipped ones
+  LightChoice lit_by;
+  std::filesystem::path out;       // empty: runs/invert/<stem of the photo>
+  std::string preset = "compact";  // paper: says what it will cost, and wants weights of that preset
   RenderSettings render;
   std::string device, gemm = "auto";
   std::vector<std::string> command;  // argv, for provenance

@@ -96,7 +96,7 @@ std::string light(const LightOptions& options) {
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   RenderSettings render = options.render;
-  load_light_nets(render, options.light_weights, device);
+  take_light(render, options.lit_by, device, scene, provenance);
 
   const Rays rays = panorama_rays(place, options.size);
   const double built = device.build_seconds();
@@ -110,7 +110,6 @@ std::string light(const LightOptions& options) {
             Encoding::Linear);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   provenance.inputs = {record_file(options.run / "photo.exr")};
-  provenance.facts["light"] = answerer_text(render);
   provenance.facts["point, camera metres"] = text_of(place.point);
   if (!place.note.empty()) provenance.facts["place"] = place.note;
   provenance.figures["seconds"] = seconds;

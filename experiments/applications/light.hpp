@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/applications/light_weights.hpp"
 #include "host/io/resize.hpp"
 #include "nets/render_scene.hpp"
 #include "nets/scene_radiance.hpp"
@@ -19,7 +20,7 @@ struct LightOptions {
   std::optional<std::array<double, 2>> at;        // pixel: just above its surface
   Size size{256, 128};                            // of the panorama
   RenderSettings render;                          // light, ssrt, delta
-  std::filesystem::path light_weights;            // of a learned light; empty: the shipped ones
+  LightChoice lit_by;
   std::string device;
   std::vector<std::string> command;
 };

@@ -11,6 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kLamps = "+lamps";
+
 fs::path shipped_folder() {
   const char* set = std::getenv("CLERESTORY_LIGHT_WEIGHTS");
   return set ? fs::path(set) : fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights";
@@ -36,6 +38,33 @@ void load_light_nets(RenderSettings& settings, const fs::path& weights, Device d
   nets->sizes = loaded.net, nets->longer_side = loaded.longer_side(), nets->states = loaded.states;
   nets->note = path.string();
   settings.nets = nets;
+}
+
+void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
+                Provenance& record) {
+  load_light_nets(settings, choice.weights, device);
+  record.facts["light"] = answerer_text(settings);
+  if (!is_learned_light(settings.light) || choice.lamps == "none") return;
+  const LampFit fit = fit_lamps(device, scene, settings);
+  settings.lamps = fit.lamps;
+  record.facts["lamps"] = fmt::format(
+      "{} of {} candidates; the photograph rendered again on a coarse grid, root mean square of relative errors: "
+      "{:.3f} "
+      "without, {:.3f} with them",
+      fit.lamps.size(), fit.candidates, fit.before, fit.after);
+  record.figures["seconds: lamps"] = fit.seconds, record.figures["lamps"] = static_cast<double>(fit.lamps.size());
+}
+
+bool has_lamps(const std::string& name) { return name.ends_with(kLamps); }
+
+std::string light_of(const std::string& name) {
+  return has_lamps(name) ? name.substr(0, name.size() - kLamps.size()) : name;
+}
+
+RenderSettings lit_by(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
+  base.light = light_of(name);
+  if (has_lamps(name)) base.lamps = fit_lamps(device, scene, base).lamps;
+  return base;
 }
 
 std::string answerer_text(const RenderSettings& settings) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "host/report/provenance.hpp"
 #include "nets/scene_light.hpp"
 
 namespace clerestory {
@@ -13,9 +14,27 @@ namespace clerestory {
 /// tree it was built from; nothing when they are not there.
 std::optional<std::filesystem::path> shipped_light();
 
+/// How a learned light is had; other lights are as they are.
+struct LightChoice {
+  std::filesystem::path weights;  // folder or file; empty: the shipped ones
+  std::string lamps = "fit";      // fit | none: soft lamps fitted to the photograph's shading (nets/soft_lamps.hpp)
+};
+
+/// Sets settings.nets and settings.lamps if settings.light is learned, and records what answers. `scene` is the
+/// photograph's, before any change. Throws what load_light_nets() throws.
+void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
+                Provenance& record);
+
 /// Sets settings.nets if settings.light is learned. `weights`: folder or file of load_light(), empty: the shipped ones.
 /// Throws usage_error when there are none, or what load_light() throws.
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);
+
+/// Lights as studies name them: a name of light_names(), or "net+lamps" for one with lamps fitted to its scene.
+bool has_lamps(const std::string& name);
+/// Without "+lamps".
+std::string light_of(const std::string& name);
+/// `base` under a light so named.
+RenderSettings lit_by(RenderSettings base, const std::string& name, Device& device, const Scene& scene);
 
 /// "image", or the name of a learned light and its weights: for provenance and report.
 std::string answerer_text(const RenderSettings& settings);

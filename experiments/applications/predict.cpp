@@ -42,6 +42,10 @@ std::filesystem::path shipped_weights() {
   throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", path.string());
 }
 
+std::filesystem::path weights_or_shipped(const std::filesystem::path& given) {
+  return given.empty() ? shipped_weights() : given;
+}
+
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
                         const PredictRequest& request, const std::string& gemm) {
   const LoadedWeights loaded = load_weights(weights, device);

@@ -30,6 +30,8 @@ struct Prediction {
 /// Weights that come with the program: `nets/weights` in the source tree it was built from, or CLERESTORY_WEIGHTS.
 /// Throws usage_error when there are none.
 std::filesystem::path shipped_weights();
+/// `given`, or where nothing is given the shipped ones.
+std::filesystem::path weights_or_shipped(const std::filesystem::path& given);
 
 /// The photograph enters scaled so that its 95th percentile of luminance is 0.9 and clamped to [0, 1], resized to the
 /// longer side stored with the weights; maps come back to full size by a joint bilateral guided by the photograph.

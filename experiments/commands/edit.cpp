@@ -23,8 +23,7 @@ void add_edit_command(CommandLine& line) {
       .option("--bounces", "N", "Bounces of light that follow the edit", options->bounces)
       .option("--out", "DIR", "Folder of results; RUN/edit without it", options->out)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
-      .light(lights_to_choose())
-      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
+      .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .notes(
           "What is not given stays as it is:\n"
           "  clerestory edit runs/invert/office --mask floor.png --albedo 0.9,0.9,0.9 --roughness 0.02 --metallic 1\n" +

@@ -49,7 +49,7 @@ void add_evaluate_command(CommandLine& line) {
         if (options->batch < 1 || options->batch > 8)
           throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
         options->device = common.device, options->gemm = common.gemm;
-        if (run->empty()) options->weights = common.weights.empty() ? shipped_weights() : common.weights;
+        if (run->empty()) options->weights = weights_or_shipped(common.weights);
         const EvaluateOutcome outcome = run->empty() ? evaluate_weights(*options) : evaluate_run(*run, options->data);
         if (!common.json || !common.json->empty()) print(outcome);
         write_json_result(common, evaluation_json(outcome.summary, outcome.views, outcome.frames, outcome.conventions,

@@ -76,8 +76,7 @@ void add_insert_command(CommandLine& line) {
               "1")
       .option("--bounces", "N", "Scatterings at objects that are followed", options->bounces)
       .option("--out", "DIR", "Where composite.exr and composite.png go; the run folder without it", options->out)
-      .light(lights_to_choose())
-      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
+      .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Quiet})
       .notes(
           "Options after --at describe that object:\n"

@@ -30,8 +30,7 @@ void add_invert_command(CommandLine& line) {
       .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
       .choice("--delta", "What the uncertainty of a hit is measured in", options->render.delta, {"linear", "window"})
-      .light(lights_to_choose())
-      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
+      .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Quiet})
       .notes(
           "The camera looks along -z, x right, y up; depth is axial, in metres. See README.md for the RUN folder.\n" +

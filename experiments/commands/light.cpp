@@ -30,8 +30,7 @@ void add_light_command(CommandLine& line) {
           "256x128")
       .option("--out", "FILE.exr", "Panorama in the photograph's unit, a PNG beside it; RUN/light.exr without it",
               options->out)
-      .light(lights_to_choose())
-      .option("--light-weights", "DIR", "Weights of a learned light", options->light_weights)
+      .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Json, Common::Quiet})
       .notes(
           "Equirectangular in camera axes: the centre column looks along -z, the right quarter along +x, the top row "

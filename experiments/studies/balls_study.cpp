@@ -67,39 +67,25 @@ struct Answerer {
 struct TrueProbe {
   Rays rays;
   std::vector<std::array<float, 3>> radiance;  // mean of two halves of samples
-  std::vector<float> variance;                 // of that mean, planar, from how the halves differ
+  std::vector<float> variance;                 // of that mean, planar
   KnownRays::Used in_view, out_of_view;
 };
 
-Probe half_probe(TraceScene& traced, const Scene& scene, const Vec3& center, int spp, double exposure,
-                 std::uint32_t seed) {
-  Probe probe;
-  probe.center = center;
-  RadianceQuery query;
-  query.spp = spp, query.seed = seed;
-  trace_probe(traced, scene.camera, probe, query);
-  for (float& v : probe.radiance.data) v = static_cast<float>(v * exposure);
-  return probe;
-}
-
-std::vector<float> planar(const std::vector<Vec3>& list) {
-  std::vector<float> values(3 * list.size());
-  for (std::size_t i = 0; i < list.size(); ++i)
-    for (std::size_t c = 0; c < 3; ++c) values[c * list.size() + i] = static_cast<float>(list[i][static_cast<int>(c)]);
-  return values;
-}
-
 TrueProbe true_probe(TraceScene& traced, const Scene& scene, const Vec3& center, int spp, double exposure) {
-  const Probe a = half_probe(traced, scene, center, spp, exposure, 1),
-              b = half_probe(traced, scene, center, spp, exposure, 2);
+  Probe traced_probe;
+  traced_probe.center = center;
+  RadianceQuery query;
+  query.spp = spp;
+  const Image variance = trace_probe_twice(traced, scene.camera, traced_probe, query, {1, 2});
   TrueProbe probe;
   probe.rays = panorama_rays({center, -1, {}}, {probe_width, probe_height});
   const std::size_t count = probe.rays.points.size();
   probe.radiance.resize(count), probe.variance.resize(3 * count);
+  const auto white = static_cast<float>(exposure);
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < count; ++i) {
-      const float x = a.radiance.data[c * count + i], y = b.radiance.data[c * count + i];
-      probe.radiance[i][c] = 0.5f * (x + y), probe.variance[c * count + i] = 0.25f * (x - y) * (x - y);
+      probe.radiance[i][c] = white * traced_probe.radiance.data[c * count + i];
+      probe.variance[c * count + i] = white * white * variance.data[c * count + i];
     }
   const std::vector<int> hits =
       true_hits(traced, scene.camera, planar(probe.rays.points), planar(probe.rays.directions));
@@ -132,8 +118,8 @@ class BallsStudy : public StudyRun {
     bool learned = false;
     for (const std::string& light : config_.texts("balls.lights")) {
       answerers_.push_back({light, true});
-      settings_.light = light;
-      if (!is_learned_light(light)) continue;
+      settings_.light = light_of(light);
+      if (!is_learned_light(settings_.light)) continue;
       learned = true;
       load_light_nets(settings_, config_.text("light.weights"), device_);
       provenance_.facts["light"] = answerer_text(settings_);
@@ -144,8 +130,7 @@ class BallsStudy : public StudyRun {
     settings_.spp = static_cast<int>(config_.integer("balls.spp"));
     if (!learned) return;
     answerers_.push_back({"image", false});  // what learned light with predicted maps must beat
-    const std::string& weights = config_.text("maps.weights");
-    maps_weights_ = weights.empty() ? shipped_weights() : fs::path(weights);
+    maps_weights_ = weights_or_shipped(config_.text("maps.weights"));
     provenance_.inputs.push_back(record_file(maps_weights_));
   }
 
@@ -157,14 +142,15 @@ class BallsStudy : public StudyRun {
     const std::vector<TrueBall> balls = read_balls(view);
     if (!balls.empty()) {
       const Scene predicted = predicted_at(truth, balls[0].object);
+      for (const Answerer& who : answerers_)
+        lit_[who.key()] = lit_by(settings_, who.light, device_, who.true_maps ? truth : predicted);
       std::vector<Image> strip{truth.photo};
       for (const TrueBall& ball : balls) run_ball(view, ball, truth, predicted, record, strip);
       if (v < kMostStrips && strip.size() > 1)
         write_strip(run_.artifact(fmt::format("room{}_photo_then_tracer_and_lights.png", v)), strip);
       run_probe(room, read.exposure, balls[0].object, truth, predicted, record);
     }
-    MetricsWriter(run_.metrics_path()).write(record.step, record.values);
-    records_.push_back(record);
+    add_record(std::move(record));
   }
 
   /// Predicted maps whose depth is right at the foot of the ball; empty when nobody asks for them.
@@ -184,9 +170,8 @@ class BallsStudy : public StudyRun {
     Image mask;
     for (const Answerer& who : answerers_) {  // true maps come first
       stop_if_interrupted("study");
-      settings_.light = who.light;
       const Insertion made =
-          insert_into(device_, who.true_maps ? truth : predicted, {ball.object}, settings_, kBounces);
+          insert_into(device_, who.true_maps ? truth : predicted, {ball.object}, lit_.at(who.key()), kBounces);
       if (shows.empty()) {
         mask = made.with.shows;
         for (const float s : mask.data) shows.push_back(s > 0);
@@ -223,21 +208,12 @@ class BallsStudy : public StudyRun {
       record.values.emplace_back(fmt::format("probe/noise/{}", region), known.noise(probe.variance, *used));
     }
     for (const Answerer& who : answerers_) {
-      settings_.light = who.light;
-      SceneRadiance light(device_, who.true_maps ? truth : predicted, settings_, probe.rays.points.size());
+      SceneRadiance light(device_, who.true_maps ? truth : predicted, lit_.at(who.key()), probe.rays.points.size());
       const std::vector<float> answers = light.radiance(probe.rays).radiance;
       for (const auto& [region, used] : {std::pair{"in view", &probe.in_view}, {"out of view", &probe.out_of_view}})
         if (!used->empty())
           record.values.emplace_back(fmt::format("probe/{}/{}", who.key(), region), known.error(answers, *used).relmse);
     }
-  }
-
-  std::vector<double> values(const std::string& key) const {
-    std::vector<double> found;
-    for (const MetricRecord& r : records_)
-      for (const auto& [name, value] : r.values)
-        if (name == key) found.push_back(value);
-    return found;
   }
 
   Table balls_table() const {
@@ -253,17 +229,17 @@ class BallsStudy : public StudyRun {
                      {"closer than the first", "rooms, relMSE", Best::None, 3},
                      {"time", "s a view", Best::None, 3}};
     for (const BallKind& kind : ball_kinds()) {
-      const std::vector<double> first = values(kind.name + "/" + answerers_.at(0).key() + "/relmse");
+      const std::vector<double> first = values_of(kind.name + "/" + answerers_.at(0).key() + "/relmse");
       if (first.empty()) throw Error(ErrorKind::Failed, "no view had a place for a ball", run_.path().string());
       for (const Answerer& who : answerers_) {
         const std::string key = kind.name + "/" + who.key();
-        const std::vector<double> errors = values(key + "/relmse");
+        const std::vector<double> errors = values_of(key + "/relmse");
         double closer = 0;
         for (std::size_t i = 0; i < errors.size(); ++i) closer += errors[i] < first[i];
         table.add({kind.name, who.key(), Measure{static_cast<double>(errors.size())}, Measure{median(errors)},
-                   Measure{median(values(key + "/psnr"))}, Measure{median(values(key + "/si_rmse"))},
-                   Measure{median(values(key + "/angle"))}, Measure{closer},
-                   Measure{median(values(key + "/seconds"))}});
+                   Measure{median(values_of(key + "/psnr"))}, Measure{median(values_of(key + "/si_rmse"))},
+                   Measure{median(values_of(key + "/angle"))}, Measure{closer},
+                   Measure{median(values_of(key + "/seconds"))}});
       }
     }
     return table;
@@ -282,9 +258,9 @@ class BallsStudy : public StudyRun {
                      {"rooms", "", Best::None, 3}};
     for (const std::string region : {"in view", "out of view"})
       for (const Answerer& who : answerers_) {
-        const std::vector<double> errors = values("probe/" + who.key() + "/" + region),
-                                  noise = values("probe/noise/" + region),
-                                  photo = values("probe/" + Answerer{"image", who.true_maps}.key() + "/" + region);
+        const std::vector<double> errors = values_of("probe/" + who.key() + "/" + region),
+                                  noise = values_of("probe/noise/" + region),
+                                  photo = values_of("probe/" + Answerer{"image", who.true_maps}.key() + "/" + region);
         if (errors.empty()) continue;
         std::vector<double> closed;
         for (std::size_t i = 0; i < photo.size(); ++i)
@@ -300,11 +276,12 @@ class BallsStudy : public StudyRun {
     write_table("balls", balls_table());
     std::fputs("\n", stdout);
     write_table("balls_centre", centre_table());
-    const auto places = values(ball_kinds()[0].name + "/" + answerers_.at(0).key() + "/relmse").size();
+    const auto places = values_of(ball_kinds()[0].name + "/" + answerers_.at(0).key() + "/relmse").size();
     provenance_.figures["rooms without a place for a ball"] = static_cast<double>(records_.size() - places);
   }
 
   RenderSettings settings_;
+  std::map<std::string, RenderSettings> lit_;  // of the view at hand, by Answerer::key()
   std::vector<Answerer> answerers_;
   fs::path maps_weights_;  // empty: nobody asks for predicted maps
 };

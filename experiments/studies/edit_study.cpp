@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/studies/compare.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
@@ -17,16 +18,11 @@ namespace {
 constexpr double kLeastShare = 0.02;  // of the view: a surface that shows less is not edited
 constexpr int kMostStrips = 4;        // rooms shown
 
-const std::vector<std::string>& lights() {
-  static const std::vector<std::string> names{"image", "panorama", "constant"};
-  return names;
-}
-
 /// Pictures compared: the composite and the layer's render of the edited scene alone, by light; the photograph.
-std::vector<std::pair<std::string, std::string>> pictures() {
+std::vector<std::pair<std::string, std::string>> pictures(const std::vector<std::string>& lights) {
   std::vector<std::pair<std::string, std::string>> rows;
-  for (const std::string& light : lights()) rows.emplace_back("edit/" + light, "edit, " + light);
-  for (const std::string& light : lights()) rows.emplace_back("render/" + light, "render alone, " + light);
+  for (const std::string& light : lights) rows.emplace_back("edit/" + light, "edit, " + light);
+  for (const std::string& light : lights) rows.emplace_back("render/" + light, "render alone, " + light);
   rows.emplace_back("photo", "photograph unchanged");
   return rows;
 }
@@ -38,6 +34,14 @@ class EditStudy : public StudyRun {
  private:
   /// One record a room.
   void measure() override {
+    lights_ = config_.texts("edit.lights");
+    for (const std::string& light : lights_) {
+      settings_.light = light_of(light);
+      if (!is_learned_light(settings_.light)) continue;
+      load_light_nets(settings_, config_.text("light.weights"), device_);
+      provenance_.facts["light"] = answerer_text(settings_);
+    }
+    settings_.spp = static_cast<int>(config_.integer("edit.spp"));
     measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) { run_room(r, seed, assets); });
   }
 
@@ -52,6 +56,7 @@ class EditStudy : public StudyRun {
     const auto exposure = static_cast<float>(exposure_of(scene.photo.data));
     for (float& v : scene.photo.data) v *= exposure;
 
+    for (const std::string& light : lights_) lit_[light] = lit_by(settings_, light, device_, scene);
     MetricRecord record{r + 1, 0, {}};
     for (const EditCase& edit : edit_cases()) {
       stop_if_interrupted("study");
@@ -65,8 +70,7 @@ class EditStudy : public StudyRun {
       check_maps(changed.maps(view.camera), apply_edit(scene, mask, edit.change), edit);
       run_case(r, edit, scene, mask, truth, record);
     }
-    MetricsWriter(run_.metrics_path()).write(record.step, record.values);
-    records_.push_back(record);
+    add_record(std::move(record));
   }
 
   /// The truth is that of the edit: maps agree, to the rounding of a texture's sum of three weighted values.
@@ -102,15 +106,14 @@ class EditStudy : public StudyRun {
                              {{key + "relmse", e.relmse}, {key + "psnr", e.psnr}, {key + "seconds", seconds}});
       }
     };
-    RenderSettings settings;
-    settings.spp = static_cast<int>(config_.integer("edit.spp"));
     const auto bounces = static_cast<int>(config_.integer("edit.bounces"));
     note("photo", 0, scene.photo, 0);
     Image shown;
     const Scene after = apply_edit(scene, mask, edit.change).scene;
     for (std::int64_t s = 0; s < config_.integer("edit.seeds"); ++s)
-      for (const std::string& light : lights()) {
-        settings.seed = static_cast<std::uint32_t>(s + 1), settings.light = light;
+      for (const std::string& light : lights_) {
+        RenderSettings& settings = lit_.at(light);
+        settings.seed = static_cast<std::uint32_t>(s + 1);
         const Edit done = edit_scene(device_, scene, mask, edit.change, settings, bounces);
         note("edit/" + light, s, done.composite, done.seconds);
         const Rendering alone = render_scene(device_, after, settings);
@@ -154,7 +157,7 @@ class EditStudy : public StudyRun {
     for (const EditCase& edit : edit_cases()) {
       const std::vector<double> photo = means(values(edit.key + "/photo/" + region, "relmse"));
       if (photo.empty()) throw Error(ErrorKind::Failed, "no view shows such a surface", edit.name);
-      for (const auto& [key, label] : pictures()) {
+      for (const auto& [key, label] : pictures(lights_)) {
         const std::string picture = edit.key + "/" + key + "/" + region;
         const auto errors = values(picture, "relmse");
         const std::vector<double> of_rooms = means(errors);
@@ -178,6 +181,10 @@ class EditStudy : public StudyRun {
     std::fputs("\n", stdout);
     write_table("others", table_of("others", "All other pixels against the tracer: " + by));
   }
+
+  RenderSettings settings_;
+  std::vector<std::string> lights_;
+  std::map<std::string, RenderSettings> lit_;  // of the room at hand
 };
 
 }  // namespace

@@ -44,7 +44,7 @@ LightView view_of(const TraceMaps& maps, const Camera& camera) {
 
 /// What the shipped MGNet says of the picture instead. Only a picture that is clipped has a white to know lamps by.
 std::string predict(Device& device, LightView& view, const std::filesystem::path& weights, bool clipped) {
-  Prediction p = predict_maps(device, weights.empty() ? shipped_weights() : weights, view.image, {});
+  Prediction p = predict_maps(device, weights_or_shipped(weights), view.image, {});
   const std::string note = p.note;
   see_predicted(view, {std::move(p.albedo), std::move(p.normal), std::move(p.depth), std::move(p.material)});
   view.emission = clipped ? emission_flags(view.image) : Image(view.camera.width, view.camera.height, 1);
@@ -90,18 +90,10 @@ void LitRoom::add_probes(KnownView& known, const TraceMaps& maps, const Radiance
   RadianceQuery half = query;
   half.spp = options_.probe_spp;
   for (Probe& probe : probes) {
-    half.seed = static_cast<std::uint32_t>(random.bits());
-    trace_probe(traced_, known.view.camera, probe, half);
-    Probe other = probe;
-    half.seed = static_cast<std::uint32_t>(random.bits());
-    trace_probe(traced_, known.view.camera, other, half);
-    scale(probe.radiance.data, exposure), scale(other.radiance.data, exposure);
-    Image& noise = known.noise.emplace_back(probe_width, probe_height, 3);
-    for (std::size_t i = 0; i < noise.data.size(); ++i) {
-      const float difference = probe.radiance.data[i] - other.radiance.data[i];
-      noise.data[i] = difference * difference / 4;  // unbiased for the variance of the mean
-      probe.radiance.data[i] = (probe.radiance.data[i] + other.radiance.data[i]) / 2;
-    }
+    const auto first = static_cast<std::uint32_t>(random.bits()), second = static_cast<std::uint32_t>(random.bits());
+    Image& noise =
+        known.noise.emplace_back(trace_probe_twice(traced_, known.view.camera, probe, half, {first, second}));
+    scale(probe.radiance.data, exposure), scale(noise.data, exposure * exposure);
   }
 }
 
@@ -110,18 +102,13 @@ void LitRoom::trace_draw(const LightView& view, LightRays& rays, const RadianceQ
   for (std::size_t i = 0; i < rays.skip.size(); ++i)
     if (rays.skip[i] >= 0) own.push_back(i);
   const std::size_t n = own.size();
-  std::vector<float> points(3 * n), directions(3 * n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vec3 start = true_start(view, rays, own[k]);
-    for (int c = 0; c < 3; ++c) {
-      points[static_cast<std::size_t>(c) * n + k] = static_cast<float>(start[c]);
-      directions[static_cast<std::size_t>(c) * n + k] = static_cast<float>(rays.directions[own[k]][c]);
-    }
-  }
+  std::vector<Vec3> points(n), directions(n);
+  for (std::size_t k = 0; k < n; ++k)
+    points[k] = true_start(view, rays, own[k]), directions[k] = rays.directions[own[k]];
   RadianceQuery from_camera = query;
   from_camera.spp = options_.ray_spp, from_camera.to_world = view.camera.camera_to_world;
   from_camera.spread = static_cast<float>(1 / std::sqrt(view.camera.fx * view.camera.fy));
-  const std::vector<float> light = traced_.radiance(points, directions, from_camera);
+  const std::vector<float> light = traced_.radiance(planar(points), planar(directions), from_camera);
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t c = 0; c < 3; ++c) rays.light[own[k]][c] = exposure * light[c * n + k];
 }
@@ -155,16 +142,12 @@ KnownView LitRoom::view(int v) {
 std::vector<Vec3> LitRoom::first_surfaces(const KnownView& known, const LightRays& rays) {
   const Camera& camera = known.view.camera;
   const std::size_t n = rays.skip.size();
-  std::vector<float> points(3 * n), directions(3 * n);
+  std::vector<Vec3> points(n), directions(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const Vec3 start = camera.to_world(true_start(known.view, rays, i)),
-               d = camera.direction_to_world(rays.directions[i]);
-    for (int c = 0; c < 3; ++c) {
-      points[static_cast<std::size_t>(c) * n + i] = static_cast<float>(start[c]);
-      directions[static_cast<std::size_t>(c) * n + i] = static_cast<float>(d[c]);
-    }
+    points[i] = camera.to_world(true_start(known.view, rays, i));
+    directions[i] = camera.direction_to_world(rays.directions[i]);
   }
-  const std::vector<TraceHit> hits = traced_.hits(points, directions, kRayOffset, 1e9f);
+  const std::vector<TraceHit> hits = traced_.hits(planar(points), planar(directions), kRayOffset, 1e9f);
   std::vector<Vec3> met(n, Vec3(std::numeric_limits<double>::infinity()));
   for (std::size_t i = 0; i < n; ++i)
     if (hits[i].triangle >= 0)

@@ -14,8 +14,6 @@
 namespace clerestory {
 namespace {
 
-constexpr double kFoot = 1.002;  // radii below its centre that a ball stands (place_ball)
-
 std::uint32_t seed_of(std::uint64_t seed, std::uint64_t stream) {
   return static_cast<std::uint32_t>(Random(seed).fork(stream).bits());
 }
@@ -135,7 +133,7 @@ class RoomLadder {
     Scene scene = predicted_scene(device_, options_.maps_weights, view_.scene);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (place_) {
-      const Vec3 foot = place_->center - kFoot * place_->radius * view_.camera.direction_to_camera({0, 1, 0});
+      const Vec3 foot = place_->center - kBallLift * place_->radius * view_.camera.direction_to_camera({0, 1, 0});
       if (const auto at = view_.camera.project(foot)) scale_depth(scene, *at, -foot.z);
     }
     auto lit = std::make_unique<Lit>(device_, std::move(scene), options_.render);
@@ -208,10 +206,9 @@ class RoomLadder {
     for (std::size_t i = 0; i < made.shaded.size(); ++i) job.used.push_back(made.shaded[i] && emits[i] == 0);
   }
 
-  void add_plain(Job& job, int maps, RenderSettings settings) {
+  void add_plain(Job& job, int maps, const RenderSettings& settings) {
     for (const std::string& light : plain_lights()) {
-      settings.light = light;
-      const LinkedPictures made = lit_[maps]->light.render_plain(job.surface[maps], settings);
+      const LinkedPictures made = lit_[maps]->light.render_plain(job.surface[maps], light, settings);
       job.add(plain_key(light, maps == 1), made.radiance[0], made.shaded,
               lit_[maps]->maps_seconds + made.seconds.layer + made.seconds.nets);
     }
@@ -269,7 +266,7 @@ const std::vector<Rung>& rungs() {
 }
 
 const std::vector<std::string>& plain_lights() {
-  static const std::vector<std::string> names{"image", "constant"};
+  static const std::vector<std::string> names{"image", "constant", "net+lamps"};
   return names;
 }
 std::string plain_key(const std::string& light, bool true_maps) {

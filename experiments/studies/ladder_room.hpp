@@ -18,8 +18,8 @@ struct Rung {
 /// All predicted first, all true last.
 const std::vector<Rung>& rungs();
 
-/// Rows beside the rungs: lights without nets, the best multiple of the constant, a ball under the tracer's light of
-/// the room that holds it.
+/// Rows beside the rungs: lights without nets, the nets with lamps, the best multiple of the constant, a ball under the
+/// tracer's light of the room that holds it.
 const std::vector<std::string>& plain_lights();
 std::string plain_key(const std::string& light, bool true_maps);
 inline const std::string kBestConstant = "best constant, true maps", kWithBall = "all true, the ball in the room";

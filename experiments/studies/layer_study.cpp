@@ -107,7 +107,6 @@ class LayerStudy : public StudyRun {
     const double per_sample = seconds_of(scene, ours) / 64, of_grid = seconds_of(scene, methods[0].settings);
     const int equal = std::max(2, static_cast<int>(std::lround(of_grid / per_sample)));
 
-    MetricsWriter writer(run_.metrics_path());
     std::vector<Image> strip{scene.photo, truth};  // then grid, Li et al., ours at equal time
     for (std::size_t m = 0; m < methods.size(); ++m)
       for (std::int64_t s = 0; s < seeds; ++s) {
@@ -124,8 +123,7 @@ class LayerStudy : public StudyRun {
                              {at + "rough", e.rough},
                              {at + "seconds", r.seconds},
                              {at + "samples", static_cast<double>(settings.spp)}}};
-        writer.write(step, record.values);
-        records_.push_back(record);
+        add_record(std::move(record));
         if (s == 0 && (methods[m].name == "grid" || methods[m].name == "li2020" || methods[m].name == "equal"))
           strip.push_back(r.radiance);
         progress.advance();

@@ -7,6 +7,7 @@
 #include "experiments/bench/light_bench.hpp"
 #include "experiments/evaluation/light_errors.hpp"
 #include "experiments/studies/compare.hpp"
+#include "experiments/studies/known_light.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
@@ -20,7 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kRows = 64, kSamples = 64;                        // rays of a view
-constexpr double kProbeRows = 0.2;                              // share of free probes among their points
 constexpr std::uint64_t kRayKey = 0x61626c617465;               // the same rays for every training
 constexpr std::int64_t kLeastPixels = 16;                       // a view with fewer in a bin does not count there
 constexpr const char* kWeights = "artifacts/last.safetensors";  // "best" would have been chosen on the test views

@@ -30,11 +30,10 @@ struct Named {
 };
 /// Who answers without reading the truth, then the constant that does.
 const std::vector<Named>& answerers() {
-  static const std::vector<Named> rows{{"photo", "raw photograph (light = image)"},
-                                       {"ssrt", "SSRT only: the photograph at hits, 0 elsewhere"},
-                                       {"out_of_view", "out of view only"},
-                                       {"net", "full (light = net)"},
-                                       {"constant", "the view's best constant"}};
+  static const std::vector<Named> rows{
+      {"photo", "raw photograph (light = image)"}, {"ssrt", "SSRT only: the photograph at hits, 0 elsewhere"},
+      {"out_of_view", "out of view only"},         {"net", "full (light = net)"},
+      {"net+lamps", "full with lamps fitted"},     {"constant", "the view's best constant"}};
   return rows;
 }
 const std::vector<Named>& ray_kinds() {
@@ -125,8 +124,7 @@ class LightStudy : public StudyRun {
       }
       MetricRecord record{r + 1, 0, {}};
       for (const auto& [key, list] : values_) record.values.emplace_back(key, mean(list));
-      MetricsWriter(run_.metrics_path()).write(record.step, record.values);
-      records_.push_back(record);
+      add_record(std::move(record));
     });
   }
 
@@ -148,9 +146,9 @@ class LightStudy : public StudyRun {
 
   ViewAnswers ask(const Scene& scene, const ViewRays& rays) {
     ViewAnswers answers;
-    for (const auto& [key, light] : {std::pair{"photo", "image"}, {"out_of_view", "out_of_view"}, {"net", "net"}}) {
-      RenderSettings settings = settings_;
-      settings.light = light;
+    for (const auto& [key, light] :
+         {std::pair{"photo", "image"}, {"out_of_view", "out_of_view"}, {"net", "net"}, {"net+lamps", "net+lamps"}}) {
+      const RenderSettings settings = lit_by(settings_, light, device_, scene);
       SceneRadiance radiance(device_, scene, settings, rays.truth.size());
       const auto start = std::chrono::steady_clock::now();
       const RadianceAnswers given = radiance.radiance(rays.asked);
@@ -239,9 +237,7 @@ class LightStudy : public StudyRun {
   // --- What the records say ---------------------------------------------------------------------------------------
 
   double value(std::size_t room, const std::string& key) const {
-    for (const auto& [name, v] : records_[room].values)
-      if (name == key) return v;
-    return std::numeric_limits<double>::quiet_NaN();  // no view of the room had such rays
+    return value_of(room, key).value_or(std::numeric_limits<double>::quiet_NaN());  // no view of it had such rays
   }
   /// All finite values whose name begins so, of one room or of all.
   std::vector<double> values(const std::string& begin, std::optional<std::size_t> room = std::nullopt) const {
@@ -257,9 +253,6 @@ class LightStudy : public StudyRun {
     for (std::size_t r = 0; r < records_.size(); ++r)
       if (const std::vector<double> of_room = values(begin, r); !of_room.empty()) means.push_back(mean(of_room));
     return means;
-  }
-  static Cell measure_or_nothing(const std::vector<double>& list) {
-    return list.empty() ? Cell{} : Cell{measure_of(list)};
   }
 
   /// [room][seed]

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 
+#include "experiments/applications/light_weights.hpp"
 #include "experiments/studies/true_hits.hpp"
 #include "nets/net_light.hpp"
 #include "nets/scene_maps.hpp"
@@ -179,9 +180,10 @@ double LinkSeconds::of(const Links& links) const {
 }
 
 struct LinkedLight::State {
-  State(Device d, const Scene& s, const RenderSettings& settings)
+  State(Device d, const Scene& s, const RenderSettings& given_settings)
       : device(d),
         scene(s),
+        settings(given_settings),
         both(d, s, with_light(settings, "net"), kChunkRays),
         field(d, s, with_light(settings, "out_of_view"), kChunkRays),
         given(d, s, with_light(settings, "net"), kChunkRays, RayHits::Given) {}
@@ -209,9 +211,8 @@ struct LinkedLight::State {
 
   SceneRadiance& plain_light(const std::string& name) {
     std::unique_ptr<SceneRadiance>& light = plain[name];
-    RenderSettings settings;
-    settings.light = name;
-    if (!light) light = std::make_unique<SceneRadiance>(device, scene, settings, kChunkRays);
+    if (!light)
+      light = std::make_unique<SceneRadiance>(device, scene, lit_by(settings, name, device, scene), kChunkRays);
     return *light;
   }
 
@@ -231,6 +232,7 @@ struct LinkedLight::State {
 
   Device device;
   Scene scene;
+  RenderSettings settings;
   SceneRadiance both, field, given;
   std::map<std::string, std::unique_ptr<SceneRadiance>> plain;
 };
@@ -308,9 +310,10 @@ void LinkedLight::add_emission(TraceScene& traced, double exposure, const Shaded
   }
 }
 
-LinkedPictures LinkedLight::render_plain(const ShadedSurface& surface, const RenderSettings& settings) {
+LinkedPictures LinkedLight::render_plain(const ShadedSurface& surface, const std::string& name,
+                                         const RenderSettings& settings) {
   State& s = *state_;
-  SceneRadiance& light = s.plain_light(settings.light);
+  SceneRadiance& light = s.plain_light(name);
   LinkedPictures result;
   const HostRendered rendered =
       render_filled(s.device, surface, settings, result.seconds.layer, [&](const HostRays& rays) {

@@ -64,8 +64,8 @@ class LinkedLight {
   /// `emission_spp` a pixel: they need no paths, and lamps are small. Equal settings draw equal rays.
   LinkedPictures render(TraceScene& traced, double exposure, const ShadedSurface& surface,
                         const RenderSettings& settings, const std::vector<Links>& choices, int emission_spp);
-  /// One picture, of the very rays, under a light that needs no nets: settings.light = image, constant, panorama.
-  LinkedPictures render_plain(const ShadedSurface& surface, const RenderSettings& settings);
+  /// One picture, of the very rays, under a light by its name in studies (lit_by): no link is replaced.
+  LinkedPictures render_plain(const ShadedSurface& surface, const std::string& light, const RenderSettings& settings);
 
  private:
   struct State;

@@ -46,12 +46,14 @@ void add_study_keys(Schema& schema) {
       .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
   schema.section("balls", "Balls put into rooms (kind balls).")
       .integer("balls.spp", 256, "Samples a pixel", {2, 65536})
-      .texts("balls.lights", {"image", "panorama"}, "Who answers; learned light with true and with predicted maps")
+      .texts("balls.lights", {"image", "panorama"},
+             "Who answers, +lamps with lamps fitted; learned light with true and with predicted maps")
       .integer("balls.probe_spp", 256, "Samples a texel in each of two halves of the light at a ball's centre",
                {1, 65536});
   schema.section("edit", "Materials replaced in rooms (kind edit).")
       .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
       .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})
+      .texts("edit.lights", {"image", "panorama", "constant"}, "Who answers, +lamps with lamps fitted")
       .integer("edit.bounces", 2, "Bounces of light that follow the edit", {1, 8});
   schema.section("ladder", "Links of the learned light replaced by the truth (kind ladder).")
       .integer("ladder.spp", 64, "Samples a pixel of the layer", {2, 65536})

@@ -69,4 +69,22 @@ void StudyRun::write_table(const std::string& name, const Table& table) const {
   std::fputs(table_text(table).c_str(), stdout);
 }
 
+void StudyRun::add_record(MetricRecord record) {
+  MetricsWriter(run_.metrics_path()).write(record.step, record.values);
+  records_.push_back(std::move(record));
+}
+
+std::optional<double> StudyRun::value_of(std::size_t record, const std::string& key) const {
+  for (const auto& [name, value] : records_[record].values)
+    if (name == key) return value;
+  return std::nullopt;
+}
+
+std::vector<double> StudyRun::values_of(const std::string& key) const {
+  std::vector<double> values;
+  for (std::size_t r = 0; r < records_.size(); ++r)
+    if (const std::optional<double> value = value_of(r, key)) values.push_back(*value);
+  return values;
+}
+
 }  // namespace clerestory

@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,13 @@ class StudyRun {
   GenerateOptions view_options() const;
   std::vector<std::filesystem::path> make_views(const GenerateOptions& options);
   void write_table(const std::string& name, const Table& table) const;  // also to stdout
+
+  /// Into the run's metrics, then to records_.
+  void add_record(MetricRecord record);
+  /// The value of that name in a record; nothing where the record lacks it.
+  std::optional<double> value_of(std::size_t record, const std::string& key) const;
+  /// Of every record that has it.
+  std::vector<double> values_of(const std::string& key) const;
 
   Config config_;
   RunDirectory run_;

@@ -14,13 +14,6 @@ Vec3 vector_at(const std::vector<float>& values, std::size_t i) {
   return {values[i], values[count + i], values[2 * count + i]};
 }
 
-std::vector<float> planar(const std::vector<Vec3>& list) {
-  std::vector<float> values(3 * list.size());
-  for (std::size_t i = 0; i < list.size(); ++i)
-    for (std::size_t c = 0; c < 3; ++c) values[c * list.size() + i] = static_cast<float>(list[i][static_cast<int>(c)]);
-  return values;
-}
-
 /// Surfaces that may be seen: where they lie in the world, and at which pixel.
 struct Candidates {
   std::vector<std::size_t> ray;

@@ -79,8 +79,7 @@ class TruthStudy : public StudyRun {
                                         {"error", a.error}})
         record.values.emplace_back(std::string(name) + what, value);
     compare_lights(r, room, compared, seed, record);
-    MetricsWriter(run_.metrics_path()).write(record.step, record.values);
-    records_.push_back(record);
+    add_record(std::move(record));
   }
 
   /// From here on pictures have the exposure of generated views: the 95th percentile of luminance is 0.9.
@@ -126,8 +125,7 @@ class TruthStudy : public StudyRun {
   }
 
   double value(std::size_t room, const std::string& key) const {
-    for (const auto& [name, v] : records_[room].values)
-      if (name == key) return v;
+    if (const std::optional<double> found = value_of(room, key)) return *found;
     throw Error(ErrorKind::Failed, "a record lacks a value", run_.metrics_path().string(), key);
   }
   Agreement agreement_of(std::size_t room, const std::string& name) const {

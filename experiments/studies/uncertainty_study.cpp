@@ -54,8 +54,7 @@ class UncertaintyStudy : public StudyRun {
       MetricRecord record{r + 1, 0, {}};
       for (const auto& [key, list] : values_) record.values.emplace_back(key, mean(list));
       for (const auto& [key, count] : counts_) record.values.emplace_back(key, count);
-      MetricsWriter(run_.metrics_path()).write(record.step, record.values);
-      records_.push_back(record);
+      add_record(std::move(record));
     });
   }
 
@@ -115,9 +114,7 @@ class UncertaintyStudy : public StudyRun {
   // --- What the records say ---------------------------------------------------------------------------------------
 
   double value(std::size_t room, const std::string& key) const {
-    for (const auto& [name, v] : records_[room].values)
-      if (name == key) return v;
-    return std::numeric_limits<double>::quiet_NaN();
+    return value_of(room, key).value_or(std::numeric_limits<double>::quiet_NaN());
   }
   /// Means over rooms, one a seed; empty where no room has such a value.
   std::vector<double> seed_means(const std::string& begin) const {
@@ -129,9 +126,6 @@ class UncertaintyStudy : public StudyRun {
       if (!rooms.empty()) means.push_back(mean(rooms));
     }
     return means;
-  }
-  static Cell measure_or_nothing(const std::vector<double>& list) {
-    return list.empty() ? Cell{} : Cell{measure_of(list)};
   }
   /// Of all rooms and draws together.
   std::vector<ReliabilityBin> bins_of(std::int64_t constant) const {

@@ -164,6 +164,16 @@ std::string net_of(const TensorFile& file, const std::string& where) {
   return trained_kind(file, where) == "light" ? light_text(light_from_text(text, where)) : text;
 }
 
+void fill(LoadedStates& out, const TensorFile& file, const std::string& where,
+          const std::map<std::string, Shape>& wanted, Device device) {
+  out.metadata = file.metadata;
+  out.preset = fact(file, "preset", where);
+  out.size = stored_size(file, where);
+  out.history = stored_history(file, where);
+  out.states = std::make_shared<States>(std::move(device));
+  for (const auto& [name, shape] : wanted) set_state(*out.states, name, shape, file, where);
+}
+
 }  // namespace
 
 void write_checkpoint(const std::filesystem::path& path, const States& states, const TrainingProgress& p,
@@ -263,14 +273,9 @@ LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   if (trained_kind(file, where) == "light")
     throw usage_error("these are weights of the light", where, "", "weights of the maps");
   LoadedWeights out;
-  out.metadata = file.metadata;
-  out.preset = fact(file, "preset", where);
   out.net = net_from_text(fact(file, "net", where), where);
-  out.size = stored_size(file, where);
-  out.history = stored_history(file, where);
+  fill(out, file, where, inference_states(out.net), std::move(device));
   if (MeanMaps::stored(file)) out.means = MeanMaps::restore(file, where);
-  out.states = std::make_shared<States>(std::move(device));
-  for (const auto& [name, shape] : inference_states(out.net)) set_state(*out.states, name, shape, file, where);
   return out;
 }
 
@@ -279,13 +284,8 @@ LoadedLight load_light(const std::filesystem::path& path, Device device) {
   const TensorFile file = read_weights_files(path);
   must_be_light(file, where);
   LoadedLight out;
-  out.metadata = file.metadata;
-  out.preset = fact(file, "preset", where);
   out.net = light_from_text(fact(file, "net", where), where);
-  out.size = stored_size(file, where);
-  out.history = stored_history(file, where);
-  out.states = std::make_shared<States>(std::move(device));
-  for (const auto& [name, shape] : light_states(out.net)) set_state(*out.states, name, shape, file, where);
+  fill(out, file, where, light_states(out.net), std::move(device));
   return out;
 }
 

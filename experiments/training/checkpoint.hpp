@@ -75,27 +75,26 @@ History read_initial_weights(const std::filesystem::path& path, States& states, 
 /// What a weights file or checkpoint says of its training; without legs when it says nothing.
 History read_history(const std::filesystem::path& path);
 
-/// Weights of the maps for inference: preset, size, mean maps when stored, and states ready for MapPredictor. Throws
-/// usage_error naming the file when it is a light's.
-struct LoadedWeights {
+/// What weights of either kind hold for inference.
+struct LoadedStates {
   std::string preset;
-  MgnetSize net;
   Size size;  // of the training views
   History history;
-  std::optional<MeanMaps> means;
-  std::map<std::string, std::string> metadata;
+  std::map<std::string, std::string> metadata;  // a light's: of its local part
   std::shared_ptr<States> states;
+};
+
+/// Weights of the maps, ready for MapPredictor; mean maps when stored. Throws usage_error naming the file when it is a
+/// light's.
+struct LoadedWeights : LoadedStates {
+  MgnetSize net;
+  std::optional<MeanMaps> means;
 };
 LoadedWeights load_weights(const std::filesystem::path& path, Device device);
 
-/// Weights of the light for inference.
-struct LoadedLight {
-  std::string preset;
+/// Weights of the light: states "local.*" and "global.*".
+struct LoadedLight : LoadedStates {
   LightSizes net;
-  Size size;  // of the training views
-  History history;
-  std::map<std::string, std::string> metadata;  // of the local part
-  std::shared_ptr<States> states;               // "local.*" and "global.*"
   int longer_side() const { return std::max(size.width, size.height); }
 };
 /// From the folder of its parts, or from one weights file or checkpoint of a training of kind light. Throws usage_error

@@ -63,14 +63,6 @@ Prepared prepared(const LightView& view, const LightTrainingOptions& o, const Li
   return p;
 }
 
-Image every_nth(const Image& image, int stride, int x0, int y0) {
-  Image out(image.width / stride, image.height / stride, image.channels);
-  for (int c = 0; c < image.channels; ++c)
-    for (int y = 0; y < out.height; ++y)
-      for (int x = 0; x < out.width; ++x) out.at(c, y, x) = image.at(c, stride * y + y0, stride * x + x0);
-  return out;
-}
-
 /// Appends a picture to a batch of them.
 void append(LightBatch& batch, const std::string& name, const Image& image) {
   Tensor& t = batch.feeds[name];
@@ -123,16 +115,6 @@ void put_shading(LightBatch& batch, const Prepared& p, const LightTrainingOption
 }
 
 }  // namespace
-
-Camera every_nth(const Camera& camera, int stride, int x, int y) {
-  Camera out = camera;
-  out.width = camera.width / stride, out.height = camera.height / stride;
-  out.fx /= stride, out.fy /= stride;
-  // The centre of coarse pixel i is that of pixel stride i + x: (i + 0.5) stride + (x + 0.5 - 0.5 stride).
-  out.cx = (camera.cx - (x + 0.5) + 0.5 * stride) / stride;
-  out.cy = (camera.cy - (y + 0.5) + 0.5 * stride) / stride;
-  return out;
-}
 
 LightRays draw_rays(const LightView& view, int rows, int samples, double probe_rows, std::uint64_t key) {
   constexpr int texels = envmap_azimuths * envmap_elevations;

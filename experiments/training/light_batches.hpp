@@ -38,7 +38,4 @@ std::map<std::string, Tensor> ray_tensors(const LightRays& rays, int samples);
 LightBatch light_batch(const std::vector<std::shared_ptr<const LightView>>& views, const LightTrainingOptions& options,
                        const LightSampling& sampling, const std::vector<std::uint64_t>& keys);
 
-/// Camera of the grid of every `stride`-th pixel from (x, y) on.
-Camera every_nth(const Camera& camera, int stride, int x, int y);
-
 }  // namespace clerestory

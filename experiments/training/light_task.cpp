@@ -16,6 +16,7 @@ namespace {
 constexpr int kJudgedRows = 64, kJudgedSamples = 64;  // rays of a validation view
 constexpr std::uint64_t kJudgedKey = 0x6a75646765;    // their key: the same in every leg
 constexpr std::uint64_t kLightKey = 0x6c69676874;     // purpose of a view's key in a batch
+constexpr std::uint64_t kMapsDraw = 0x6d617073;       // of the draw that says whose maps it has
 
 using LightStream = Prefetch<LightBatch>;
 
@@ -91,7 +92,8 @@ std::vector<std::string> light_conventions() {
       "0.01), log-RGB RMSE the root of the mean of ln((y + 0.01) / (truth + 0.01))^2.",
       "Photograph: the pixel that a screen-space ray hits, mixed by u with the mean of pixels that do not emit. Best "
       "constant: of the view and of the rays in question, under the very error.",
-      "Maps are true, or with light.maps = predicted MGNet's; a view without rays of a kind does not count there."};
+      "Maps are true, or with light.maps = predicted or both MGNet's; a view without rays of a kind does not count "
+      "there."};
 }
 
 class LightTask : public TrainingTask {
@@ -129,7 +131,7 @@ class LightTask : public TrainingTask {
   }
 
   void begin(TrainingProgress& progress) override {
-    if (options_.predicted_maps) predict_maps();
+    if (options_.maps != "true") predict_maps();
     const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
     for (const std::size_t i : which) {
       const auto view = validation_store_.get(i);
@@ -173,14 +175,15 @@ class LightTask : public TrainingTask {
   }
 
  private:
-  /// The second phase of progressive training: MGNet is frozen, and the light's nets learn to live with its errors.
+  /// The second phase of progressive training: MGNet is frozen, and the light's nets learn to live with its errors; of
+  /// `both` every other view, by its key, has true maps still.
   void predict_maps() {
-    const std::filesystem::path path =
-        options_.maps_weights.empty() ? shipped_weights() : std::filesystem::path(options_.maps_weights);
-    const LoadedWeights weights = load_weights(path, device_);
+    const bool both = options_.maps == "both";
+    if (both) predicted_.emplace(store_.names(), options_.size.width, options_.size.height, options_.cache_bytes);
+    const LoadedWeights weights = load_weights(weights_or_shipped(options_.maps_weights), device_);
     MapPredictor predictor(device_, weights.net, weights.states, 1, options_.gemm);
     Progress bar("maps", static_cast<std::int64_t>(store_.size() + validation_store_.size()), "views");
-    for (LightStore* store : {&store_, &validation_store_})
+    for (LightStore* store : {both ? &*predicted_ : &store_, &validation_store_})
       store->predict([&](const Image& picture) {
         stop_if_interrupted("train");
         bar.advance();
@@ -196,8 +199,10 @@ class LightTask : public TrainingTask {
       const auto position =
           static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(options_.batch) + static_cast<std::uint64_t>(k);
       const std::size_t view = order_.at(position);
-      views.push_back(store_.get(view)), names.push_back(store_.name(view).text());
-      keys.push_back(keyed_bits(options_.seed, position, kLightKey));
+      const std::uint64_t key = keyed_bits(options_.seed, position, kLightKey);
+      const bool predicted = predicted_ && keyed_uniform(key, 0, kMapsDraw) < 0.5;
+      views.push_back((predicted ? *predicted_ : store_).get(view)), names.push_back(store_.name(view).text());
+      keys.push_back(key);
     }
     LightBatch batch = light_batch(views, options_.light_step, options_.sampling, keys);
     batch.views = std::move(names);
@@ -225,6 +230,7 @@ class LightTask : public TrainingTask {
 
   const TrainingOptions& options_;
   LightStore store_, validation_store_;
+  std::optional<LightStore> predicted_;  // the views of store_ again, under light.maps = both
   ViewOrder order_;
   LightNetwork network_;
   LightPredictor predictor_, panorama_;

@@ -80,11 +80,17 @@ std::shared_ptr<const LightView> LightStore::get(std::size_t i) {
 
 void LightStore::predict(const std::function<MapSet(const Image&)>& predict) {
   std::vector<MapSet> maps;
-  for (std::size_t i = 0; i < names_.size(); ++i) maps.push_back(predict(get(i)->image));
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const std::shared_ptr<const LightView> view = get(i);
+    maps.push_back(predict(view->image));
+    const std::lock_guard lock(mutex_);
+    if (!cache_[i]) continue;
+    LightView seen = *view;
+    see_predicted(seen, maps.back());
+    cache_[i] = std::make_shared<const LightView>(std::move(seen));
+  }
   const std::lock_guard lock(mutex_);
   predicted_ = std::move(maps);
-  std::ranges::fill(cache_, nullptr);
-  used_ = 0;
 }
 
 }  // namespace clerestory

@@ -97,8 +97,9 @@ Schema make_schema() {
   s.integer("light.shells", 0, "painted spheres of that form; 0: the preset's", {0, 64});
   s.integer("light.segments", 0, "samples along a ray of the out-of-view field; 0: the preset's", {0, 1024});
   s.integers("light.field", {}, "hidden layers of the field; empty: the preset's", {1, 1024});
-  s.text("light.maps", "true", "maps that the nets see: the truth, or what MGNet says of each picture",
-         {"true", "predicted"});
+  s.text("light.maps", "true",
+         "maps that the nets see: the truth, what MGNet says of each picture, or one or the other by chance",
+         {"true", "predicted", "both"});
   s.text("light.maps_weights", "", "weights of that MGNet; empty: the shipped ones");
   s.integer("light.rows", 64, "points of a view whose light is compared", {1, 65536});
   s.integer("light.samples", 64, "directions from each, a multiple of 16", {16, 128});
@@ -244,7 +245,7 @@ TrainingOptions training_options(const Config& c) {
   o.perceptual_weights = c.text("loss.perceptual_weights");
   o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
   o.light = light_of(c), o.light_step = light_step_of(c, o);
-  o.predicted_maps = c.text("light.maps") == "predicted", o.maps_weights = c.text("light.maps_weights");
+  o.maps = c.text("light.maps"), o.maps_weights = c.text("light.maps_weights");
   o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip, exposure[0], exposure[1],
                 c.flag("light.ldr")};
   o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");

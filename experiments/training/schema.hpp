@@ -50,8 +50,8 @@ struct TrainingOptions {
   LightSizes light;
   LightTrainingOptions light_step;
   LightSampling sampling;
-  bool predicted_maps = false;
-  std::string maps_weights;  // empty: the shipped ones
+  std::string maps = "true";  // true | predicted | both
+  std::string maps_weights;   // empty: the shipped ones
   std::string init, gemm, device, root, experiment, variant;
   std::int64_t log_every = 0, validate_every = 0, checkpoint_every = 0;
   double checkpoint_minutes = 0;

@@ -141,6 +141,14 @@ std::string list(const std::vector<std::string>& names) { return fmt::format("{}
 
 }  // namespace
 
+Image every_nth(const Image& image, int stride, int x0, int y0) {
+  Image out(image.width / stride, image.height / stride, image.channels);
+  for (int c = 0; c < image.channels; ++c)
+    for (int y = 0; y < out.height; ++y)
+      for (int x = 0; x < out.width; ++x) out.at(c, y, x) = image.at(c, stride * y + y0, stride * x + x0);
+  return out;
+}
+
 std::string place_of(const Image& image, std::size_t index) {
   const std::size_t pixel = index % image.pixels();
   return fmt::format("channel {}, pixel ({}, {})", index / image.pixels(), pixel % image.width, pixel / image.width);

@@ -26,6 +26,9 @@ struct Image {
   std::size_t index(int c, int y, int x) const { return (static_cast<std::size_t>(c) * height + y) * width + x; }
 };
 
+/// Every `stride`-th pixel from (x, y) on; what is left of a step at the ends is not in it.
+Image every_nth(const Image& image, int stride, int x, int y);
+
 /// "channel c, pixel (x, y)" of a position in `data`, for messages.
 std::string place_of(const Image& image, std::size_t index);
 

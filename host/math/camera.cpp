@@ -107,4 +107,14 @@ void look_at(Camera& camera, const Vec3& eye, const Vec3& target) {
   camera.set_pose(Mat3(x, glm::cross(z, x), z), eye);
 }
 
+Camera every_nth(const Camera& camera, int stride, int x, int y) {
+  Camera out = camera;
+  out.width = camera.width / stride, out.height = camera.height / stride;
+  out.fx /= stride, out.fy /= stride;
+  // The centre of coarse pixel i is that of pixel stride i + x: (i + 0.5) stride + (x + 0.5 - 0.5 stride).
+  out.cx = (camera.cx - (x + 0.5) + 0.5 * stride) / stride;
+  out.cy = (camera.cy - (y + 0.5) + 0.5 * stride) / stride;
+  return out;
+}
+
 }  // namespace clerestory

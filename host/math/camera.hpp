@@ -51,6 +51,9 @@ struct Camera {
   bool operator==(const Camera&) const = default;
 };
 
+/// Camera of the grid of every `stride`-th pixel from (x, y) on.
+Camera every_nth(const Camera& camera, int stride, int x, int y);
+
 /// Camera at `eye` that looks at `target`; world y is up. Writes the pose into `camera`.
 /// Throws usage_error when the direction is zero or parallel to y.
 void look_at(Camera& camera, const Vec3& eye, const Vec3& target);

@@ -79,6 +79,10 @@ Measure measure_of(const std::vector<double>& samples) {
           static_cast<int>(samples.size())};
 }
 
+Cell measure_or_nothing(const std::vector<double>& samples) {
+  return samples.empty() ? Cell{} : Cell{measure_of(samples)};
+}
+
 void Table::add(std::vector<Cell> row) {
   if (row.size() != columns.size())
     throw Error(ErrorKind::Failed, "row of another length", "table " + title, std::to_string(row.size()),

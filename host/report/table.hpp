@@ -20,6 +20,9 @@ Measure measure_of(const std::vector<double>& samples);
 /// Nothing, words, or a number.
 using Cell = std::variant<std::monostate, std::string, Measure>;
 
+/// measure_of, or nothing for an empty list.
+Cell measure_or_nothing(const std::vector<double>& samples);
+
 enum class Best { None, Lowest, Highest };
 
 struct Column {

@@ -1,12 +1,12 @@
 // The rays that need one part of the light, as a list in ascending order: blocks of fixed length count theirs, the
-// counts are summed in order, every block places its own (Blelloch 1990, "Prefix sums and their applications"). No
-// atomics: same list run to run, on any device.
+// counts are summed in order, every block places its own. No atomics: same list run to run, on any device.
 //
 // u {1, 1, pixels, samples}, hit Int {1, 1, ...}: pixel or -1, direction {1, 3, ...} (kernels/lib/chunk.clh). A ray is
 // wanted when it lies inside the chunk, has a direction other than (0, 0, 0), and
 //   in view (out_of_view = 0): hit >= 0 and u < 1 - epsilon;   out of view: u > epsilon.
 // list Int: the wanted rays' numbers p * samples + s, then -1 for as many as are not wanted; count Int {1, 1, 1, 1}.
 #include "lib/chunk.clh"
+#include "lib/scan.clh"
 
 #define WANTED_ARGS \
   IN(u), IN_INT(hit), IN(direction), CHUNK_ARGS, const int out_of_view, const real epsilon, const int length
@@ -37,20 +37,8 @@ kernel void count_wanted(WANTED_ARGS, const int blocks, OUT_INT(counts)) {
 // counts become where each block's rays begin in the list; their sum is the count. One work-group of 64.
 kernel void begin_blocks(OUT_INT(counts), const int blocks, OUT_INT(count)) {
   local int sums[64];
-  const int i = (int)get_local_id(0), length = (blocks + 63) / 64;
-  const int begin = min(i * length, blocks), end = min(begin + length, blocks);
-  int sum = 0;
-  for (int k = begin; k < end; ++k) sum += AT(counts, 0)[k];
-  sums[i] = sum;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  int before = 0;
-  for (int k = 0; k < i; ++k) before += sums[k];
-  if (i == 63) AT(count, 0)[0] = before + sum;
-  for (int k = begin; k < end; ++k) {
-    const int own = AT(counts, 0)[k];
-    AT(counts, 0)[k] = before;
-    before += own;
-  }
+  const int sum = scan_exclusive(AT(counts, 0), blocks, sums);
+  if (get_local_id(0) == 63) AT(count, 0)[0] = sum;
 }
 
 // Every ray has one place: wanted ones in order from the front, the others behind the last wanted one.

@@ -5,6 +5,7 @@
 // hit Int {1, 1, pixels, samples}: pixel y * w + x of the ray's own picture, or -1; key = picture * plane + hit, `keys` for
 // misses and rays beyond the chunk. order: ray numbers p * samples + s of the whole tile. counts {digits, blocks}.
 #include "lib/chunk.clh"
+#include "lib/scan.clh"
 
 #define DIGITS 256
 #define DIGIT(key) (((key) >> shift) & (DIGITS - 1))
@@ -35,19 +36,7 @@ kernel void count_digits(IN_INT(key), OUT_INT(counts), const int rays, const int
 // counts become where each block's share of each digit begins. One work-group of 64.
 kernel void begin_digits(OUT_INT(counts), const int total) {
   local int sums[64];
-  const int i = (int)get_local_id(0), length = (total + 63) / 64;
-  const int begin = min(i * length, total), end = min(begin + length, total);
-  int sum = 0;
-  for (int k = begin; k < end; ++k) sum += AT(counts, 0)[k];
-  sums[i] = sum;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  int before = 0;
-  for (int k = 0; k < i; ++k) before += sums[k];
-  for (int k = begin; k < end; ++k) {
-    const int own = AT(counts, 0)[k];
-    AT(counts, 0)[k] = before;
-    before += own;
-  }
+  scan_exclusive(AT(counts, 0), total, sums);
 }
 
 // One pass: a block puts its rays behind those of lower digits and of earlier blocks.

@@ -35,14 +35,14 @@ Outcome run(CommandLine& line, std::vector<std::string> words) {
 
 /// A command with one option of every kind; remembers what it was given.
 struct Probe {
-  std::filesystem::path photo;
+  std::filesystem::path photo, light_weights;
   std::vector<std::string> rest;
   std::optional<double> fov;
   PixelSize size{64, 48};
   int views = 7;
   bool balls = false;
   std::vector<std::string> order;
-  std::string maps = "predicted";
+  std::string maps = "predicted", lamps = "fit";
   CommonOptions common;
   int runs = 0;
 
@@ -62,7 +62,7 @@ struct Probe {
         .choice("--maps", "Which maps", maps, {"truth", "predicted"})
         .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Json,
                  Common::Quiet})
-        .light({"image", "constant"})
+        .light({"image", "constant"}, light_weights, lamps)
         .notes("A note at the end.")
         .run([this](const CommonOptions& given) {
           common = given;

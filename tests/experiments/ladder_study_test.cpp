@@ -215,8 +215,8 @@ TEST_F(LitStudies, LadderEndToEndAndResumed) {
   const Config c = config("oracle_ladder.toml", {"data.rooms=2", "ladder.spp=4", "ladder.emission_spp=16"});
   const fs::path run = run_study(c, {"clerestory"});
   const RunTables tables = study_tables(run);
-  EXPECT_EQ(tables.at("ladder").rows.size(), 1 + 4 + 4 + 1 + 4 + 1u);
-  EXPECT_EQ(tables.at("ladder_bar").rows.size(), 2u);
+  EXPECT_EQ(tables.at("ladder").rows.size(), 1 + 4 + 4 + 1 + 6 + 1u);
+  EXPECT_EQ(tables.at("ladder_bar").rows.size(), 4u);
   for (const auto& row : tables.at("ladder").rows)
     EXPECT_TRUE(!std::holds_alternative<Measure>(row[1]) || std::isfinite(std::get<Measure>(row[1]).mean));
   EXPECT_TRUE(fs::exists(run / "report.html"));
@@ -228,9 +228,10 @@ TEST_F(LitStudies, BallsEndToEndAndResumed) {
   const Config c = config("balls.toml", {"data.rooms=2", "balls.spp=4", "balls.probe_spp=2"});
   const fs::path run = run_study(c, {"clerestory"});
   const RunTables tables = study_tables(run);
-  EXPECT_EQ(tables.at("balls").rows.size(), 3 * 5u);  // image, panorama, net; net and image with predicted maps
+  EXPECT_EQ(tables.at("balls").rows.size(),
+            3 * 7u);  // image, panorama, net, net+lamps; nets and image with predicted maps
   const Table& centre = tables.at("balls_centre");
-  EXPECT_EQ(centre.rows.size(), 2 * 5u);
+  EXPECT_EQ(centre.rows.size(), 2 * 7u);
   for (const auto& row : centre.rows) EXPECT_GE(std::get<Measure>(row[2]).mean, 0);
   expect_resumed(c, run);
 }

@@ -172,14 +172,16 @@ TEST_F(LightTask, MirroredBatchesAreTheSameRoom) {
   EXPECT_THROW(light_batch({v}, o, {}, {1}), Error);
 }
 
-TEST_F(LightTask, CoarseGridSeesTheSamePoints) {
-  const Camera camera = Camera::from_fov(40, 30, 70), coarse = every_nth(camera, 5, 3, 1);
-  EXPECT_EQ(coarse.width, 8);
-  EXPECT_EQ(coarse.height, 6);
-  for (const int i : {0, 3, 7}) {
-    const Vec3 a = coarse.ray(i + 0.5, i % 6 + 0.5), b = camera.ray(5 * i + 3.5, 5 * (i % 6) + 1.5);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-14);
+TEST_F(LightTask, MapsOfBothKindsGiveOtherWeightsThanEither) {
+  std::vector<std::vector<float>> weights;
+  for (const char* maps : {"true", "predicted", "both"}) {
+    const TrainingOutcome leg = train(config(maps, {std::string("light.maps=") + maps}), {"clerestory", "train"});
+    const TensorFile file = read_safetensors(leg.weights);
+    weights.push_back(file.get("local.mlp.out.weight", "leg").floats("local.mlp.out.weight"));
   }
+  EXPECT_NE(weights[0], weights[1]);
+  EXPECT_NE(weights[0], weights[2]);
+  EXPECT_NE(weights[1], weights[2]);
 }
 
 TEST_F(LightTask, ALegEndsInTheSameBitsAndItsWeightsSayWhatTheyAre) {

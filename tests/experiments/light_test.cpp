@@ -43,7 +43,7 @@ struct Light : testing::Test {
     write_untrained_light(weights());
     InvertOptions i;
     i.photo = view.string() + "_im.exr", i.gbuffer = view, i.out = run(), i.command = {"clerestory", "invert"};
-    i.render.spp = 16, i.render.light = "net", i.light_weights = weights();
+    i.render.spp = 16, i.render.light = "net", i.lit_by.weights = weights();
     invert(i);
   }
   static void TearDownTestSuite() { folder_.reset(), set_quiet(false); }
@@ -54,7 +54,7 @@ struct Light : testing::Test {
   static LightOptions options(const std::string& name) {
     LightOptions o;
     o.run = run(), o.out = *folder_ / (name + ".exr"), o.at_point = {{0.1, -0.2, -0.8}};
-    o.render.light = "net", o.light_weights = weights(), o.command = {"clerestory", "light"};
+    o.render.light = "net", o.lit_by.weights = weights(), o.command = {"clerestory", "light"};
     return o;
   }
   static void expect_refused(LightOptions o, const std::string& words) {
@@ -176,9 +176,9 @@ TEST_F(Light, RunsAndWeightsThatDoNotDo) {
   fs::remove(part / "normal.exr");
   o.run = part;
   expect_refused(o, "normal");
-  o = options("bad"), o.light_weights = *folder_ / "rooms";  // a folder without the light's files
+  o = options("bad"), o.lit_by.weights = *folder_ / "rooms";  // a folder without the light's files
   expect_refused(o, "light_local.safetensors");
-  o.light_weights = fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";  // weights without the light
+  o.lit_by.weights = fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";  // weights without the light
   expect_refused(o, "maps");
   o = options("bad"), o.render.light = "sun";
   expect_refused(o, "no such light");

@@ -131,5 +131,15 @@ TEST(Camera, LooksAt) {
   expect_usage_error([&] { look_at(camera, eye, eye + Vec3(0, 1, 0)); }, "vertical");
 }
 
+TEST(Camera, CoarseGridSeesTheSamePoints) {
+  const Camera camera = Camera::from_fov(40, 30, 70), coarse = every_nth(camera, 5, 3, 1);
+  EXPECT_EQ(coarse.width, 8);
+  EXPECT_EQ(coarse.height, 6);
+  for (const int i : {0, 3, 7}) {
+    const Vec3 a = coarse.ray(i + 0.5, i % 6 + 0.5), b = camera.ray(5 * i + 3.5, 5 * (i % 6) + 1.5);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-14);
+  }
+}
+
 }  // namespace
 }  // namespace clerestory
