@@ -1,6 +1,5 @@
 // Lights without a network: the radiance that arrives along rays. Radiance, directions, hits: {1, C, pixels, samples},
 // samples fastest (kernels/lib/chunk.clh); image {n, 3, h, w}, linear; ambient {n, 3, 1, 1}.
-#include "lib/camera.clh"
 #include "lib/chunk.clh"
 
 #define SAMPLE_OF_WORK_ITEM                                  \
@@ -23,21 +22,6 @@ kernel void image_light(IN(image), IN(ambient), IN_INT(hit), OUT(radiance), CHUN
 kernel void constant_light(IN(ambient), OUT(radiance), CHUNK_ARGS, const int items, const int w, const int h) {
   SAMPLE_OF_WORK_ITEM
   for (int c = 0; c < 3; ++c) AT(radiance, 0)[c * RAY_PLANE + ray] = AT(ambient, n)[c];
-}
-
-// The photograph at infinity: the pixel that a direction (camera frame) points to, ambient beyond its borders.
-kernel void panorama_light(IN(image), IN(ambient), IN(camera), IN(direction), OUT(radiance), CHUNK_ARGS,
-                           const int items, const int w, const int h) {
-  SAMPLE_OF_WORK_ITEM
-  global const real *d = AT(direction, 0) + ray;
-  const real3 v = (real3)(d[0], d[RAY_PLANE], d[2 * RAY_PLANE]);
-  int at = -1;
-  if (v.z < R(0)) {
-    const real2 q = project(camera_at(AT(camera, n)), v);
-    if (q.x >= R(0) && q.x < (real)w && q.y >= R(0) && q.y < (real)h) at = (int)q.y * w + (int)q.x;
-  }
-  for (int c = 0; c < 3; ++c)
-    AT(radiance, 0)[c * RAY_PLANE + ray] = at < 0 ? AT(ambient, n)[c] : AT(image, n)[c * w * h + at];
 }
 
 // The transpose of the ambient: a row of rays sums what those of them bring that saw it, then each picture its rows,

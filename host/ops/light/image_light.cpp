@@ -1,6 +1,7 @@
 #include "host/ops/light/image_light.hpp"
 
 #include "host/ops/light/gather_rays.hpp"
+#include "host/ops/light/project_rays.hpp"
 #include "host/ops/light/rays.hpp"
 
 namespace clerestory {
@@ -15,7 +16,7 @@ void check_light(const Value& image, const Value& ambient, const char* op) {
                 Shape{s.n, 3, 1, 1}.text());
 }
 
-/// What the three kernels share: rays in the last input, radiance out.
+/// What the kernels share: rays in the last input, radiance out.
 struct LightOp : Op {
   std::string kernel;
   Shape picture;
@@ -73,10 +74,6 @@ struct ConstantLightOp : LightOp {
   }
   void launch(Launch& l) const override { run(l, l.in(0)); }
 };
-struct PanoramaLightOp : LightOp {
-  using LightOp::LightOp;
-  void launch(Launch& l) const override { run(l, l.in(0), l.in(1), l.in(2), l.in(3)); }
-};
 
 }  // namespace
 
@@ -94,11 +91,7 @@ Value constant_light(Value ambient, Value rays, Value image) {
 }
 
 Value panorama_light(Value image, Value ambient, Value camera, Value directions) {
-  check_light(image, ambient, "panorama_light");
-  if (image.shape().c != 3 || !(camera.shape() == Shape{image.shape().n, 4, 1, 1}))
-    throw Error(ErrorKind::Failed, "a picture of 3 channels and its camera are wanted", "panorama_light",
-                image.shape().text());
-  return image.graph().make<PanoramaLightOp>({image, ambient, camera, directions}, "panorama_light", image.shape());
+  return image_light(image, ambient, project_rays(directions, camera, image.shape()));
 }
 
 }  // namespace clerestory

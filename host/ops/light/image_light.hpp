@@ -10,8 +10,8 @@ Value image_light(Value image, Value ambient, Value hit_pixel);
 /// `ambient` from everywhere. `rays`: any tensor of the rays, for its shape; `image`: one of the picture's maps, for
 /// its size. The ambient has a gradient.
 Value constant_light(Value ambient, Value rays, Value image);
-/// The photograph at infinity: the pixel that `directions` (camera frame) point to through `camera` {n, 4, 1, 1}, the
-/// rest ambient. No gradient.
+/// The photograph at infinity: image_light() at the pixel that `directions` (camera frame) point to through `camera`
+/// {n, 4, 1, 1}.
 Value panorama_light(Value image, Value ambient, Value camera, Value directions);
 
 }  // namespace clerestory

@@ -12,14 +12,14 @@ struct ProjectRaysOp : Op {
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check_rays(in[0], 3, "project_rays");
     const Shape& rays = in[0].shape();
-    if (!(in[1].shape() == Shape{1, 4, 1, 1}))
-      throw Error(ErrorKind::Failed, "one camera is wanted", "project_rays", in[1].shape().text(), "1x4x1x1");
+    if (!(in[1].shape() == Shape{in[1].shape().n, 4, 1, 1}))
+      throw Error(ErrorKind::Failed, "cameras are wanted", "project_rays", in[1].shape().text(), "nx4x1x1");
     return {{{1, 1, rays.h, rays.w}, Type::Int}};
   }
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.in(0).shape);
     l.run("light/project_rays.cl", "project_rays", ray_range(t), l.in(0), l.in(1), l.out(), t.first_pixel, t.pixels,
-          t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, picture.w, picture.h);
+          t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, l.in(1).shape.n, picture.w, picture.h);
   }
 };
 

@@ -4,8 +4,9 @@
 
 namespace clerestory {
 
-/// direction {1, 3, pixels, samples}: camera frame, any length; camera {1, 4, 1, 1} of a picture of `picture`'s height
-/// and width -> Int {1, 1, pixels, samples}: y * w + x, or -1 for what the picture does not show.
+/// direction {1, 3, pixels, samples}: camera frame, any length; camera {n, 4, 1, 1} of pictures of `picture`'s
+/// height and width -> Int {1, 1, pixels, samples}: y * w + x of the ray's own picture, or -1 for what that does
+/// not show.
 Value project_rays(Value direction, Value camera, const Shape& picture);
 
 }  // namespace clerestory

@@ -72,7 +72,9 @@ OP_CASES(image_light) {
     return std::vector<Value>{constant_light(v.at("ambient"), v.at("directions"), v.at("image"))};
   };
   constant.reference = [](const Tensors& t) { return seen(t, [](int, int) { return -1; }); };
-  OpCase panorama{.stem = "panorama_light", .label = "batch", .kernels = {"panorama_light"}, .inputs = inputs()};
+  OpCase panorama{
+      .stem = "image_light", .label = "panorama", .kernels = {"project_rays", "image_light"}, .inputs = inputs()};
+  panorama.differentiate = {"image", "ambient"};
   panorama.build = [](Graph&, const Values& v) {
     return std::vector<Value>{panorama_light(v.at("image"), v.at("ambient"), v.at("camera"), v.at("directions"))};
   };
@@ -107,7 +109,6 @@ OP_CASES(image_light) {
     c.step = 1e-2, c.gradient_tolerance = 1e-10;   // linear: a difference is exact but for rounding
     c.gradient_roundings = 16 * kHeight * kWidth;  // an ambient sums the rays of a whole picture
   }
-  cases[2].no_gradient = "the photograph at infinity is a baseline, nothing is fitted to it";
   cases[3].no_gradient = "origins of rays are detached";
   return cases;
 }
