@@ -13,7 +13,7 @@
 #include "host/ops/nn/encode.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/slice.hpp"
-#include "tests/ops/op_check.hpp"
+#include "tests/ops/light/listed_rays.hpp"
 
 namespace clerestory {
 namespace {
@@ -175,13 +175,6 @@ Value ask(const Field& f, const Values& v, const RayList& list) {
   return ask_field(weights, biases, v.at("points"), v.at("direction"), v.at("range"), list, f.options);
 }
 
-RayList list_of(Graph& g, const std::vector<int>& rays, const Shape& of) {
-  std::vector<int> all(static_cast<std::size_t>(of.plane()), -1);
-  std::copy(rays.begin(), rays.end(), all.begin());
-  return {g.constant(Tensor::of_int({1, 1, of.h, of.w}, all)),
-          g.constant(Tensor::of_int({1, 1, 1, 1}, {static_cast<int>(rays.size())}))};
-}
-
 OpCase field_case(const std::string& label, const Field& f, Tensors inputs, const std::vector<int>& list = {}) {
   OpCase c{.stem = "ask_field", .label = label, .kernels = {"pack_layer", "ask_field"}, .inputs = std::move(inputs)};
   const Shape rays = c.inputs.at("direction").shape;
@@ -192,12 +185,6 @@ OpCase field_case(const std::string& label, const Field& f, Tensors inputs, cons
   c.roundings = plain_answer(f, c.inputs, list, against_exact(f)).roundings, c.magnitude = 1;
   c.no_gradient = "for inference: throws";
   return c;
-}
-
-std::vector<int> every(int step, int count) {
-  std::vector<int> list;
-  for (int i = 1; i < count; i += step) list.push_back(i);
-  return list;
 }
 
 OP_CASES(ask_field) {
@@ -242,23 +229,6 @@ Value composed(const Field& f, const Values& v) {
 }
 
 /// A graph of inputs that is run on chunks of them.
-struct Net {
-  Graph graph;
-  Values values;
-  explicit Net(const Tensors& inputs) {
-    for (const auto& [name, tensor] : inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
-  }
-  std::vector<Tensor> run(const std::vector<Value>& outputs, const Tensors& inputs, Precision precision,
-                          const Chunk& chunk = {}) {
-    Executor executor(compile(graph, outputs, test_device(precision), {.precision = precision}));
-    for (const auto& [name, tensor] : inputs) executor.feed(name, tensor);
-    executor.run(7, chunk);
-    std::vector<Tensor> results;
-    for (const Value& v : outputs) results.push_back(executor.fetch(v));
-    return results;
-  }
-};
-
 void expect_composed(const Field& f) {
   const Tensors inputs = field_inputs(f, 5, 48);
   Net net(inputs);
@@ -325,9 +295,7 @@ TEST(AskField, AnEmptyListGivesZeros) {
   const Field f;
   const Tensors inputs = field_inputs(f, 3, 16);
   Net net(inputs);
-  const RayList none{net.graph.constant(random_ints({1, 1, 3, 16}, 1, -1, 0)),
-                     net.graph.constant(random_ints({1, 1, 1, 1}, 1, 0, 1))};
-  const Tensor y = net.run({ask(f, net.values, none)}, inputs, Precision::Single)[0];
+  const Tensor y = net.run({ask(f, net.values, list_of(net.graph, {}, {1, 1, 3, 16}))}, inputs, Precision::Single)[0];
   EXPECT_EQ(y.real, Tensor(y.shape).real);
 }
 

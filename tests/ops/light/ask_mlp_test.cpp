@@ -14,7 +14,7 @@
 #include "host/ops/nn/encode.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/slice.hpp"
-#include "tests/ops/op_check.hpp"
+#include "tests/ops/light/listed_rays.hpp"
 
 namespace clerestory {
 namespace {
@@ -146,19 +146,6 @@ Value ask(const Mlp& m, const Values& v, const RayList& list) {
   return ask_mlp(net, pixel_rows(v.at("surface"), v.at("features")), v.at("hit"), v.at("direction"), list);
 }
 
-RayList list_of(Graph& g, const std::vector<int>& rays, const Shape& of) {
-  std::vector<int> all(static_cast<std::size_t>(of.plane()), -1);
-  std::copy(rays.begin(), rays.end(), all.begin());
-  return {g.constant(Tensor::of_int({1, 1, of.h, of.w}, all)),
-          g.constant(Tensor::of_int({1, 1, 1, 1}, {static_cast<int>(rays.size())}))};
-}
-
-std::vector<int> every(int step, int count) {
-  std::vector<int> list;
-  for (int i = 1; i < count; i += step) list.push_back(i);
-  return list;
-}
-
 OpCase mlp_case(const std::string& label, const Mlp& m, Tensors inputs, const std::vector<int>& list = {}) {
   OpCase c{.stem = "ask_mlp", .label = label, .kernels = {"pack_layer", "ask_mlp"}, .inputs = std::move(inputs)};
   const Shape rays = c.inputs.at("direction").shape;
@@ -212,23 +199,6 @@ Value composed(const Mlp& m, const Values& v) {
 }
 
 /// A graph of inputs that is run on chunks of them.
-struct Net {
-  Graph graph;
-  Values values;
-  explicit Net(const Tensors& inputs) {
-    for (const auto& [name, tensor] : inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
-  }
-  std::vector<Tensor> run(const std::vector<Value>& outputs, const Tensors& inputs, Precision precision,
-                          const Chunk& chunk = {}) {
-    Executor executor(compile(graph, outputs, test_device(precision), {.precision = precision}));
-    for (const auto& [name, tensor] : inputs) executor.feed(name, tensor);
-    executor.run(0, chunk);
-    std::vector<Tensor> results;
-    for (const Value& v : outputs) results.push_back(executor.fetch(v));
-    return results;
-  }
-};
-
 TEST(AskMlp, IsGatherEncodeAndConv) {
   for (const Mlp& m : {Mlp{.width = 128, .layers = 4, .waves = 32}, Mlp{.width = 64, .layers = 9, .again = 5}}) {
     const Tensors inputs = mlp_inputs(m, 5, 48);
@@ -282,9 +252,7 @@ TEST(AskMlp, AnEmptyListGivesZeros) {
   const Mlp m;
   const Tensors inputs = mlp_inputs(m, 3, 16);
   Net net(inputs);
-  const RayList none{net.graph.constant(random_ints({1, 1, 3, 16}, 1, -1, 0)),
-                     net.graph.constant(random_ints({1, 1, 1, 1}, 1, 0, 1))};
-  const Tensor f = net.run({ask(m, net.values, none)}, inputs, Precision::Single)[0];
+  const Tensor f = net.run({ask(m, net.values, list_of(net.graph, {}, {1, 1, 3, 16}))}, inputs, Precision::Single)[0];
   EXPECT_EQ(f.real, Tensor(f.shape).real);
 }
 

@@ -1,0 +1,43 @@
+// Kernels that hold a whole net: asked for lists of rays, and beside the same net made of ops.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "host/ops/light/select_rays.hpp"
+#include "tests/ops/op_check.hpp"
+
+namespace clerestory {
+
+inline RayList list_of(Graph& g, const std::vector<int>& rays, const Shape& of) {
+  std::vector<int> all(static_cast<std::size_t>(of.plane()), -1);
+  std::copy(rays.begin(), rays.end(), all.begin());
+  return {g.constant(Tensor::of_int({1, 1, of.h, of.w}, all)),
+          g.constant(Tensor::of_int({1, 1, 1, 1}, {static_cast<int>(rays.size())}))};
+}
+
+/// 1, 1 + step, ... below count.
+inline std::vector<int> every(int step, int count) {
+  std::vector<int> list;
+  for (int i = 1; i < count; i += step) list.push_back(i);
+  return list;
+}
+
+/// A graph fed with tensors, for whatever is asked of it; a chunk, as inside of map_chunks.
+struct Net {
+  Graph graph;
+  Values values;
+  explicit Net(const Tensors& inputs) {
+    for (const auto& [name, tensor] : inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
+  }
+  std::vector<Tensor> run(const std::vector<Value>& outputs, const Tensors& inputs, Precision precision,
+                          const Chunk& chunk = {}) {
+    Executor executor(compile(graph, outputs, test_device(precision), {.precision = precision}));
+    for (const auto& [name, tensor] : inputs) executor.feed(name, tensor);
+    executor.run(7, chunk);
+    std::vector<Tensor> results;
+    for (const Value& v : outputs) results.push_back(executor.fetch(v));
+    return results;
+  }
+};
+
+}  // namespace clerestory
