@@ -167,6 +167,29 @@ TEST_F(Light, PlacesThatAreSpokenOfAndPlacesThatAreRefused) {
   expect_refused(o, "written as EXR");
 }
 
+TEST_F(Light, LampsAreFittedUnderLearnedLightAloneAndMayBeLeftOut) {
+  const auto written = [](const LightOptions& o) {
+    light(o);
+    return read_provenance(fs::path(o.out).replace_extension(".json"));
+  };
+  LightOptions with = options("with"), without = options("without"), image = options("image");
+  without.lit_by.lamps = "none", image.render.light = "image";
+  const Provenance lit = written(with);
+  ASSERT_TRUE(lit.facts.contains("lamps"));
+  EXPECT_THAT(lit.facts.at("lamps"), testing::HasSubstr("candidates"));
+  EXPECT_GT(lit.figures.at("lamps"), 0) << "untrained nets leave the room dark";
+  EXPECT_FALSE(written(without).facts.contains("lamps"));
+  EXPECT_FALSE(written(image).facts.contains("lamps"));
+  const Image a = read_map(with.out, 3), b = read_map(without.out, 3);
+  double more = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i) {
+    EXPECT_GE(a.data[i], b.data[i] * (1 - 0x1p-9f)) << "lamps add light";
+    more += a.data[i] - b.data[i];
+  }
+  EXPECT_GT(more, 0);
+  EXPECT_TRUE(read_provenance(run() / "provenance.json").facts.contains("lamps")) << "invert fits them, too";
+}
+
 TEST_F(Light, RunsAndWeightsThatDoNotDo) {
   LightOptions o = options("bad");
   o.run = *folder_ / "nowhere";

@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# The pictures of the README, from real photographs: assets/office.jpg (photograph, re-render, three meshes put in, the
+# floor made a mirror; albedo, roughness, normals, depth) and the same two applications on fr3_desk under runs/pictures.
+# usage: bash experiments/reproduce/pictures.sh
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
+packages+=(openimageio-tools)
+install_packages
+build clerestory
+cd "$root"
+runs=runs/pictures models=assets/models
+mirror="--albedo 0.95,0.95,0.95 --roughness 0.02 --metallic 1"
+brushed="--albedo 0.9,0.65,0.35 --roughness 0.35 --metallic 1"
+plastic="--albedo 0.15,0.35,0.6 --roughness 0.3 --metallic 0"
+
+office=assets/real/office
+build/clerestory invert $office/rgb.png --camera $office/camera.json --out $runs/office
+build/clerestory insert $runs/office --out $runs/office/three --spp 256 \
+  --at 330,405 --mesh $models/bunny.glb --size 0.45 $mirror \
+  --at 395,440 --mesh $models/suzi.glb --size 0.35 $brushed \
+  --at 285,455 --mesh $models/bunny.glb --size 0.3 $plastic
+build/clerestory edit $runs/office --mask $office/floor.png $mirror --spp 256
+
+desk=assets/real/fr3_desk
+build/clerestory invert $desk/rgb.png --camera $desk/camera.json --out $runs/fr3_desk
+build/clerestory insert $runs/fr3_desk --out $runs/fr3_desk/three --spp 256 \
+  --at 60,238 --mesh $models/bunny.glb --size 0.3 $mirror \
+  --at 330,242 --mesh $models/suzi.glb --size 0.2 $brushed \
+  --at 215,242 --radius 0.07 $plastic
+
+panels=()
+for picture in $office/rgb.png $runs/office/{rerender,three/composite,edit/composite,albedo,roughness,normal,depth}.png; do
+  panel=$runs/office/panel$((${#panels[@]} + 1)).png
+  oiiotool "$picture" --ch R,G,B --resize 400x300 -o "$panel" 2>/dev/null ||
+    oiiotool "$picture" --ch 0,0,0 --resize 400x300 -o "$panel"
+  panels+=("$panel")
+done
+oiiotool "${panels[@]}" --mosaic 4x2 --compression jpeg:88 -o assets/office.jpg
+echo "assets/office.jpg, $runs/office/report.html, $runs/fr3_desk/three/composite.png"
