@@ -24,8 +24,10 @@ constexpr int kSamples = 64;  // directions from each
 // as large as the gap to its neighbours.
 constexpr int kDirections = 96;
 constexpr std::array kDistances{0.4, 0.8, 1.3};
-constexpr double kSize = 0.3;      // of a candidate's distance
-constexpr double kDark = 0.1;      // of the mean: what is darker counts as if it were as bright
+constexpr double kSize = 0.3;  // of a candidate's distance
+// Of the mean, added to what an error is relative to. Least squares of relative errors are too dark: over a grid of
+// held-out rooms 0.1 leaves the re-render at 0.65 of the photograph and 0.5 at 0.74, at the same relMSE.
+constexpr double kFloor = 0.5;
 constexpr double kRidge = 1e-4;    // of the mean of the squared columns: of like candidates none is preferred
 constexpr double kNothing = 1e-3;  // of all lamps' light: a lamp that adds less is left out
 constexpr int kSweeps = 2000;
@@ -183,7 +185,7 @@ Problem problem_of(const Explained& e, std::size_t channel, std::size_t unknowns
   for (std::size_t i = 0; i < n; ++i) {
     if (e.counts.data[i] == 0) continue;
     const auto seen = static_cast<double>(photo[i]), lit = static_cast<double>(e.radiance[channel * n + i]);
-    const double weight = 1 / (seen + kDark * whole / count);
+    const double weight = 1 / (seen + kFloor * whole / count);
     const float* shares = e.shares.data() + (i * 3 + channel) * unknowns;
     for (std::size_t k = 0; k < unknowns; ++k) p.rows.push_back(weight * static_cast<double>(shares[k]));
     p.target.push_back(weight * (seen - lit));

@@ -26,7 +26,7 @@ SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp
 /// Lamps that explain what the photograph's surfaces send beyond what settings.light makes them send, and how well.
 struct LampFit {
   std::vector<SoftLamp> lamps;      // none: the light is bright enough everywhere
-  double before = 0, after = 0;     // root mean square error of the re-render over (photograph + a tenth of its mean)
+  double before = 0, after = 0;     // root mean square error of the re-render over (photograph + half its mean)
   std::array<double, 3> missing{};  // share of the photograph that the light alone does not explain, by channel
   std::size_t candidates = 0;
   double seconds = 0;

@@ -30,9 +30,9 @@ build/clerestory insert $runs/fr3_desk --out $runs/fr3_desk/three --spp 256 \
 
 panels=()
 for picture in $office/rgb.png $runs/office/{rerender,three/composite,edit/composite,albedo,roughness,normal,depth}.png; do
-  panel=$runs/office/panel$((${#panels[@]} + 1)).png
-  oiiotool "$picture" --ch R,G,B --resize 400x300 -o "$panel" 2>/dev/null ||
-    oiiotool "$picture" --ch 0,0,0 --resize 400x300 -o "$panel"
+  panel=$runs/office/panel$((${#panels[@]} + 1)).png channels=R,G,B
+  case $picture in */roughness.png) channels=0,0,0 ;; esac
+  oiiotool "$picture" --ch $channels --resize 400x300 -o "$panel"
   panels+=("$panel")
 done
 oiiotool "${panels[@]}" --mosaic 4x2 --compression jpeg:88 -o assets/office.jpg
