@@ -13,6 +13,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kLamps = "+lamps";
 
+bool has_lamps(const std::string& name) { return name.ends_with(kLamps); }
+
 fs::path shipped_folder() {
   const char* set = std::getenv("CLERESTORY_LIGHT_WEIGHTS");
   return set ? fs::path(set) : fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights";
@@ -55,13 +57,11 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
   record.figures["seconds: lamps"] = fit.seconds, record.figures["lamps"] = static_cast<double>(fit.lamps.size());
 }
 
-bool has_lamps(const std::string& name) { return name.ends_with(kLamps); }
-
 std::string light_of(const std::string& name) {
   return has_lamps(name) ? name.substr(0, name.size() - kLamps.size()) : name;
 }
 
-RenderSettings lit_by(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
+RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
   base.light = light_of(name);
   if (has_lamps(name)) base.lamps = fit_lamps(device, scene, base).lamps;
   return base;

@@ -30,11 +30,10 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);
 
 /// Lights as studies name them: a name of light_names(), or "net+lamps" for one with lamps fitted to its scene.
-bool has_lamps(const std::string& name);
-/// Without "+lamps".
+/// The light alone, "net".
 std::string light_of(const std::string& name);
 /// `base` under a light so named.
-RenderSettings lit_by(RenderSettings base, const std::string& name, Device& device, const Scene& scene);
+RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene);
 
 /// "image", or the name of a learned light and its weights: for provenance and report.
 std::string answerer_text(const RenderSettings& settings);

@@ -143,7 +143,7 @@ class BallsStudy : public StudyRun {
     if (!balls.empty()) {
       const Scene predicted = predicted_at(truth, balls[0].object);
       for (const Answerer& who : answerers_)
-        lit_[who.key()] = lit_by(settings_, who.light, device_, who.true_maps ? truth : predicted);
+        lit_[who.key()] = under_light(settings_, who.light, device_, who.true_maps ? truth : predicted);
       std::vector<Image> strip{truth.photo};
       for (const TrueBall& ball : balls) run_ball(view, ball, truth, predicted, record, strip);
       if (v < kMostStrips && strip.size() > 1)

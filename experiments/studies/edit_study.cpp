@@ -56,7 +56,7 @@ class EditStudy : public StudyRun {
     const auto exposure = static_cast<float>(exposure_of(scene.photo.data));
     for (float& v : scene.photo.data) v *= exposure;
 
-    for (const std::string& light : lights_) lit_[light] = lit_by(settings_, light, device_, scene);
+    for (const std::string& light : lights_) lit_[light] = under_light(settings_, light, device_, scene);
     MetricRecord record{r + 1, 0, {}};
     for (const EditCase& edit : edit_cases()) {
       stop_if_interrupted("study");

@@ -148,7 +148,7 @@ class LightStudy : public StudyRun {
     ViewAnswers answers;
     for (const auto& [key, light] :
          {std::pair{"photo", "image"}, {"out_of_view", "out_of_view"}, {"net", "net"}, {"net+lamps", "net+lamps"}}) {
-      const RenderSettings settings = lit_by(settings_, light, device_, scene);
+      const RenderSettings settings = under_light(settings_, light, device_, scene);
       SceneRadiance radiance(device_, scene, settings, rays.truth.size());
       const auto start = std::chrono::steady_clock::now();
       const RadianceAnswers given = radiance.radiance(rays.asked);

@@ -212,7 +212,7 @@ struct LinkedLight::State {
   SceneRadiance& plain_light(const std::string& name) {
     std::unique_ptr<SceneRadiance>& light = plain[name];
     if (!light)
-      light = std::make_unique<SceneRadiance>(device, scene, lit_by(settings, name, device, scene), kChunkRays);
+      light = std::make_unique<SceneRadiance>(device, scene, under_light(settings, name, device, scene), kChunkRays);
     return *light;
   }
 

@@ -64,7 +64,7 @@ class LinkedLight {
   /// `emission_spp` a pixel: they need no paths, and lamps are small. Equal settings draw equal rays.
   LinkedPictures render(TraceScene& traced, double exposure, const ShadedSurface& surface,
                         const RenderSettings& settings, const std::vector<Links>& choices, int emission_spp);
-  /// One picture, of the very rays, under a light by its name in studies (lit_by): no link is replaced.
+  /// One picture, of the very rays, under a light by its name in studies (under_light): no link is replaced.
   LinkedPictures render_plain(const ShadedSurface& surface, const std::string& light, const RenderSettings& settings);
 
  private:
