@@ -15,12 +15,12 @@ namespace clerestory {
 
 /// Exactly one place.
 struct LightOptions {
-  std::filesystem::path run, out;                 // out empty: RUN/light.exr; a PNG goes beside it
-  std::optional<std::array<double, 3>> at_point;  // camera metres
-  std::optional<std::array<double, 2>> at;        // pixel: just above its surface
-  Size size{256, 128};                            // of the panorama
-  RenderSettings render;                          // light, ssrt, delta
-  LightChoice lit_by;
+  std::filesystem::path run, out;                      // out empty: RUN/light.exr; a PNG goes beside it
+  std::optional<std::array<double, 3>> at_point;       // camera metres
+  std::optional<std::array<double, 2>> at;             // pixel: just above its surface
+  Size size{256, 128};                                 // of the panorama
+  RenderSettings render;                               // light, ssrt, delta
+  LightChoice lit_by{.weights = {}, .lamps = "none"};  // along single rays nets alone are closer to the truth
   std::string device;
   std::vector<std::string> command;
 };

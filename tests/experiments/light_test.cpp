@@ -173,7 +173,7 @@ TEST_F(Light, LampsAreFittedUnderLearnedLightAloneAndMayBeLeftOut) {
     return read_provenance(fs::path(o.out).replace_extension(".json"));
   };
   LightOptions with = options("with"), without = options("without"), image = options("image");
-  without.lit_by.lamps = "none", image.render.light = "image";
+  with.lit_by.lamps = image.lit_by.lamps = "fit", image.render.light = "image";
   const Provenance lit = written(with);
   ASSERT_TRUE(lit.facts.contains("lamps"));
   EXPECT_THAT(lit.facts.at("lamps"), testing::HasSubstr("candidates"));
