@@ -70,8 +70,7 @@ Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool r
   const BrdfSamples drawn =
       sample_brdf(depth, camera, surfaces, surfaces, pixels, samples, {.points = Points::Independent});
   // All samples of a pixel start at its point.
-  const Value points = reshape(surface_points(depth, camera), {3 * pixels, 1, 1, 1});
-  const Value origins = reshape(expand(points, {3 * pixels, 1, 1, samples}), {1, 3, pixels, samples});
+  const Value origins = ray_origins(surface_points(depth, camera), samples);
   const Value skip = graph.input("shade_skip" + std::to_string(b), {1, 1, pixels, samples}, Type::Int);
   const LightAnswer answer = ask(origins, drawn.direction, skip);
   const auto summed = [&](Value weight) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 
+#include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/soft_lamps.hpp"
@@ -43,9 +43,7 @@ std::vector<SoftLamp> candidates(const Scene& scene) {
   const double far = quantile(std::span<const float>(seen), 0.9);
   std::vector<SoftLamp> lamps;
   for (int i = 0; i < kDirections; ++i) {
-    const double y = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - y * y),
-                 turn = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    const Vec3 d(r * std::cos(turn), y, r * std::sin(turn));
+    const Vec3 d = lattice_direction(i, kDirections);
     const std::optional<Vec2> at = scene.camera.project(d);
     if (at && at->x >= 0 && at->y >= 0 && at->x < scene.width() && at->y < scene.height()) continue;
     for (const double distance : kDistances) lamps.push_back({distance * far * d, kSize * distance * far, {}});
@@ -100,8 +98,7 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
   const Surfaces surfaces{map("grid albedo", albedo), map("grid normal", normal), map("grid material", material)};
   const BrdfSamples drawn = sample_brdf(z, eye, surfaces, surfaces, pixels, kSamples);
   const Value points = surface_points(z, eye), row_points = reshape(points, {1, 3, pixels, 1});
-  const Value starts =
-      reshape(expand(reshape(points, {3 * pixels, 1, 1, 1}), {3 * pixels, 1, 1, kSamples}), {1, 3, pixels, kSamples});
+  const Value starts = ray_origins(points, kSamples);
   const Value skip = graph.input("grid skip", {1, 1, pixels, kSamples}, Type::Int);
   const SsrtHits hits = ssrt(v.maps.depth, depth_pyramid(v.maps.depth), v.camera, v.range, drawn.direction,
                              v.maps.surfaces.normal, {starts, skip}, render_spec(settings).ssrt);

@@ -1,22 +1,18 @@
 #include "tracer/balls.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+
+#include "host/math/panorama.hpp"
 
 namespace clerestory {
 namespace {
 
 constexpr int kAttempts = 200, kFeelers = 256;
 
-/// Distance from a point to the nearest surface, felt along directions spread over the sphere (Fibonacci lattice).
+/// Distance from a point to the nearest surface, felt along directions spread over the sphere.
 double clearance(TraceScene& scene, const Vec3& center) {
   std::vector<Vec3> directions(kFeelers);
-  for (int i = 0; i < kFeelers; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kFeelers, r = std::sqrt(1 - z * z),
-                 a = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    directions[static_cast<std::size_t>(i)] = {r * std::cos(a), z, r * std::sin(a)};
-  }
+  for (int i = 0; i < kFeelers; ++i) directions[static_cast<std::size_t>(i)] = lattice_direction(i, kFeelers);
   double nearest = 1e9;
   for (const TraceHit& hit : scene.hits(planar(std::vector(directions.size(), center)), planar(directions), 0, 1e9f)) {
     if (hit.triangle >= 0) nearest = std::min(nearest, static_cast<double>(hit.t));

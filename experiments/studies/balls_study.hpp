@@ -1,7 +1,6 @@
-// Balls put into generated rooms under several lights, beside the tracer's balls in the same places (`clerestory
-// generate
-// --balls`): errors on the pixels that show the ball, and of the light at its centre. Learned light is asked with true
-// maps and with predicted ones, whose depth is brought to scale at the ball's foot.
+// Balls put into generated rooms under several lights, beside the tracer's balls in the same places
+// (`clerestory generate --balls`): errors on the pixels that show the ball, and of the light at its centre. Learned
+// light is asked with true maps and with predicted ones, whose depth is brought to scale at the ball's foot.
 #pragma once
 #include <string>
 #include <vector>

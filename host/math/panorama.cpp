@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <glm/gtc/constants.hpp>
+#include <numbers>
 
 namespace clerestory {
 
@@ -25,6 +26,12 @@ double panorama_solid_angle(int row, int columns, int rows) {
   const double top = glm::pi<double>() * row / rows, bottom = glm::pi<double>() * (row + 1) / rows;
   // cos(top) - cos(bottom) as a product: no cancellation near the poles.
   return glm::two_pi<double>() / columns * 2 * std::sin((top + bottom) / 2) * std::sin((bottom - top) / 2);
+}
+
+Vec3 lattice_direction(int i, int count) {
+  const double y = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - y * y),
+               turn = i * std::numbers::pi * (3 - std::sqrt(5.0));
+  return {r * std::cos(turn), y, r * std::sin(turn)};
 }
 
 }  // namespace clerestory

@@ -14,4 +14,7 @@ Vec3 panorama_direction(int column, int row, int columns, int rows);
 /// Exact solid angle of a pixel of `row`, steradians; over all pixels it sums to 4 pi.
 double panorama_solid_angle(int row, int columns, int rows);
 
+/// Direction i of `count` spread evenly over the sphere, from +y to -y (Fibonacci lattice).
+Vec3 lattice_direction(int i, int count);
+
 }  // namespace clerestory

@@ -1,5 +1,8 @@
 #include "host/ops/light/surface_points.hpp"
 
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reshape.hpp"
+
 namespace clerestory {
 namespace {
 
@@ -23,5 +26,10 @@ struct SurfacePointsOp : Op {
 }  // namespace
 
 Value surface_points(Value depth, Value camera) { return depth.graph().make<SurfacePointsOp>({depth, camera}); }
+
+Value ray_origins(Value points, int samples) {
+  const int pixels = static_cast<int>(points.shape().plane());
+  return reshape(expand(reshape(points, {3 * pixels, 1, 1, 1}), {3 * pixels, 1, 1, samples}), {1, 3, pixels, samples});
+}
 
 }  // namespace clerestory
