@@ -305,11 +305,12 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
   result.seconds = first.seconds();
   if (bounces == 1 || bounce.changed == 0) return result;
 
-  // What a change throws on others is found by rays that end on it, whoever answered for the light before.
+  // What a change throws on others is found by rays that end on it, whoever answered for the light before; lamps are
+  // out of view and do not change.
   RenderSettings carried = settings;
-  carried.light = "image";
+  carried.light = "image", carried.lamps.clear();
   std::optional<EditLayer> other;
-  if (settings.light != "image") other.emplace(device, scene, carried);
+  if (settings.light != "image" || !settings.lamps.empty()) other.emplace(device, scene, carried);
   EditLayer& layer = other ? *other : first;
   const double before = layer.seconds();
   const std::vector<bool> everywhere(scene.photo.pixels(), true);

@@ -72,9 +72,9 @@ class EditTest : public ::testing::Test {
   }
   static MaterialEdit mirror() { return {{{0.9, 0.9, 0.9}}, 0.02, 1.0}; }
   static Edit edited(const Scene& scene, const Image& mask, const MaterialEdit& change, int bounces,
-                     const std::string& light = "image") {
+                     const std::string& light = "image", const std::vector<SoftLamp>& lamps = {}) {
     RenderSettings settings = settings_;
-    settings.light = light;
+    settings.light = light, settings.lamps = lamps;
     return edit_scene(*device_, scene, mask, change, settings, bounces);
   }
 
@@ -238,17 +238,22 @@ TEST_F(EditTest, WhatDoesNotSeeTheMaskStaysAsItIs) {
     others += floor_pixels[i] && !left[i];
   }
   ASSERT_GT(others, 20);
-  const Edit e = edited(scene_, mask_of(left), mirror(), 2);
-  bool elsewhere = false;
-  for (std::size_t i = 0; i < e.composite.data.size(); ++i) {
-    if (left[i % n]) continue;
-    // Rays leave the floor upwards and cells that face away are not hit: in two bounces floor throws nothing on floor.
-    if (floor_pixels[i % n])
-      ASSERT_EQ(e.composite.data[i], scene_.photo.data[i]);
-    else
-      elsewhere = elsewhere || e.composite.data[i] != scene_.photo.data[i];
+  const SoftLamp lamp{{0, 3, 1}, 1, {5, 5, 5}};  // above and behind the camera: it is the same before and after
+  for (const auto& [light, lamps] :
+       {std::pair{"image", std::vector<SoftLamp>{}}, {"image", {lamp}}, {"constant", {lamp}}}) {
+    const Edit e = edited(scene_, mask_of(left), mirror(), 2, light, lamps);
+    bool elsewhere = false;
+    for (std::size_t i = 0; i < e.composite.data.size(); ++i) {
+      if (left[i % n]) continue;
+      // Rays leave the floor upwards and cells that face away are not hit: in two bounces floor throws nothing on
+      // floor.
+      if (floor_pixels[i % n])
+        ASSERT_EQ(e.composite.data[i], scene_.photo.data[i]) << light << ", lamps " << lamps.size();
+      else
+        elsewhere = elsewhere || e.composite.data[i] != scene_.photo.data[i];
+    }
+    EXPECT_TRUE(elsewhere);
   }
-  EXPECT_TRUE(elsewhere);
 }
 
 TEST_F(EditTest, AnEditedEmitterStopsEmitting) {
