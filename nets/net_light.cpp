@@ -22,7 +22,7 @@ struct LearnedValues {
     visit(photo), visit(range), visit(rows);
     for (Value& w : field.weights) visit(w);
     for (Value& b : field.biases) visit(b);
-    visit(field.shells);
+    visit(field.shells), visit(field.background);
   }
   std::vector<Value> list() {
     std::vector<Value> values;
@@ -86,7 +86,7 @@ Value far_light(const LightField& field, Value points, Value direction, Value ra
                 const OutOfViewSize& size) {
   if (size.form == OutOfViewForm::Field)
     return ask_field(field.weights, field.biases, points, direction, range, list,
-                     {size.march, size.octaves, size.released_output});
+                     {size.march, size.octaves, size.released_output}, field.background);
   return out_of_view_light(field, point_of_each_ray(points, direction.shape()), direction, range, size);
 }
 

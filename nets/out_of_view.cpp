@@ -126,12 +126,18 @@ std::vector<LightField> light_fields(const Scope& scope, const LitPictures& pict
   if (size.form == OutOfViewForm::Shells) {
     std::vector<LightField> fields;
     for (const Value shells : light_shells(scope / "shells", levels, pictures.image, pictures.camera, size.shells))
-      fields.push_back({{}, {}, shells});
+      fields.push_back({{}, {}, shells, {}});
     return fields;
   }
   const Value code = plane_mean(levels.back());
   const Scope hyper = scope / "hyper";
-  return size.hyper == HyperNet::Paper ? paper_fields(hyper, code, size) : low_rank_fields(hyper, code, size);
+  std::vector<LightField> fields =
+      size.hyper == HyperNet::Paper ? paper_fields(hyper, code, size) : low_rank_fields(hyper, code, size);
+  if (size.background) {
+    const Value colours = activate(dense(hyper / "background", code, 3), Function::Softplus);
+    for (std::size_t n = 0; n < fields.size(); ++n) fields[n].background = picture_of(colours, static_cast<int>(n));
+  }
+  return fields;
 }
 
 Value out_of_view_light(const LightField& field, Value points, Value direction, Value range,
@@ -144,7 +150,9 @@ Value out_of_view_light(const LightField& field, Value points, Value direction, 
     if (i + 1 < field.weights.size() || size.released_output) x = relu(x);
   }
   if (!size.released_output) x = activate(x, Function::Softplus);
-  return composite(slice(x, 3, 1), slice(x, 0, 3), samples.length).radiance;
+  const Composited seen = composite(slice(x, 3, 1), slice(x, 0, 3), samples.length);
+  if (!field.background) return seen.radiance;
+  return add(seen.radiance, conv(seen.transmittance, reshape(field.background, {3, 1, 1, 1}), {}));
 }
 
 long field_parameters(const OutOfViewSize& size) {

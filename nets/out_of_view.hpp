@@ -33,16 +33,17 @@ struct OutOfViewSize {
   bool released_output = true;  // relu for colour and density; false: softplus, which never dies
   bool log_input = false;       // the trunk reads ln(1 + photograph)
   bool sees_maps = false;       // the trunk also reads albedo, normals, material and depth: beyond the paper
+  bool background = false;      // what the field lets through meets a colour that the photograph decides
   ShellsSize shells{};
 };
 /// "paper" or "compact"; throws usage_error otherwise.
 OutOfViewSize out_of_view_size(const std::string& preset);
 
 /// What one picture's light out of view is made of: weights {out, in, 1, 1} and biases {1, out, 1, 1} of each layer of
-/// its field, or its shells {count, 4, rows, columns}.
+/// its field and, if it has one, the colour behind it {1, 3, 1, 1}; or its shells {count, 4, rows, columns}.
 struct LightField {
   std::vector<Value> weights, biases;
-  Value shells;
+  Value shells, background;
 };
 
 /// Of each picture. Surfaces and depth are read if `sees_maps`, the camera by shells.

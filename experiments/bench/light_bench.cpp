@@ -92,7 +92,7 @@ Net out_of_view(const OutOfViewSize& size, int rows) {
   if (size.form == OutOfViewForm::Shells) {
     const ShellsSize& s = size.shells;
     const Value shells = net.input("shells", Tensor(Shape{s.count, 4, s.rows, s.columns}, 0.5));
-    net.fused = net.composed = out_of_view_light({{}, {}, shells}, points, direction, range, size);
+    net.fused = net.composed = out_of_view_light({{}, {}, shells, {}}, points, direction, range, size);
     return net;
   }
   std::vector<int> widths{3 + 6 * size.octaves};

@@ -54,7 +54,7 @@ void each_field(Sizes& sizes, const Field& field) {
   }
   {
     auto& [form, trunk, hyper, stem, inner, rank, octaves, hidden, march, released_output, log_input, sees_maps,
-           shells] = out_of_view;
+           background, shells] = out_of_view;
     auto& [segments, near, radius, jitter] = march;
     auto& [count, first, last, rows, columns, channels, code] = shells;
     field("out_of_view.form", form, 0, 0);
@@ -72,6 +72,7 @@ void each_field(Sizes& sizes, const Field& field) {
     field("out_of_view.released_output", released_output, 0, 1);
     field("out_of_view.log_input", log_input, 0, 1);
     field("out_of_view.sees_maps", sees_maps, 0, 1);
+    field("out_of_view.background", background, 0, 1);
     field("out_of_view.shells.count", count, 1, 64);
     field("out_of_view.shells.first", first, 1e-3, 1e3);
     field("out_of_view.shells.last", last, 1e-3, 1e3);

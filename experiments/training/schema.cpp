@@ -94,6 +94,7 @@ Schema make_schema() {
          {0, 1e3});
   s.text("light.out_of_view", "", "form of the light out of view; empty: the preset's", {"", "field", "shells"});
   s.flag("light.sees_maps", false, "the net out of view also reads albedo, normals, material and depth");
+  s.flag("light.background", false, "what the field lets through meets a colour that the photograph decides");
   s.integer("light.shells", 0, "painted spheres of that form; 0: the preset's", {0, 64});
   s.integer("light.segments", 0, "samples along a ray of the out-of-view field; 0: the preset's", {0, 1024});
   s.integers("light.field", {}, "hidden layers of the field; empty: the preset's", {1, 1024});
@@ -164,6 +165,9 @@ LightSizes light_of(const Config& c) {
   OutOfViewSize& far = sizes.out_of_view;
   if (!c.text("light.out_of_view").empty()) far.form = out_of_view_form(c.text("light.out_of_view"));
   far.sees_maps = far.sees_maps || c.flag("light.sees_maps");
+  far.background = far.background || c.flag("light.background");
+  forbid(far.background && far.form != OutOfViewForm::Field, c, "light.background", "shells have no colour behind them",
+         "light.out_of_view = field");
   far.shells.count = whole(c, "light.shells", far.shells.count);
   far.march.segments = whole(c, "light.segments", far.march.segments);
   if (!c.integers("light.field").empty())

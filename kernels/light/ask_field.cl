@@ -1,15 +1,16 @@
 // Light from a radiance field in one kernel (Zhu et al. 2022, section 4.3): march (light/march.cl), positional encoding
 // [x, sin(2^k x), cos(2^k x)] (Mildenhall et al. 2020), MLP with relu between its layers, compositing
 // (light/composite.cl): with optical depths t_k = density * length and T_k = exp(-sum_{j<k} t_j)
-//   radiance = sum_k T_k (1 - exp(-t_k)) c_k,
+//   radiance = sum_k T_k (1 - exp(-t_k)) c_k + T_K background,
 // where segments that begin behind an optical depth of OPAQUE are left out, ray by ray: T there is below 1e-6. A
 // work-item ends when all its rays do.
 //
 // points: camera metres, {1, 3, pixels, samples} or, with per_row, {1, 3, pixels, 1}; direction {1, 3, pixels,
 // samples}, camera frame, any length; range {1, 3, 1, 1}: scene_scale first (metres), the unit of the march; radiance
 // {1, 3, pixels, samples}, zeroed before. With `listed` only the rays list[0 ... count - 1] are asked, else all of the
-// tile. packed: the layers one after the other, as light/pack_layer.cl leaves them, from 3 + 6 octaves numbers to 4:
-// red, green, blue, density. For inference: no adjoint.
+// tile. background {1, 3, 1, 1}: what is behind the field. packed: the layers one after the other, as
+// light/pack_layer.cl leaves them, from 3 + 6 octaves numbers to 4: red, green, blue, density. For inference: no
+// adjoint.
 #include "lib/chunk.clh"
 #include "light/march.clh"
 #include "light/mlp.clh"
@@ -60,10 +61,10 @@ static inline lanes softplus(const lanes x) {
   return fmax(x, (lanes)(R(0))) + R(2) * ratio * sum;
 }
 
-kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT(count), IN(packed), OUT(radiance),
-                      CHUNK_ARGS, const int listed, const int per_row, const int segments, const real near,
-                      const real radius, const int jittered, const uint seed, const int octaves, const FieldLayers net,
-                      const int soft) {
+kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT(count), IN(background), IN(packed),
+                      OUT(radiance), CHUNK_ARGS, const int listed, const int per_row, const int segments,
+                      const real near, const real radius, const int jittered, const uint seed, const int octaves,
+                      const FieldLayers net, const int soft) {
   const int first = (int)get_global_id(0) * RAYS, asked = listed ? AT(count, 0)[0] : pixels * sample_capacity;
   if (first >= asked) return;
   int rays[RAYS];
@@ -123,6 +124,8 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
     }
     if (!ANY(depth[0] < OPAQUE || depth[1] < OPAQUE)) break;
   }
+  for (int c = 0; c < 3; ++c)
+    for (int v = 0; v < 2; ++v) sum[2 * c + v] += exp(-depth[v]) * AT(background, 0)[c];
   for (int l = 0; l < RAYS && first + l < asked; ++l) {
     global real *y = AT(radiance, 0) + rays[l];
     y[0] = LANE(sum, l), y[RAY_PLANE] = LANE(sum + 2, l), y[2 * RAY_PLANE] = LANE(sum + 4, l);

@@ -70,6 +70,7 @@ TEST(LightText, EveryFieldSurvives) {
       [](LightSizes& s) { s.out_of_view.released_output = !s.out_of_view.released_output; },
       [](LightSizes& s) { s.out_of_view.log_input = !s.out_of_view.log_input; },
       [](LightSizes& s) { s.out_of_view.sees_maps = !s.out_of_view.sees_maps; },
+      [](LightSizes& s) { s.out_of_view.background = !s.out_of_view.background; },
       [](LightSizes& s) { s.out_of_view.shells.count = 6; },
       [](LightSizes& s) { s.out_of_view.shells.first = 0.3; },
       [](LightSizes& s) { s.out_of_view.shells.last = 2.9; },

@@ -110,7 +110,12 @@ void expect_the_same(const LightSizes& sizes) {
         << i;
 }
 
-TEST(NetLight, TheLayerAsksWhatTrainingAsks) { expect_the_same(small_sizes()); }
+TEST(NetLight, TheLayerAsksWhatTrainingAsks) {
+  LightSizes sizes = small_sizes();
+  expect_the_same(sizes);
+  sizes.out_of_view.background = true;
+  expect_the_same(sizes);
+}
 
 TEST(NetLight, SoItDoesOfShellsAndOfNetsThatReadMaps) {
   LightSizes sizes = small_sizes();

@@ -17,7 +17,7 @@ struct FieldLayers {
   std::array<int, kMostLayers + 1> width{};
 };
 
-// Inputs: points, directions, range, then list and count when `listed`, then a weight and a bias per layer.
+// Inputs: points, directions, range, background, then list and count when `listed`, then a weight and a bias per layer.
 struct AskFieldOp : Op {
   FieldOptions options;
   bool listed;
@@ -25,7 +25,7 @@ struct AskFieldOp : Op {
   AskFieldOp(const FieldOptions& o, bool l, int n) : options(o), listed(l), layers(n) {}
   std::string name() const override { return "ask_field"; }
 
-  int first_layer() const { return listed ? 5 : 3; }
+  int first_layer() const { return listed ? 6 : 4; }
 
   template <class ShapeOf>
   FieldLayers field(const ShapeOf& shape_of) const {
@@ -47,8 +47,11 @@ struct AskFieldOp : Op {
     if (!(range == Shape{1, 3, 1, 1}))
       throw Error(ErrorKind::Failed, "the field is of one picture, so is its range of depths", "ask_field",
                   range.text(), "1x3x1x1");
-    if (listed && (in[3].type() != Type::Int || in[3].shape().count() != rays.plane() || in[4].type() != Type::Int))
-      throw Error(ErrorKind::Failed, "the list is of other rays", "ask_field", in[3].shape().text(), rays.text());
+    if (!(in[3].shape() == Shape{1, 3, 1, 1}))
+      throw Error(ErrorKind::Failed, "what is behind the field is one colour", "ask_field", in[3].shape().text(),
+                  "1x3x1x1");
+    if (listed && (in[4].type() != Type::Int || in[4].shape().count() != rays.plane() || in[5].type() != Type::Int))
+      throw Error(ErrorKind::Failed, "the list is of other rays", "ask_field", in[4].shape().text(), rays.text());
     const FieldLayers net = field([&](int i) -> const Shape& { return in[static_cast<std::size_t>(i)].shape(); });
     for (int i = 0; i < layers; ++i) {
       const std::size_t at = static_cast<std::size_t>(first_layer() + 2 * i);
@@ -83,10 +86,10 @@ struct AskFieldOp : Op {
     const std::size_t real = real_size(l.precision);
     l.device.zero(y.buffer, size(y.shape.count()) * real, y.offset * real);
     const RayTile t = ray_tile(l, y.shape);
-    const TensorView &list = l.in(listed ? 3 : 0), &count = l.in(listed ? 4 : 0);
+    const TensorView &list = l.in(listed ? 4 : 0), &count = l.in(listed ? 5 : 0);
     l.run_with(row_defines(l.device), "light/ask_field.cl", "ask_field", net_range(l.device, y.shape.plane()), l.in(0),
-               l.in(1), l.in(2), list, count, l.workspace, y, t.first_pixel, t.pixels, t.first_sample, t.samples,
-               t.pixel_capacity, t.sample_capacity, static_cast<int>(listed),
+               l.in(1), l.in(2), list, count, l.in(3), l.workspace, y, t.first_pixel, t.pixels, t.first_sample,
+               t.samples, t.pixel_capacity, t.sample_capacity, static_cast<int>(listed),
                static_cast<int>(l.in(0).shape.w != y.shape.w), options.march.segments, Launch::Real{options.march.near},
                Launch::Real{options.march.radius}, static_cast<int>(options.march.jitter), l.seed, options.octaves, net,
                static_cast<int>(!options.released_output));
@@ -106,7 +109,7 @@ struct AskFieldOp : Op {
 }  // namespace
 
 Value ask_field(std::span<const Value> weights, std::span<const Value> biases, Value points, Value directions,
-                Value range, const RayList& list, const FieldOptions& options) {
+                Value range, const RayList& list, const FieldOptions& options, Value background) {
   const std::size_t layers = weights.size();
   if (layers < 1 || layers > kMostLayers || biases.size() != layers)
     throw Error(ErrorKind::Failed, "a field has as many weights as biases", "ask_field",
@@ -115,7 +118,7 @@ Value ask_field(std::span<const Value> weights, std::span<const Value> biases, V
     throw Error(ErrorKind::Failed, "octaves out of range", "ask_field", std::to_string(options.octaves), "0 to 10");
   if (options.march.segments < 1 || !(options.march.near >= 0) || !(options.march.radius > 0))
     throw Error(ErrorKind::Failed, "segments, near distance or radius out of range", "ask_field");
-  std::vector<Value> inputs{points, directions, range};
+  std::vector<Value> inputs{points, directions, range, background ? background : range.graph().fill({1, 3, 1, 1}, 0)};
   if (list) inputs.insert(inputs.end(), {list.rays, list.count});
   for (std::size_t i = 0; i < layers; ++i) inputs.insert(inputs.end(), {weights[i], biases[i]});
   return points.graph().make<AskFieldOp>(std::move(inputs), options, static_cast<bool>(list), static_cast<int>(layers));

@@ -19,9 +19,10 @@ struct FieldOptions {
 /// `list` leaves out. weights {out, in, 1, 1} and biases {1, out, 1, 1} of one picture's field, first layer to last: 1
 /// to 5 layers, from 3 + 6 octaves numbers to 4 (red, green, blue, density), at most 64 wide, relu between them.
 /// points: camera metres, {1, 3, P, S}, or {1, 3, P, 1} where all rays of a row start at one point. directions {1, 3,
-/// P, S}. range {1, 3, 1, 1} by depth_range(). What lies behind an optical depth of 14 (transmittance 8e-7) is not
-/// looked at. A ray's answer does not depend on the other rays. Asking for a gradient throws.
+/// P, S}. range {1, 3, 1, 1} by depth_range(). background {1, 3, 1, 1}: radiance behind the field, none: black. What
+/// lies behind an optical depth of 14 (transmittance 8e-7) is not looked at. A ray's answer does not depend on the
+/// other rays. Asking for a gradient throws.
 Value ask_field(std::span<const Value> weights, std::span<const Value> biases, Value points, Value directions,
-                Value range, const RayList& list, const FieldOptions& options);
+                Value range, const RayList& list, const FieldOptions& options, Value background = {});
 
 }  // namespace clerestory

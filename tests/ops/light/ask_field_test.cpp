@@ -12,6 +12,8 @@
 #include "host/ops/nn/conv.hpp"
 #include "host/ops/nn/encode.hpp"
 #include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/slice.hpp"
 #include "tests/ops/light/listed_rays.hpp"
 
@@ -24,6 +26,7 @@ struct Field {
   std::vector<int> hidden = {32, 32};
   FieldOptions options{.march = {.segments = 6, .near = 0.05, .radius = 3, .jitter = false}};
   double density_bias = 0, density_gain = 1;
+  bool background = false;
 
   std::vector<int> widths() const {
     std::vector<int> w{3 + 6 * options.octaves};
@@ -48,6 +51,7 @@ Tensors field_inputs(const Field& f, int rows, int samples, bool point_per_row =
     t[weight_name(i)] = random_tensor({widths[i + 1], widths[i], 1, 1}, 10 + i, -size, size);
     t[bias_name(i)] = random_tensor({1, widths[i + 1], 1, 1}, 30 + i, -0.2, 0.5);
   }
+  if (f.background) t["background"] = random_tensor({1, 3, 1, 1}, 50, 0.5, 2);
   for (int k = 0; k < widths[f.layers() - 1]; ++k) t[weight_name(f.layers() - 1)].at(3, k, 0, 0) *= f.density_gain;
   t[bias_name(f.layers() - 1)].at(0, 3, 0, 0) += f.density_bias;
   return t;
@@ -124,7 +128,7 @@ std::array<Rounded, 3> light_of_ray(const Field& f, const Tensors& t, int row, i
   const double exit = -along + std::sqrt(along * along - distance + march.radius * march.radius);
   const double far = std::max(exit, march.near), piece = (far - march.near) / march.segments;
   std::array<Rounded, 3> sum{};
-  double depth = 0, brightest = 0;
+  double depth = 0, brightest = f.background ? 2 : 0;
   for (int k = 0; k < march.segments && depth < kOpaque; ++k) {
     double at[3];
     for (int c = 0; c < 3; ++c) at[c] = p[c] + (march.near + (k + 0.5) * piece) * d[c];
@@ -141,6 +145,11 @@ std::array<Rounded, 3> light_of_ray(const Field& f, const Tensors& t, int row, i
     const double moved = root_of_squares(y[3].deviation * length, u.position * y[3].value) + 2 * thickness;
     for (Rounded& channel : sum)
       channel.deviation = root_of_squares(channel.deviation, brightest * std::exp(-depth) * moved);
+  }
+  for (int c = 0; c < 3 && f.background; ++c) {
+    Rounded& channel = sum[static_cast<std::size_t>(c)];
+    const double behind = std::exp(-depth) * t.at("background").at(0, c, 0, 0);
+    channel.value += behind, channel.deviation = root_of_squares(channel.deviation, behind * (4 + depth));
   }
   return sum;
 }
@@ -172,7 +181,8 @@ Value ask(const Field& f, const Values& v, const RayList& list) {
   std::vector<Value> weights, biases;
   for (std::size_t i = 0; i < f.layers(); ++i)
     weights.push_back(v.at(weight_name(i))), biases.push_back(v.at(bias_name(i)));
-  return ask_field(weights, biases, v.at("points"), v.at("direction"), v.at("range"), list, f.options);
+  return ask_field(weights, biases, v.at("points"), v.at("direction"), v.at("range"), list, f.options,
+                   f.background ? v.at("background") : Value{});
 }
 
 OpCase field_case(const std::string& label, const Field& f, Tensors inputs, const std::vector<int>& list = {}) {
@@ -200,6 +210,9 @@ OP_CASES(ask_field) {
   empty.density_gain = 0, empty.density_bias = -1;
   Field murky = soft;  // optical depths around the end
   murky.density_bias = 10, murky.options.march.segments = 12;
+  Field thin = soft, bare = empty, dense = solid;
+  thin.density_bias = -2;
+  thin.background = bare.background = dense.background = true;
   return {field_case("softplus", soft, field_inputs(soft, 3, 32)),
           field_case("relu", released, field_inputs(released, 3, 32)),
           field_case("point_per_row", released, field_inputs(released, 5, 16, true)),
@@ -209,7 +222,10 @@ OP_CASES(ask_field) {
           field_case("one_layer", single, field_inputs(single, 2, 16)),
           field_case("solid", solid, field_inputs(solid, 2, 16)),
           field_case("empty", empty, field_inputs(empty, 2, 16)),
-          field_case("murky", murky, field_inputs(murky, 2, 16))};
+          field_case("murky", murky, field_inputs(murky, 2, 16)),
+          field_case("background", thin, field_inputs(thin, 3, 32), every(2, 96)),
+          field_case("background_alone", bare, field_inputs(bare, 2, 16)),
+          field_case("background_hidden", dense, field_inputs(dense, 2, 16))};
 }
 
 /// The same light through memory.
@@ -225,7 +241,9 @@ Value composed(const Field& f, const Values& v) {
     if (i + 1 < f.layers() || f.options.released_output) y = relu(y);
   }
   if (!f.options.released_output) y = activate(y, Function::Softplus);
-  return composite(slice(y, 3, 1), slice(y, 0, 3), samples.length).radiance;
+  const Composited seen = composite(slice(y, 3, 1), slice(y, 0, 3), samples.length);
+  if (!f.background) return seen.radiance;
+  return add(seen.radiance, conv(seen.transmittance, reshape(v.at("background"), {3, 1, 1, 1}), {}));
 }
 
 /// A graph of inputs that is run on chunks of them.
@@ -254,6 +272,7 @@ TEST(AskField, IsMarchEncodeConvAndComposite) {
     for (const bool released : {false, true}) {
       Field f;
       f.options.march.jitter = jitter, f.options.march.segments = 9, f.options.released_output = released;
+      f.background = jitter == released;
       expect_composed(f);
     }
 }
@@ -314,6 +333,9 @@ TEST(AskField, ArgumentsAreChecked) {
   EXPECT_THROW(ask(f, change("w2", {3, 32, 1, 1}), {}), Error);
   EXPECT_THROW(ask(f, change("b0", {1, 31, 1, 1}), {}), Error);
   EXPECT_THROW(ask(f, net.values, list_of(net.graph, {}, {1, 1, 3, 16})), Error);
+  Field behind = f;
+  behind.background = true;
+  EXPECT_THROW(ask(behind, change("background", {1, 1, 1, 1}), {}), Error);
   Field wide = f;
   wide.options.octaves = 11;
   EXPECT_THROW(ask(wide, net.values, {}), Error);
