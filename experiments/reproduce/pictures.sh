@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The pictures of the README, from real photographs: assets/office.jpg (photograph, re-render, three meshes put in, the
-# floor made a mirror; albedo, roughness, normals, depth) and the same two applications on fr3_desk under runs/pictures.
+# floor made a mirror; albedo, roughness, normals, depth) and meshes in fr3_desk and the garage under runs/pictures.
 # usage: bash experiments/reproduce/pictures.sh
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
@@ -28,6 +28,13 @@ build/clerestory insert $runs/fr3_desk --out $runs/fr3_desk/three --spp 256 \
   --at 330,242 --mesh $models/suzi.glb --size 0.2 $brushed \
   --at 215,242 --radius 0.07 $plastic
 
+garage=assets/real/motorcycle
+build/clerestory invert $garage/left.png --camera $garage/camera.json --out $runs/garage
+build/clerestory insert $runs/garage --out $runs/garage/three --spp 256 \
+  --at 75,420 --mesh $models/bunny.glb --size 0.3 $mirror \
+  --at 215,455 --mesh $models/suzi.glb --size 0.25 $brushed \
+  --at 440,455 --mesh $models/bunny.glb --size 0.25 $plastic
+
 panels=()
 for picture in $office/rgb.png $runs/office/{rerender,three/composite,edit/composite,albedo,roughness,normal,depth}.png; do
   panel=$runs/office/panel$((${#panels[@]} + 1)).png channels=R,G,B
@@ -36,4 +43,4 @@ for picture in $office/rgb.png $runs/office/{rerender,three/composite,edit/compo
   panels+=("$panel")
 done
 oiiotool "${panels[@]}" --mosaic 4x2 --compression jpeg:88 -o assets/office.jpg
-echo "assets/office.jpg, $runs/office/report.html, $runs/fr3_desk/three/composite.png"
+echo assets/office.jpg $runs/office/report.html $runs/{fr3_desk,garage}/three/composite.png
