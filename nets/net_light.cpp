@@ -5,8 +5,8 @@
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/pixel_rows.hpp"
+#include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
-#include "host/ops/tensor/reshape.hpp"
 
 namespace clerestory {
 namespace {
@@ -57,11 +57,9 @@ SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
   return maps;
 }
 
-/// Points for every ray of a tile: {1, 3, P, 1} repeated along the samples.
+/// Points for every ray of a tile, where they may be {1, 3, P, 1}.
 Value point_of_each_ray(Value points, const Shape& rays) {
-  if (points.shape() == rays) return points;
-  const Value column = reshape(points, {3 * rays.h, 1, 1, 1});
-  return reshape(expand(column, {3 * rays.h, 1, 1, rays.w}), rays);
+  return points.shape() == rays ? points : ray_origins(points, rays.w);
 }
 
 /// Asks a picture of no importance, to learn which states there must be.

@@ -60,12 +60,10 @@ CardText card_text(const std::string& kind) {
         "direction. Trained from random weights on generated rooms alone, by the commands below.",
         "relMSE: mean over rays and channels of d² / (truth² + 0.01); log-RGB RMSE: root of the mean of ln((y + "
         "0.01) / (truth + 0.01))²; then means over views, under true maps unless the last leg says light.maps: then "
-        "under MGNet's. Trivial predictors: the photograph (the "
-        "pixel that a ray hits, mixed by the hit's uncertainty with the mean of pixels that do not emit) and the "
-        "view's best constant.",
+        "under MGNet's. Trivial predictors: the photograph (the pixel that a ray hits, mixed by the hit's uncertainty "
+        "with the mean of pixels that do not emit) and the view's best constant.",
         "Trained on procedural rooms, under true maps unless a leg says light.maps. What lies outside of the picture "
-        "is a guess at its "
-        "colour and strength, without detail."};
+        "is a guess at its colour and strength, without detail."};
   return {"Weights of MGNet",
           "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained from random "
           "weights on generated rooms alone, by the commands below.",

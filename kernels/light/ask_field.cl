@@ -124,8 +124,10 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
     }
     if (!ANY(depth[0] < OPAQUE || depth[1] < OPAQUE)) break;
   }
-  for (int c = 0; c < 3; ++c)
-    for (int v = 0; v < 2; ++v) sum[2 * c + v] += exp(-depth[v]) * AT(background, 0)[c];
+  for (int v = 0; v < 2; ++v) {
+    const lanes through = exp(-depth[v]);
+    for (int c = 0; c < 3; ++c) sum[2 * c + v] += through * AT(background, 0)[c];
+  }
   for (int l = 0; l < RAYS && first + l < asked; ++l) {
     global real *y = AT(radiance, 0) + rays[l];
     y[0] = LANE(sum, l), y[RAY_PLANE] = LANE(sum + 2, l), y[2 * RAY_PLANE] = LANE(sum + 4, l);

@@ -11,7 +11,6 @@
 #include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
-#include "host/ops/tensor/reshape.hpp"
 #include "tests/nets/corner.hpp"
 
 namespace clerestory {
@@ -75,8 +74,7 @@ std::vector<float> asked_directly(const Scene& scene, const LightNets& nets, con
   const int pixels = kWidth * kHeight;
   const BrdfSamples drawn = sample_brdf(v.maps.depth, v.camera, v.maps.surfaces, v.maps.surfaces, pixels, kSamples,
                                         render_spec(settings).sampling);
-  const Value points = reshape(surface_points(v.maps.depth, v.camera), {3 * pixels, 1, 1, 1});
-  const Value origins = reshape(expand(points, {3 * pixels, 1, 1, kSamples}), {1, 3, pixels, kSamples});
+  const Value origins = ray_origins(surface_points(v.maps.depth, v.camera), kSamples);
   std::vector<int> own;
   for (int i = 0; i < pixels * kSamples; ++i) own.push_back(i / kSamples);
   const Value skip = graph.constant(Tensor::of_int({1, 1, pixels, kSamples}, std::move(own)));
