@@ -7,87 +7,21 @@
 
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/run_folder.hpp"
+#include "experiments/applications/scene_layer.hpp"
 #include "host/error.hpp"
-#include "host/graph/plan.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
-#include "host/ops/light/surface_points.hpp"
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
-#include "nets/scene_light.hpp"
 
 namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-using Rgb = std::array<double, 3>;
-
 // The photograph's diffuse light is multiplied by this at most: dividing by a dark albedo blows up its noise and the
 // errors of the maps.
 constexpr double kMostGain = 4;
-
-/// The layer on one scene's geometry, compiled once: renders any materials of chosen pixels under any picture as light.
-class EditLayer {
- public:
-  EditLayer(Device& device, const Scene& scene, const RenderSettings& settings)
-      : device_(device), geometry_(scene), seed_(settings.seed) {
-    const SceneValues v = scene_values(graph_, scene);
-    const Value solid = graph_.input("solid", {1, 1, scene.height(), scene.width()});
-    const Value skip = graph_.input("skip", {1, 1, scene.height(), scene.width()}, Type::Int);
-    // Rays start from the pixels to shade alone and are traced against the whole scene.
-    const SceneLight light = scene_light(graph_, v, scene, settings);
-    rendered_ = render(graph_, render_spec(settings, light), v.maps, v.camera, v.range,
-                       inputs_of(light, surface_points(v.maps.depth, v.camera)), builder_of(light),
-                       {solid, v.maps.surfaces.normal, skip});
-    executor_.emplace(compile(graph_, {rendered_.radiance, rendered_.status, rendered_.tally}, device), light.states);
-    feed_scene(*executor_, scene);
-    light.feed(*executor_);
-    executor_->feed("solid", tensor_of(scene.depth));
-    std::vector<int> own(scene.photo.pixels());
-    for (std::size_t i = 0; i < own.size(); ++i) own[i] = static_cast<int>(i);
-    executor_->feed("skip", Tensor::of_int({1, 1, scene.height(), scene.width()}, std::move(own)));
-  }
-
-  /// Reflected radiance of the pixels in `shade`, 0 elsewhere.
-  Image radiance(const Image& albedo, const Image& material, const Image& light, const Rgb& ambient,
-                 const std::vector<bool>& shade) {
-    Image depth = geometry_.depth;
-    for (std::size_t i = 0; i < shade.size(); ++i)
-      if (!shade[i]) depth.data[i] = 0;
-    executor_->feed("depth", tensor_of(depth));
-    executor_->feed("albedo", tensor_of(albedo)), executor_->feed("material", tensor_of(material));
-    executor_->feed("photo", tensor_of(light));
-    executor_->feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
-    device_.finish();
-    const auto start = std::chrono::steady_clock::now();
-    executor_->run(seed_);
-    device_.finish();
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const Tensor status = executor_->fetch(rendered_.status);
-    counts_ = render_counts(status, executor_->fetch(rendered_.tally));
-    shaded_.assign(shade.size(), false);
-    for (std::size_t i = 0; i < shade.size(); ++i) shaded_[i] = status.real[i] == 0;
-    Image picture(geometry_.width(), geometry_.height(), 3);
-    picture.data = executor_->fetch_floats(rendered_.radiance);
-    return picture;
-  }
-
-  const std::vector<bool>& shaded() const { return shaded_; }  // of the last render
-  const RenderCounts& counts() const { return counts_; }       // of the last render
-  double seconds() const { return seconds_; }                  // of all
-
- private:
-  Device& device_;
-  const Scene& geometry_;
-  std::uint32_t seed_;
-  Graph graph_;
-  Rendered rendered_;
-  std::optional<Executor> executor_;
-  std::vector<bool> shaded_;
-  RenderCounts counts_;
-  double seconds_ = 0;
-};
 
 double diffuse_albedo(const Scene& s, std::size_t c, std::size_t i) {
   const std::size_t n = s.albedo.pixels();
@@ -139,8 +73,8 @@ bool needs_layer(const Scene& before, const EditedScene& with) {
 }
 
 /// D_1: what the edited pixels show less the photograph; 0 elsewhere.
-Image first_change(const Scene& before, const EditedScene& with, EditLayer& layer, EditBounce& bounce, double& shown) {
-  const Rgb ambient = ambient_of(before);
+Image first_change(const Scene& before, const EditedScene& with, SceneLayer& layer, EditBounce& bounce, double& shown) {
+  const std::array<double, 3> ambient = ambient_of(before);
   const auto render = [&](const Image& albedo, const Image& material) {
     const Image picture = layer.radiance(albedo, material, before.photo, ambient, with.edited);
     bounce.rays += layer.counts().directions, bounce.dropped += layer.counts().dropped;
@@ -298,7 +232,7 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
   check_bounces(bounces);
   Edit result{apply_edit(scene, mask, change), scene.photo, {}, 0, 0};
   const EditedScene& with = result.with;
-  EditLayer first(device, scene, settings);
+  SceneLayer first(device, scene, settings);
   EditBounce bounce;
   Image left = add_change(result.composite, first_change(scene, with, first, bounce, result.shown), bounce.changed);
   result.bounces.push_back(bounce);
@@ -309,9 +243,9 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
   // out of view and do not change.
   RenderSettings carried = settings;
   carried.light = "image", carried.lamps.clear();
-  std::optional<EditLayer> other;
+  std::optional<SceneLayer> other;
   if (settings.light != "image" || !settings.lamps.empty()) other.emplace(device, scene, carried);
-  EditLayer& layer = other ? *other : first;
+  SceneLayer& layer = other ? *other : first;
   const double before = layer.seconds();
   const std::vector<bool> everywhere(scene.photo.pixels(), true);
   while (static_cast<int>(result.bounces.size()) < bounces && bounce.changed > 0) {

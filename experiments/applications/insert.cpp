@@ -7,6 +7,7 @@
 #include "experiments/applications/objects_light.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
+#include "experiments/applications/scene_layer.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -80,12 +81,38 @@ Tensor skip_map(const Image& shows) {
   return Tensor::of_int({1, 1, shows.height, shows.width}, std::move(skip));
 }
 
-/// photo + what the objects change, and on their own pixels what they reflect.
-Image composite_of(const Scene& scene, const Image& shows, const std::vector<float>& radiance) {
+// Changes below the first share of the photograph are too faint to matter how strong they are: they are added as they
+// are, those above the second by the photograph's measure, and between them it grows, so that no edge is seen.
+constexpr float kFaint = 1.0f / 128, kPlain = 1.0f / 32;
+
+/// 0 for a faint change to 1 for a plain one.
+float plainness(float change, float photo) {
+  return std::clamp((std::abs(change) / std::max(photo, 1e-6f) - kFaint) / (kPlain - kFaint), 0.0f, 1.0f);
+}
+
+/// Pixels of the room whose change must be measured by the photograph.
+std::vector<bool> changed_pixels(const Scene& scene, const Image& shows, const Image& change) {
+  const std::size_t n = shows.pixels();
+  std::vector<bool> changed(n, false);
+  for (std::size_t i = 0; i < change.data.size(); ++i)
+    if (shows.data[i % n] == 0 && plainness(change.data[i], scene.photo.data[i]) > 0) changed[i % n] = true;
+  return changed;
+}
+
+/// Object pixels show what they reflect. The room's are the photograph + what the objects change, by the photograph's
+/// measure: times photograph / `without`, the layer's own picture of the room without objects (0: not asked). So a
+/// shadow takes the share of light that it covers, whatever the maps and the light are wrong by. What objects add is
+/// never made more, for where the layer is far too dark that would be noise. A lamp's own light is not scaled.
+Image composite_of(const Scene& scene, const Image& shows, const Image& change, const Image& without) {
   Image composite = scene.photo;
   const std::size_t n = composite.pixels();
-  for (std::size_t i = 0; i < composite.data.size(); ++i)
-    composite.data[i] = shows.data[i % n] > 0 ? radiance[i] : std::max(composite.data[i] + radiance[i], 0.0f);
+  for (std::size_t i = 0; i < composite.data.size(); ++i) {
+    const float photo = scene.photo.data[i], d = change.data[i], layer = without.data[i];
+    float gain = layer > 0 && scene.material.data[2 * n + i % n] == 0 ? photo / layer : 1;
+    if (d > 0) gain = std::min(gain, 1.0f);
+    gain = 1 + plainness(d, photo) * (gain - 1);
+    composite.data[i] = shows.data[i % n] > 0 ? d : std::max(photo + gain * d, 0.0f);
+  }
   return composite;
 }
 
@@ -199,7 +226,16 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   executor.run(settings.seed);
   device.finish();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  result.composite = composite_of(scene, with.shows, executor.fetch_floats(rendered.radiance));
+  Image change(scene.width(), scene.height(), 3), without = change;
+  change.data = executor.fetch_floats(rendered.radiance);
+
+  const std::vector<bool> changed = changed_pixels(scene, with.shows, change);
+  if (std::find(changed.begin(), changed.end(), true) != changed.end()) {
+    SceneLayer room(device, scene, settings);  // equal seeds: the rays whose light the objects changed
+    without = room.radiance(scene.albedo, scene.material, scene.photo, ambient, changed);
+    result.seconds += room.seconds();
+  }
+  result.composite = composite_of(scene, with.shows, change, without);
   return result;
 }
 

@@ -56,8 +56,8 @@ SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& ob
 /// The scene with objects under the light of `settings`.
 struct Insertion {
   SceneWithObjects with;
-  Image composite;     // 3: photograph + what the objects change; their own pixels show what they reflect
-  double seconds = 0;  // of rendering, after the plan was made
+  Image composite;     // 3: photograph changed as the layer is by the objects; their own pixels show what they reflect
+  double seconds = 0;  // of rendering, after the plans were made
 };
 Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& objects,
                       const RenderSettings& settings, int bounces);

@@ -30,6 +30,9 @@ namespace fs = std::filesystem;
 
 constexpr int kBounces = 2;     // scatterings at the ball that are followed
 constexpr int kMostStrips = 4;  // rooms shown
+constexpr double kNear = 3;     // radii from a ball's centre within which a surface is around it
+
+constexpr const char* kUnchanged = "none (the photograph)";
 
 struct TrueBall {
   std::string name;
@@ -54,6 +57,20 @@ std::vector<TrueBall> read_balls(const fs::path& view) {
     throw usage_error("not a list of balls", where, e.what());
   }
   return balls;
+}
+
+/// Pixels of the room around a ball: where it throws its shadow and its light.
+std::vector<bool> around(const Scene& truth, const InsertedObject& ball, const std::vector<bool>& shows) {
+  const auto& c = *ball.at_point;
+  std::vector<bool> is(shows.size());
+  for (int y = 0; y < truth.height(); ++y)
+    for (int x = 0; x < truth.width(); ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * truth.width() + x;
+      const Vec3 point = truth.camera.unproject(x + 0.5, y + 0.5, truth.depth.data[i]);
+      is[i] =
+          !shows[i] && truth.depth.data[i] > 0 && glm::distance(point, Vec3(c[0], c[1], c[2])) < kNear * *ball.radius;
+    }
+  return is;
 }
 
 /// A light in a scene with true or predicted maps.
@@ -166,7 +183,7 @@ class BallsStudy : public StudyRun {
   void run_ball(const fs::path& view, const TrueBall& ball, const Scene& truth, const Scene& predicted,
                 MetricRecord& record, std::vector<Image>& strip) {
     const Image wanted = read_map(view.string() + "_ball_" + ball.name + ".exr", 3);
-    std::vector<bool> shows;
+    std::vector<bool> shows, near;
     Image mask;
     for (const Answerer& who : answerers_) {  // true maps come first
       stop_if_interrupted("study");
@@ -178,8 +195,11 @@ class BallsStudy : public StudyRun {
         if (std::none_of(shows.begin(), shows.end(), [](bool s) { return s; })) return;
         record.values[0].second += 1;
         strip.push_back(wanted);
+        near = around(truth, ball.object, shows);
+        note_around(record, ball.name, kUnchanged, truth.photo, wanted, near);
       }
       note(record, ball.name + "/" + who.key(), made.composite, wanted, shows, mask, made.seconds);
+      note_around(record, ball.name, who.key(), made.composite, wanted, near);
       strip.push_back(made.composite);
     }
   }
@@ -193,6 +213,13 @@ class BallsStudy : public StudyRun {
                           {key + "/si_rmse", std::sqrt(scale_invariant_mse(picture, truth, mask).value())},
                           {key + "/angle", mean_angle(picture, truth, mask).value()},
                           {key + "/seconds", seconds}});
+  }
+
+  static void note_around(MetricRecord& record, const std::string& ball, const std::string& key, const Image& picture,
+                          const Image& truth, const std::vector<bool>& near) {
+    const PictureError e = picture_error(picture, truth, near);
+    record.values.emplace_back(fmt::format("around/{}/{}/relmse", ball, key), e.relmse);
+    record.values.emplace_back(fmt::format("around/{}/{}/psnr", ball, key), e.psnr);
   }
 
   /// Incident light at the ball's centre, in the room without it.
@@ -245,6 +272,31 @@ class BallsStudy : public StudyRun {
     return table;
   }
 
+  Table around_table() const {
+    Table table;
+    table.title =
+        fmt::format("The room within {:g} radii of the ball: medians over rooms, on pixels that do not show it", kNear);
+    table.columns = {{"ball", "", Best::None, 3},
+                     {"light", "", Best::None, 3},
+                     {"relMSE", "eps 0.01, median", Best::None, 3},
+                     {"PSNR", "dB, median", Best::None, 4},
+                     {"closer than the photograph", "rooms, relMSE", Best::None, 3}};
+    for (const BallKind& kind : ball_kinds()) {
+      std::vector<std::string> keys{kUnchanged};
+      for (const Answerer& who : answerers_) keys.push_back(who.key());
+      const std::vector<double> unchanged = values_of(fmt::format("around/{}/{}/relmse", kind.name, kUnchanged));
+      for (const std::string& key : keys) {
+        const std::vector<double> errors = values_of(fmt::format("around/{}/{}/relmse", kind.name, key));
+        double closer = 0;
+        for (std::size_t i = 0; i < errors.size(); ++i) closer += errors[i] < unchanged[i];
+        table.add({kind.name, key, Measure{median(errors)},
+                   Measure{median(values_of(fmt::format("around/{}/{}/psnr", kind.name, key)))},
+                   key == kUnchanged ? Cell() : Cell(Measure{closer})});
+      }
+    }
+    return table;
+  }
+
   /// Rooms where the photograph is no further from the truth than the truth's own noise say nothing of the gap.
   Table centre_table() const {
     Table table;
@@ -274,6 +326,8 @@ class BallsStudy : public StudyRun {
 
   void conclude() override {
     write_table("balls", balls_table());
+    std::fputs("\n", stdout);
+    write_table("balls_around", around_table());
     std::fputs("\n", stdout);
     write_table("balls_centre", centre_table());
     const auto places = values_of(ball_kinds()[0].name + "/" + answerers_.at(0).key() + "/relmse").size();

@@ -150,6 +150,35 @@ TEST_F(InvertTest, ABallIsSeenCastsAShadowAndLeavesTheRestAlone) {
   EXPECT_LT(changed, total);
 }
 
+TEST_F(InvertTest, AShadowTakesTheSameShareOfLightOfAnyPhotograph) {
+  // One constant light over one room, two photographs of equal mean: the layer's own, and that one mirrored.
+  Scene scene = read_run(invert(options("shadow")));
+  std::fill_n(scene.material.plane(2), scene.photo.pixels(), 0.0f);
+  RenderSettings settings;
+  settings.light = "constant";
+  Device device = Device::open();
+  scene.photo = render_scene(device, scene, settings).radiance;
+  Scene mirrored = scene;
+  for (int c = 0; c < 3; ++c)
+    for (int y = 0; y < scene.height(); ++y)
+      for (int x = 0; x < scene.width(); ++x) mirrored.photo.at(c, y, x) = scene.photo.at(c, y, scene.width() - 1 - x);
+  InsertedObject ball;
+  ball.at = {32, 40}, ball.radius = 0.2 * scene.scale(), ball.albedo = {0, 0, 0}, ball.roughness = 1;
+  const Insertion a = insert_into(device, scene, {ball}, settings, 2),
+                  b = insert_into(device, mirrored, {ball}, settings, 2);
+
+  const std::size_t n = scene.photo.pixels();
+  long darker = 0;
+  for (std::size_t i = 0; i < a.composite.data.size(); ++i) {
+    if (a.with.shows.data[i % n] > 0) continue;
+    const double left = a.composite.data[i] / scene.photo.data[i], other = b.composite.data[i] / mirrored.photo.data[i];
+    if (std::max(left, other) > 0.75) continue;  // faint changes are added as they are
+    ++darker;
+    ASSERT_NEAR(left, other, 1e-5) << i;
+  }
+  EXPECT_GT(darker, 50);
+}
+
 TEST_F(InvertTest, ObjectsThatCannotBePlacedAreRefused) {
   const Scene scene = read_run(invert(options("places")));
   const auto refused = [&](auto change) {
