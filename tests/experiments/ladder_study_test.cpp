@@ -230,6 +230,9 @@ TEST_F(LitStudies, BallsEndToEndAndResumed) {
   const RunTables tables = study_tables(run);
   EXPECT_EQ(tables.at("balls").rows.size(),
             3 * 7u);  // image, panorama, net, net+lamps; nets and image with predicted maps
+  const Table& around = tables.at("balls_around");
+  EXPECT_EQ(around.rows.size(), 3 * 8u) << "and the photograph, unchanged";
+  for (const auto& row : around.rows) EXPECT_GT(std::get<Measure>(row[2]).mean, 0);
   const Table& centre = tables.at("balls_centre");
   EXPECT_EQ(centre.rows.size(), 2 * 7u);
   for (const auto& row : centre.rows) EXPECT_GE(std::get<Measure>(row[2]).mean, 0);
