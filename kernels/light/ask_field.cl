@@ -122,7 +122,7 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
       }
       depth[v] += thickness;
     }
-    if (!ANY(depth[0] < OPAQUE || depth[1] < OPAQUE)) break;
+    if (!lanes_any(depth[0] < OPAQUE || depth[1] < OPAQUE)) break;
   }
   for (int v = 0; v < 2; ++v) {
     const lanes through = exp(-depth[v]);

@@ -2,6 +2,7 @@
 
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/reduce.hpp"
+#include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
@@ -33,10 +34,9 @@ struct WeighLampsOp : Op {
   }
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.in(0).shape);
-    l.run(kFile, "weigh_lamps",
-          Range::of2(static_cast<std::size_t>(lamps_of(l)), static_cast<std::size_t>(t.pixel_capacity)), l.in(0),
-          l.out(), l.in(1), l.in(2), l.in(3), l.in(4), lamps_of(l), per_row(l), t.first_pixel, t.pixels, t.first_sample,
-          t.samples, t.pixel_capacity, t.sample_capacity);
+    l.run_with(row_defines(l.device), kFile, "weigh_lamps", row_range(l.device, lamps_of(l), t.pixel_capacity), l.in(0),
+               l.out(), l.in(1), l.in(2), l.in(3), l.in(4), lamps_of(l), per_row(l), t.first_pixel, t.pixels,
+               t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
   }
 };
 
@@ -56,8 +56,9 @@ struct AddLampsOp : Op {
   }
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.out().shape);
-    l.run(kFile, "add_lamps", ray_range(t), l.in(0), l.in(5), l.out(), l.in(1), l.in(2), l.in(3), l.in(4), lamps_of(l),
-          per_row(l), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
+    l.run_with(row_defines(l.device), kFile, "add_lamps", row_range(l.device, t.pixels), l.in(0), l.in(5), l.out(),
+               l.in(1), l.in(2), l.in(3), l.in(4), lamps_of(l), per_row(l), t.first_pixel, t.pixels, t.first_sample,
+               t.samples, t.pixel_capacity, t.sample_capacity);
   }
   int overwrites() const override { return 0; }
 };
