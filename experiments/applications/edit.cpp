@@ -19,6 +19,7 @@ namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
+
 // The photograph's diffuse light is multiplied by this at most: dividing by a dark albedo blows up its noise and the
 // errors of the maps.
 constexpr double kMostGain = 4;

@@ -230,7 +230,7 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   change.data = executor.fetch_floats(rendered.radiance);
 
   const std::vector<bool> changed = changed_pixels(scene, with.shows, change);
-  if (std::find(changed.begin(), changed.end(), true) != changed.end()) {
+  if (std::ranges::find(changed, true) != changed.end()) {
     SceneLayer room(device, scene, settings);  // equal seeds: the rays whose light the objects changed
     without = room.radiance(scene.albedo, scene.material, scene.photo, ambient, changed);
     result.seconds += room.seconds();

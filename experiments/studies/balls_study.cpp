@@ -215,11 +215,14 @@ class BallsStudy : public StudyRun {
                           {key + "/seconds", seconds}});
   }
 
+  static std::string around_key(const std::string& ball, const std::string& who, const char* metric) {
+    return fmt::format("around/{}/{}/{}", ball, who, metric);
+  }
   static void note_around(MetricRecord& record, const std::string& ball, const std::string& key, const Image& picture,
                           const Image& truth, const std::vector<bool>& near) {
     const PictureError e = picture_error(picture, truth, near);
-    record.values.emplace_back(fmt::format("around/{}/{}/relmse", ball, key), e.relmse);
-    record.values.emplace_back(fmt::format("around/{}/{}/psnr", ball, key), e.psnr);
+    record.values.emplace_back(around_key(ball, key, "relmse"), e.relmse);
+    record.values.emplace_back(around_key(ball, key, "psnr"), e.psnr);
   }
 
   /// Incident light at the ball's centre, in the room without it.
@@ -243,6 +246,13 @@ class BallsStudy : public StudyRun {
     }
   }
 
+  /// Rooms in which an error is below the other one.
+  static double closer_than(const std::vector<double>& others, const std::vector<double>& errors) {
+    double rooms = 0;
+    for (std::size_t i = 0; i < errors.size(); ++i) rooms += errors[i] < others[i];
+    return rooms;
+  }
+
   Table balls_table() const {
     Table table;
     table.title = "Balls put into rooms: medians over rooms, on the ball's pixels";
@@ -261,11 +271,9 @@ class BallsStudy : public StudyRun {
       for (const Answerer& who : answerers_) {
         const std::string key = kind.name + "/" + who.key();
         const std::vector<double> errors = values_of(key + "/relmse");
-        double closer = 0;
-        for (std::size_t i = 0; i < errors.size(); ++i) closer += errors[i] < first[i];
         table.add({kind.name, who.key(), Measure{static_cast<double>(errors.size())}, Measure{median(errors)},
                    Measure{median(values_of(key + "/psnr"))}, Measure{median(values_of(key + "/si_rmse"))},
-                   Measure{median(values_of(key + "/angle"))}, Measure{closer},
+                   Measure{median(values_of(key + "/angle"))}, Measure{closer_than(first, errors)},
                    Measure{median(values_of(key + "/seconds"))}});
       }
     }
@@ -284,14 +292,12 @@ class BallsStudy : public StudyRun {
     for (const BallKind& kind : ball_kinds()) {
       std::vector<std::string> keys{kUnchanged};
       for (const Answerer& who : answerers_) keys.push_back(who.key());
-      const std::vector<double> unchanged = values_of(fmt::format("around/{}/{}/relmse", kind.name, kUnchanged));
+      const std::vector<double> unchanged = values_of(around_key(kind.name, kUnchanged, "relmse"));
       for (const std::string& key : keys) {
-        const std::vector<double> errors = values_of(fmt::format("around/{}/{}/relmse", kind.name, key));
-        double closer = 0;
-        for (std::size_t i = 0; i < errors.size(); ++i) closer += errors[i] < unchanged[i];
+        const std::vector<double> errors = values_of(around_key(kind.name, key, "relmse"));
         table.add({kind.name, key, Measure{median(errors)},
-                   Measure{median(values_of(fmt::format("around/{}/{}/psnr", kind.name, key)))},
-                   key == kUnchanged ? Cell() : Cell(Measure{closer})});
+                   Measure{median(values_of(around_key(kind.name, key, "psnr")))},
+                   key == kUnchanged ? Cell() : Cell(Measure{closer_than(unchanged, errors)})});
       }
     }
     return table;
