@@ -17,6 +17,7 @@ struct LightNets {
 struct AskedRays {
   Value points;     // where they start, camera metres: {1, 3, P, S}, or {1, 3, P, 1} for all rays of a row
   Value direction;  // {1, 3, P, S}: camera frame, pointing away; (0, 0, 0): none
+  Value pdf;        // {1, 1, P, S}: 1/sr, of the widest lobe that drew them; 0: no surface asks
   SsrtHits hits;    // on the scene's maps; no values where the light does not read them
   Value camera;     // {1, 4, 1, 1}
 };

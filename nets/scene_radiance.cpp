@@ -56,7 +56,7 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   const Shape rays{1, 3, s.rows, kSamples};
   AskedRays asked;
   asked.points = s.block.input("points", rays), asked.direction = s.block.input("directions", rays);
-  asked.camera = in[own];
+  asked.pdf = s.block.input("pdf", {1, 1, s.rows, kSamples}), asked.camera = in[own];
   const Value skip = s.block.input("skip", {1, 1, s.rows, kSamples}, Type::Int);
   if (traces)
     s.hits = asked.hits = ssrt(in[own + 1], in[own + 2], asked.camera, in[own + 3], asked.direction, in[own + 4],
@@ -80,6 +80,7 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
   const std::size_t count = rays.points.size();
   State& s = *state_;
   if (rays.directions.size() != count || (!rays.skip.empty() && rays.skip.size() != count) ||
+      (!rays.pdf.empty() && rays.pdf.size() != count) ||
       (s.given && rays.hits.size() != count))
     throw Error(ErrorKind::Failed, "lists of rays of unlike lengths", "radiance");
   const std::size_t block = static_cast<std::size_t>(s.capacity());
@@ -92,19 +93,20 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
     const Shape shape{1, 3, s.rows, kSamples};
     Tensor points(shape), directions(shape);  // a ray of no direction is none
     std::vector<int> skip(block, -1), hits(block, -1);
-    Tensor uncertainty({1, 1, s.rows, kSamples});
+    Tensor uncertainty({1, 1, s.rows, kSamples}), pdf({1, 1, s.rows, kSamples});
     for (std::size_t i = 0; i < used; ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         points.real[c * block + i] = rays.points[first + i][static_cast<int>(c)];
         directions.real[c * block + i] = rays.directions[first + i][static_cast<int>(c)];
       }
       if (!rays.skip.empty()) skip[i] = rays.skip[first + i];
+      if (!rays.pdf.empty()) pdf.real[i] = rays.pdf[first + i];
       if (!s.given) continue;
       hits[i] = rays.hits[first + i];
       uncertainty.real[i] = hits[i] < 0 ? 1 : 0;
       answers.pixel[first + i] = hits[i], answers.uncertainty[first + i] = hits[i] < 0 ? 1 : 0;
     }
-    s.ask->feed("points", points), s.ask->feed("directions", directions);
+    s.ask->feed("points", points), s.ask->feed("directions", directions), s.ask->feed("pdf", pdf);
     s.ask->feed("skip", Tensor::of_int({1, 1, s.rows, kSamples}, std::move(skip)));
     if (s.given) {
       s.ask->feed("hits", Tensor::of_int({1, 1, s.rows, kSamples}, std::move(hits)));

@@ -14,7 +14,8 @@ namespace clerestory {
 struct Rays {
   std::vector<Vec3> points, directions;
   std::vector<int> skip;
-  std::vector<int> hits;  // under RayHits::Given: the pixel that a ray surely hits, or -1
+  std::vector<float> pdf;  // 1/sr, of the sampling that drew each; empty: no surface asks
+  std::vector<int> hits;   // under RayHits::Given: the pixel that a ray surely hits, or -1
 };
 
 /// Who says where rays end: the scene's depth map, or whoever asks (an oracle).

@@ -105,10 +105,10 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
   const Value skip = graph.input("grid skip", {1, 1, pixels, kSamples}, Type::Int);
   const SsrtHits hits = ssrt(v.maps.depth, depth_pyramid(v.maps.depth), v.camera, v.range, drawn.direction,
                              v.maps.surfaces.normal, {starts, skip}, render_spec(settings).ssrt);
-  const Value radiance = light.radiance({row_points, drawn.direction, hits, v.camera}, light.inputs, nullptr);
+  const Value radiance = light.radiance({row_points, drawn.direction, drawn.pdf, hits, v.camera}, light.inputs, nullptr);
   const Value alone = accumulate_samples(drawn.weight, radiance, drawn.pdf, {}, {}, kSamples).mean;
   const Value shares =
-      scale(weigh_lamps(drawn.weight, {row_points, drawn.direction, hits.u}, graph.constant(places_of(lamps))),
+      scale(weigh_lamps(drawn.weight, {row_points, drawn.direction, hits.u, drawn.pdf}, graph.constant(places_of(lamps))),
             1.0 / kSamples);
 
   Executor executor(compile(graph, {alone, shares, drawn.status}, device), light.states);
@@ -214,7 +214,7 @@ SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp
   light.inputs.push_back(graph.constant(places_of(lamps))), light.inputs.push_back(graph.constant(colors_of(lamps)));
   light.traces = true;
   light.radiance = [own, alone = light.radiance](const AskedRays& rays, std::span<const Value> in, RayCounts* counts) {
-    return add_lamps(alone(rays, in.first(own), counts), {rays.points, rays.direction, rays.hits.u}, in[own],
+    return add_lamps(alone(rays, in.first(own), counts), {rays.points, rays.direction, rays.hits.u, rays.pdf}, in[own],
                      in[own + 1]);
   };
   return light;

@@ -52,18 +52,18 @@ struct Chunked {
   int bounces;
 
   /// Radiance along rays from `points` (of the chunk's pixels or per ray) whose hits on the scene are known.
-  Value radiance(Value points, Value direction, const SsrtHits& seen, int number, Value shows) const {
+  Value radiance(Value points, Value direction, Value pdf, const SsrtHits& seen, int number, Value shows) const {
     const Value starts = number == 1 ? points_of_chunk(points, direction) : points;
     const auto of_scene = [&](Value along) {
-      return light.radiance({starts, along, seen, camera}, light_inputs, counts);
+      return light.radiance({starts, along, pdf, seen, camera}, light_inputs, counts);
     };
     if (number > bounces) return of_scene(direction);
     const ObjectHits met = meet(objects, points, direction);
     const Value scene = of_scene(shows ? needed_rays(direction, met.object, shows) : direction);
-    const Bounce next = bounce(direction, met.normal, met.object, in.materials, number);
+    const Bounce next = bounce(direction, pdf, met.normal, met.object, in.materials, number);
     const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal,
                                {.points = met.point, .skip = nowhere}, options);
-    const Value beyond = radiance(met.point, next.direction, hits, number + 1, {});
+    const Value beyond = radiance(met.point, next.direction, next.widest, hits, number + 1, {});
     return nearer({points, direction, seen.pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth,
                   camera, shows);
   }
@@ -88,7 +88,7 @@ LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SceneLig
         inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
     const Chunked chunk{objects, light,  v.subspan(kOwnInputs), ssrt_options, in, rays.camera, rays.counts,
                         nowhere, bounces};
-    return chunk.radiance(in.points, rays.direction, rays.hits, 1, in.shows);
+    return chunk.radiance(in.points, rays.direction, rays.pdf, rays.hits, 1, in.shows);
   };
 }
 

@@ -14,7 +14,8 @@ std::vector<float> values_of(Device& device, const TensorView& view) {
 }  // namespace
 
 DenseRays dense_rays(Device& device, const HostRays& rays) {
-  const std::vector<float> points = values_of(device, rays.points), directions = values_of(device, rays.direction);
+  const std::vector<float> points = values_of(device, rays.points), directions = values_of(device, rays.direction),
+                           pdf = values_of(device, rays.pdf);
   const auto pixels = static_cast<std::size_t>(rays.points.shape.plane());
   const auto plane = static_cast<std::size_t>(rays.direction.shape.plane());
   DenseRays dense;
@@ -22,7 +23,7 @@ DenseRays dense_rays(Device& device, const HostRays& rays) {
     for (int s = 0; s < rays.chunk.samples; ++s) {
       const std::size_t i = static_cast<std::size_t>(p) * rays.sample_capacity + s;
       if (directions[i] == 0 && directions[plane + i] == 0 && directions[2 * plane + i] == 0) continue;
-      dense.at.push_back(i), dense.pixel.push_back(rays.chunk.first_pixel + p);
+      dense.at.push_back(i), dense.pixel.push_back(rays.chunk.first_pixel + p), dense.pdf.push_back(pdf[i]);
     }
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < dense.count(); ++i) {

@@ -7,11 +7,11 @@
 
 namespace clerestory {
 
-/// Rays of a chunk, planar {3, count} in camera space. at[i]: where ray i lies in the chunk.
+/// Rays of a chunk, planar {3, count} in camera space. at[i]: where ray i lies in the chunk; pdf[i]: of its sampling.
 struct DenseRays {
   std::vector<std::size_t> at;
   std::vector<int> pixel;  // of the picture, that ray i starts from
-  std::vector<float> points, directions;
+  std::vector<float> points, directions, pdf;
 
   std::size_t count() const { return at.size(); }
 };

@@ -49,6 +49,7 @@ Rays asked_rays(const DenseRays& dense, bool of_scene) {
     rays.points.emplace_back(dense.points[i], dense.points[n + i], dense.points[2 * n + i]);
     rays.directions.emplace_back(dense.directions[i], dense.directions[n + i], dense.directions[2 * n + i]);
   }
+  rays.pdf = dense.pdf;
   if (of_scene) rays.skip = dense.pixel;
   return rays;
 }
@@ -104,7 +105,10 @@ EmittedLight those_that_shine(const DenseRays& rays, const std::vector<float>& r
   for (std::size_t i = 0; i < n; ++i)
     if (radiance[i] > 0 || radiance[n + i] > 0 || radiance[2 * n + i] > 0) bright.push_back(i);
   EmittedLight light;
-  for (const std::size_t i : bright) light.rays.at.push_back(rays.at[i]), light.rays.pixel.push_back(rays.pixel[i]);
+  for (const std::size_t i : bright) {
+    light.rays.at.push_back(rays.at[i]), light.rays.pixel.push_back(rays.pixel[i]);
+    light.rays.pdf.push_back(rays.pdf[i]);
+  }
   for (std::size_t c = 0; c < 3; ++c)
     for (const std::size_t i : bright) {
       light.rays.points.push_back(rays.points[c * n + i]), light.rays.directions.push_back(rays.directions[c * n + i]);

@@ -3,7 +3,8 @@
 // Rays {1, C, pixels, samples} (kernels/lib/chunk.clh): direction 3, travelling towards the object; normal 3, unit, of the
 // object on the ray's side; object: row of materials {objects, 5, 1, 1} = albedo, roughness, metallic, or -1: no object.
 // Results: next 3, unit, camera frame, (0, 0, 0) where there is no object or the sample fell below the surface;
-// weight 3 = f cos / pdf of the mixture of visible normals and cosine (kernels/lib/ggx.clh), 0 there.
+// weight 3 = f cos / pdf of the mixture of visible normals and cosine (kernels/lib/ggx.clh), 0 there;
+// widest 1 = the smaller of that pdf and `arriving`, the ray's own: how sharply the whole path so far points there.
 // Random numbers: (seed, pixel, sample, block), block = number of the bounce. Detached.
 #include "lib/chunk.clh"
 #include "lib/ggx.clh"
@@ -11,8 +12,8 @@
 
 #define SALT 0x626f756eu
 
-kernel void bounce(IN(direction), IN(normal), IN_INT(object), IN(materials), OUT(next), OUT(weight), CHUNK_ARGS,
-                   const int objects, const uint seed, const uint block) {
+kernel void bounce(IN(direction), IN(arriving), IN(normal), IN_INT(object), IN(materials), OUT(next), OUT(weight),
+                   OUT(widest), CHUNK_ARGS, const int objects, const uint seed, const uint block) {
   const int s = (int)get_global_id(0);
   const int p = (int)get_global_id(1);
   if (s >= sample_capacity || p >= pixels) return;
@@ -36,4 +37,5 @@ kernel void bounce(IN(direction), IN(normal), IN_INT(object), IN(materials), OUT
   global real *to = AT(next, 0) + ray, *w = AT(weight, 0) + ray;
   to[0] = towards.x, to[step] = towards.y, to[2 * step] = towards.z;
   w[0] = worth.x, w[step] = worth.y, w[2 * step] = worth.z;
+  AT(widest, 0)[ray] = valid ? fmin(AT(arriving, 0)[ray], sampler_pdf(SAMPLER_VNDF_CAPS, wo, wi, alpha, chance)) : R(0);
 }

@@ -9,25 +9,26 @@ namespace {
 
 constexpr auto kFile = "light/soft_lamps.cl";
 
-/// Inputs 1 to 4 of both ops: points, direction, u, places.
+/// Inputs 1 to 5 of both ops: points, direction, u, pdf, places.
 void check(std::span<const Value> in, const char* op) {
-  check_rays(in[0], 3, op), check_rays(in[2], 3, op), check_rays(in[3], 1, op);
-  const Shape &rays = in[0].shape(), &points = in[1].shape(), &places = in[4].shape();
+  check_rays(in[0], 3, op), check_rays(in[2], 3, op), check_rays(in[3], 1, op), check_rays(in[4], 1, op);
+  const Shape &rays = in[0].shape(), &points = in[1].shape(), &places = in[5].shape();
   const bool of_rays = points == rays, of_rows = points == Shape{1, 3, rays.h, 1};
-  if (!(in[2].shape() == rays) || in[3].shape().h != rays.h || in[3].shape().w != rays.w || (!of_rays && !of_rows))
-    throw Error(ErrorKind::Failed, "points, directions and u are of different rays", op, points.text(), rays.text());
+  const auto of_one = [&](Value v) { return v.shape() == Shape{1, 1, rays.h, rays.w}; };
+  if (!(in[2].shape() == rays) || !of_one(in[3]) || !of_one(in[4]) || (!of_rays && !of_rows))
+    throw Error(ErrorKind::Failed, "points, directions, u and pdf are of different rays", op, points.text(), rays.text());
   if (!(places == Shape{1, 4, 1, places.w}) || places.w < 1)
     throw Error(ErrorKind::Failed, "places of lamps are wanted", op, places.text(), "1x4x1xK");
 }
 
-int lamps_of(const Launch& l) { return l.in(4).shape.w; }
+int lamps_of(const Launch& l) { return l.in(5).shape.w; }
 int per_row(const Launch& l) { return l.in(1).shape.w == 1 && l.in(0).shape.w != 1; }
 
 struct WeighLampsOp : Op {
   std::string name() const override { return "weigh_lamps"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check(in, "weigh_lamps");
-    return {{{in[0].shape().h, 3, 1, in[4].shape().w}}};
+    return {{{in[0].shape().h, 3, 1, in[5].shape().w}}};
   }
   std::vector<Value> adjoint(const Node&, std::span<const Value>) const override {
     throw Error(ErrorKind::Failed, "is the matrix of a linear problem and has no adjoint", "weigh_lamps");
@@ -35,7 +36,7 @@ struct WeighLampsOp : Op {
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.in(0).shape);
     l.run_with(row_defines(l.device), kFile, "weigh_lamps", row_range(l.device, lamps_of(l), t.pixel_capacity), l.in(0),
-               l.out(), l.in(1), l.in(2), l.in(3), l.in(4), lamps_of(l), per_row(l), t.first_pixel, t.pixels,
+               l.out(), l.in(1), l.in(2), l.in(3), l.in(4), l.in(5), lamps_of(l), per_row(l), t.first_pixel, t.pixels,
                t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
   }
 };
@@ -44,20 +45,20 @@ struct AddLampsOp : Op {
   std::string name() const override { return "add_lamps"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check(in, "add_lamps");
-    if (!(in[5].shape() == Shape{1, 3, 1, in[4].shape().w}))
-      throw Error(ErrorKind::Failed, "one colour for each lamp is wanted", "add_lamps", in[5].shape().text(),
-                  in[4].shape().text());
+    if (!(in[6].shape() == Shape{1, 3, 1, in[5].shape().w}))
+      throw Error(ErrorKind::Failed, "one colour for each lamp is wanted", "add_lamps", in[6].shape().text(),
+                  in[5].shape().text());
     return {{in[0].shape()}};
   }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     const std::vector<Value>& in = node.inputs;
-    const Value rows = weigh_lamps(g[0], {in[1], in[2], in[3]}, in[4]);
-    return {g[0], {}, {}, {}, {}, sum_to(rows, in[5].shape())};
+    const Value rows = weigh_lamps(g[0], {in[1], in[2], in[3], in[4]}, in[5]);
+    return {g[0], {}, {}, {}, {}, {}, sum_to(rows, in[6].shape())};
   }
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.out().shape);
-    l.run_with(row_defines(l.device), kFile, "add_lamps", row_range(l.device, t.pixels), l.in(0), l.in(5), l.out(),
-               l.in(1), l.in(2), l.in(3), l.in(4), lamps_of(l), per_row(l), t.first_pixel, t.pixels, t.first_sample,
+    l.run_with(row_defines(l.device), kFile, "add_lamps", row_range(l.device, t.pixels), l.in(0), l.in(6), l.out(),
+               l.in(1), l.in(2), l.in(3), l.in(4), l.in(5), lamps_of(l), per_row(l), t.first_pixel, t.pixels, t.first_sample,
                t.samples, t.pixel_capacity, t.sample_capacity);
   }
   int overwrites() const override { return 0; }
@@ -66,11 +67,11 @@ struct AddLampsOp : Op {
 }  // namespace
 
 Value add_lamps(Value radiance, const LampRays& rays, Value places, Value colors) {
-  return radiance.graph().make<AddLampsOp>({radiance, rays.points, rays.direction, rays.u, places, colors});
+  return radiance.graph().make<AddLampsOp>({radiance, rays.points, rays.direction, rays.u, rays.pdf, places, colors});
 }
 
 Value weigh_lamps(Value weight, const LampRays& rays, Value places) {
-  return weight.graph().make<WeighLampsOp>({weight, rays.points, rays.direction, rays.u, places});
+  return weight.graph().make<WeighLampsOp>({weight, rays.points, rays.direction, rays.u, rays.pdf, places});
 }
 
 }  // namespace clerestory

@@ -5,13 +5,15 @@
 namespace clerestory {
 
 /// Rays {1, C, P, S} that lamps light up: points {1, 3, P, S}, or {1, 3, P, 1} for all rays of a row; direction 3
-/// channels, (0, 0, 0) is none; u 1 channel, the share of each ray that no visible surface answers for (SsrtHits::u).
+/// channels, (0, 0, 0) is none; u 1 channel, the share of each ray that no visible surface answers for (SsrtHits::u);
+/// pdf 1 channel, 1/sr, of the sampling that drew the ray, 0: no surface asks.
 struct LampRays {
-  Value points, direction, u;
+  Value points, direction, u, pdf;
 };
 
-/// radiance {1, 3, P, S} + u sum_k color_k exp(-(r / size)^2 (1 - cos theta)), r the distance to a lamp's middle and
-/// theta the angle between ray and it: a spherical Gaussian as a blob of that size in space shows itself. places
+/// radiance {1, 3, P, S} + u sum_k color_k share_k exp(-(r / size)^2 (1 - cos theta)), r the distance to a lamp's middle
+/// and theta the angle between ray and it: a spherical Gaussian as a blob of that size in space shows itself. share_k =
+/// min(1, solid angle of the ray, 1 / pdf, over the lamp's): a lobe narrower than a lamp does not see it whole. places
 /// {1, 4, 1, K}: middle (camera metres) and size > 0; colors {1, 3, 1, K}. Gradients go to radiance and colors.
 Value add_lamps(Value radiance, const LampRays& rays, Value places, Value colors);
 

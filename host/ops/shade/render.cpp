@@ -79,7 +79,7 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
       if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
     }
     const RayBatch rays{
-        samples.direction, trace(spec, traced, in[1], samples.direction), {in[0], surfaces}, in[1], counts.get()};
+        samples.direction, samples.pdf, trace(spec, traced, in[1], samples.direction), {in[0], surfaces}, in[1], counts.get()};
     counts->clear();
     const Value radiance = light(g, rays, in.subspan(light_at));
     const SampleSums sums =
@@ -200,7 +200,7 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
                       spec.spp};
     draw.run(seed, chunk);
     fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction),
-          spec.trace ? draw.view(hits.pixel) : TensorView{}, radiance});
+          draw.view(samples.pdf), spec.trace ? draw.view(hits.pixel) : TensorView{}, radiance});
     sum.run(seed, chunk);
     const auto place = [&](const Tensor& columns, Tensor& to) {
       for (int c = 0; c < columns.shape.c; ++c)

@@ -38,6 +38,7 @@ using RayCounts = std::vector<std::pair<std::string, Value>>;
 /// One chunk's rays, as a light sees them inside map_chunks.
 struct RayBatch {
   Value direction;   // {1, 3, pixels, samples}, camera frame; (0, 0, 0): none
+  Value pdf;         // {1, 1, pixels, samples}: 1/sr, of the sampling that drew the direction
   SsrtHits hits;     // no values when RenderSpec::trace is false
   SurfaceMaps maps;  // whole maps of the pixels that the rays start from
   Value camera;
@@ -86,6 +87,7 @@ struct HostRays {
       sample_capacity = 0;  // ray (p, s) of channel c lies at offset + (c * pixel_capacity + p) * sample_capacity + s
   TensorView points;        // {n, 3, h, w}: surface points of all pixels, camera metres
   TensorView direction;     // {1, 3, pixel_capacity, sample_capacity}
+  TensorView pdf;           // {1, 1, ...}: 1/sr, of the sampling that drew it
   TensorView hit_pixel;     // Int {1, 1, ...}; empty when nothing is traced
   TensorView radiance;      // {1, 3, ...}: to be filled
 };

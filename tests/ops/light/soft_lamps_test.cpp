@@ -1,5 +1,6 @@
 #include "host/ops/light/soft_lamps.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "tests/ops/op_check.hpp"
@@ -20,7 +21,9 @@ double shape_of(const Tensors& in, int p, int s, int k) {
   const double x = to[1] * d[2] - to[2] * d[1], y = to[2] * d[0] - to[0] * d[2], z = to[0] * d[1] - to[1] * d[0];
   const double angle = std::atan2(std::sqrt(x * x + y * y + z * z), dot), half = std::sin(angle / 2);
   const double size = places.at(0, 3, 0, k);
-  return std::exp(-2 * r2 * half * half / (size * size));
+  const double pdf = in.at("pdf").at(0, 0, p, s), ray = pdf > 0 ? 1 / pdf : INFINITY;  // solid angles
+  const double share = std::min(1.0, ray / (2 * M_PI / (2 + r2 / (size * size))));
+  return share * std::exp(-2 * r2 * half * half / (size * size));
 }
 
 std::vector<Tensor> added(const Tensors& in) {
@@ -51,6 +54,7 @@ Tensors rays(int rows, int samples, int lamps, bool per_row, double low, double 
   Tensors in{{"points", random_tensor({1, 3, rows, per_row ? 1 : samples}, 1, -0.5, 0.5)},
              {"direction", random_tensor({1, 3, rows, samples}, 2)},
              {"u", random_tensor({1, 1, rows, samples}, 3, 0, 1)},
+             {"pdf", random_tensor({1, 1, rows, samples}, 9, 0, 2)},
              {"places", random_tensor({1, 4, 1, lamps}, 4, -2, 2)}};
   const Tensor sizes = random_tensor({1, 1, 1, lamps}, 5, low, high);
   for (int k = 0; k < lamps; ++k) in.at("places").at(0, 3, 0, k) = sizes.at(0, 0, 0, k);
@@ -67,7 +71,7 @@ OpCase add_case(const std::string& label, Tensors in, double roundings) {
   c.inputs["colors"] = random_tensor({1, 3, 1, c.inputs.at("places").shape.w}, 7, 0, 1);
   c.build = [](Graph&, const Values& v) {
     return std::vector{
-        add_lamps(v.at("radiance"), {v.at("points"), v.at("direction"), v.at("u")}, v.at("places"), v.at("colors"))};
+        add_lamps(v.at("radiance"), {v.at("points"), v.at("direction"), v.at("u"), v.at("pdf")}, v.at("places"), v.at("colors"))};
   };
   c.reference = added;
   c.roundings = roundings, c.magnitude = 1;
@@ -90,6 +94,10 @@ OP_CASES(soft_lamps) {
   // Needle-sharp: nearly every ray misses, to 0 exactly; huge: every point lies inside.
   auto sharp = add_case("sharp", rays(4, 16, 3, false, 1e-3, 2e-3), 4 * kRoundings);
   auto huge = add_case("huge", rays(4, 16, 3, true, 1e5, 1e6), kRoundings);
+  // Lobes from none to a mirror's, those that see every lamp whole among them.
+  auto lobes = add_case("lobes", rays(3, 16, 4, false, 0.3, 1.5), kRoundings);
+  for (std::size_t i = 0; i < lobes.inputs.at("pdf").real.size(); ++i)
+    lobes.inputs.at("pdf").real[i] = std::array{0.0, 1e-30, 0.31, 30.0, 1e8, 1e30}[i % 6];
   // In the middle of the lamp, and straight at it: a chord of 0.
   Tensors in = rays(2, 16, 2, true, 0.5, 0.6);
   for (int c = 0; c < 3; ++c) {
@@ -104,12 +112,12 @@ OP_CASES(soft_lamps) {
   weigh.inputs = rays(6, 32, 9, true, 0.3, 1.5);
   weigh.inputs["weight"] = random_tensor({1, 3, 6, 32}, 8, 0, 1);
   weigh.build = [](Graph&, const Values& v) {
-    return std::vector{weigh_lamps(v.at("weight"), {v.at("points"), v.at("direction"), v.at("u")}, v.at("places"))};
+    return std::vector{weigh_lamps(v.at("weight"), {v.at("points"), v.at("direction"), v.at("u"), v.at("pdf")}, v.at("places"))};
   };
   weigh.reference = weighed;
   weigh.roundings = 32 * kRoundings, weigh.magnitude = 1;
   weigh.no_gradient = "the matrix of a linear problem";
-  return {many, rows, sharp, huge, inside, weigh};
+  return {many, rows, sharp, huge, lobes, inside, weigh};
 }
 
 }  // namespace clerestory

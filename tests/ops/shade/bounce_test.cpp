@@ -22,6 +22,7 @@ Tensors inputs() {
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
   Tensors t{{"direction", Tensor(Shape{1, 3, kRows, kSamples})},
+            {"arriving", random_tensor({1, 1, kRows, kSamples}, 4, 0, 2)},
             {"normal", Tensor(Shape{1, 3, kRows, kSamples})},
             {"object", random_ints({1, 1, kRows, kSamples}, 2, -1, kObjects - 1)},
             {"materials", random_tensor({kObjects, 5, 1, 1}, 3, 0.1, 0.9)}};
@@ -45,7 +46,7 @@ Vec3 visible_normal(const Vec3& wo, double alpha, double u, double v) {
 }
 
 std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
-  Tensor next(Shape{1, 3, kRows, kSamples}), weight = next;
+  Tensor next(Shape{1, 3, kRows, kSamples}), weight = next, widest(Shape{1, 1, kRows, kSamples});
   for (int p = 0; p < kRows; ++p)
     for (int s = 0; s < kSamples; ++s) {
       const int object = t.at("object").integer[static_cast<std::size_t>(p * kSamples + s)];
@@ -68,16 +69,17 @@ std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
       }
       if (wi.z <= 0) continue;
       const Vec3 towards = frame.from_local(wi), worth = surface.f_cos(wo, wi) / surface.pdf(0, wo, wi, chance);
+      widest.at(0, 0, p, s) = std::min(t.at("arriving").at(0, 0, p, s), surface.pdf(0, wo, wi, chance));
       for (int c = 0; c < 3; ++c) next.at(0, c, p, s) = towards[c], weight.at(0, c, p, s) = worth[c];
     }
-  return {next, weight};
+  return {next, weight, widest};
 }
 
 OP_CASES(bounce) {
   OpCase c{.stem = "bounce", .label = "objects", .kernels = {"bounce"}, .inputs = inputs()};
   c.build = [](Graph&, const Values& v) {
-    const Bounce b = bounce(v.at("direction"), v.at("normal"), v.at("object"), v.at("materials"), kNumber);
-    return std::vector<Value>{b.direction, b.weight};
+    const Bounce b = bounce(v.at("direction"), v.at("arriving"), v.at("normal"), v.at("object"), v.at("materials"), kNumber);
+    return std::vector<Value>{b.direction, b.weight, b.widest};
   };
   c.reference = [seed = c.seed](const Tensors& t) { return reference(t, seed); };
   // Directions go through two frames and a reflection; grazing ones magnify that in the weight.
@@ -89,8 +91,10 @@ OP_CASES(bounce) {
 TEST(Bounce, RefusesWhatDoesNotFit) {
   Graph g;
   const Value rays = g.input("rays", {1, 3, 4, 16}), object = g.input("object", {1, 1, 4, 16}, Type::Int);
-  EXPECT_THROW(bounce(rays, rays, g.input("real", {1, 1, 4, 16}), g.input("five", {2, 5, 1, 1}), 1), Error);
-  EXPECT_THROW(bounce(rays, rays, object, g.input("four", {2, 4, 1, 1}), 1), Error);
+  const Value real = g.input("real", {1, 1, 4, 16}), five = g.input("five", {2, 5, 1, 1});
+  EXPECT_THROW(bounce(rays, real, rays, real, five, 1), Error);
+  EXPECT_THROW(bounce(rays, rays, rays, object, five, 1), Error);
+  EXPECT_THROW(bounce(rays, real, rays, object, g.input("four", {2, 4, 1, 1}), 1), Error);
 }
 
 }  // namespace
