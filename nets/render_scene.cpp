@@ -1,8 +1,8 @@
 #include "nets/render_scene.hpp"
 
 #include <algorithm>
-#include <chrono>
 
+#include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/light/image_light.hpp"
@@ -106,11 +106,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   feed_scene(executor, scene);
   light.feed(executor);
   Profiled profiled(device, settings.profile);
-  device.finish();
-  const auto start = std::chrono::steady_clock::now();
-  executor.run(settings.seed);
-  device.finish();
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  const double seconds = seconds_of(device, [&] { executor.run(settings.seed); });
   const RenderCounts counts = render_counts(executor.fetch(rendered.status), executor.fetch(rendered.tally));
 
   Rendering result;
@@ -125,7 +121,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.rays = counts.directions, result.hits = counts.hits, result.dropped = counts.dropped;
   result.facing_away = counts.facing_away;
   result.answered = counted(executor, rendered.counts);
-  result.seconds = elapsed.count();
+  result.seconds = seconds;
   result.bytes = executor.bytes();
   result.explanation = executor.explain();
   result.left_out = graph.what_was_left_out();

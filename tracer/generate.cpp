@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
+#include "host/stopwatch.hpp"
 #include "tracer/balls.hpp"
 #include "tracer/envmaps.hpp"
 #include "tracer/probes.hpp"
@@ -112,10 +112,6 @@ void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 constexpr int kPilotSpp = 4;
 constexpr std::uint32_t kLightStream = 0x119475u;  // parts light's random numbers from the picture's
 // A view has some nineteen texels of environment maps for one of a probe, which is looked at on its own.
@@ -148,9 +144,9 @@ class RoomWriter {
     RoomView out;
     out.exposure = exposure_of(picture.mean);
     if (options_.light) {
-      const auto start = std::chrono::steady_clock::now();
+      const Stopwatch watch;
       write_light(folder, id, camera, maps, most, out.exposure, Random(seed ^ kLightStream), summary);
-      summary.light_seconds += seconds_since(start);
+      summary.light_seconds += watch.seconds();
     }
     fill_maps(out, camera, std::move(maps));
     out.image = std::move(picture.mean);
@@ -302,10 +298,10 @@ GenerateSummary generate(const Device& device, const GenerateOptions& options) {
       if (!missing) {
         ++summary.skipped;
       } else {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         if (!room) room = std::make_unique<RoomWriter>(device, options, index, assets);
         room->write(view, summary);
-        summary.seconds += seconds_since(start);
+        summary.seconds += watch.seconds();
         ++summary.made;
       }
       ++done;

@@ -1,7 +1,6 @@
 #include "experiments/applications/edit.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +13,7 @@
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
@@ -273,7 +273,7 @@ Image read_edit_mask(const fs::path& path, const Scene& scene) {
 }
 
 std::string edit(const EditOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   check_change(options.change), check_bounces(options.bounces);
   is_learned_light(options.render.light), render_spec(options.render);
   const Scene scene = read_run(options.run);
@@ -315,7 +315,7 @@ std::string edit(const EditOptions& options) {
   provenance.left_out.push_back({"in bounce 1, pixels that are not edited", "at equal seeds their change is exactly 0",
                                  fmt::format("{:.1f} % of the picture's rays", 100 * (1 - done.with.share()))});
   provenance.left_out.push_back({"the render without the edit", "the layer is linear in its light", "one render"});
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = watch.seconds();
   provenance.figures["seconds"] = seconds;
   provenance.ended = utc_now();
   write_provenance(folder / "provenance.json", provenance);

@@ -1,13 +1,13 @@
 #include "experiments/applications/insert.hpp"
 
 #include <algorithm>
-#include <chrono>
 
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/objects_light.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/applications/scene_layer.hpp"
+#include "host/cl/seconds_of.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -16,6 +16,7 @@
 #include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
@@ -221,11 +222,7 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
   executor.feed("shows", tensor_of(with.shows)), executor.feed("skip", skip_map(with.shows));
   executor.feed("materials", material_table(list));
-  device.finish();
-  const auto start = std::chrono::steady_clock::now();
-  executor.run(settings.seed);
-  device.finish();
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = seconds_of(device, [&] { executor.run(settings.seed); });
   Image change(scene.width(), scene.height(), 3), without = change;
   change.data = executor.fetch_floats(rendered.radiance);
 
@@ -242,7 +239,7 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
 void insert(const InsertOptions& options) {
   if (options.objects.empty())
     throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const Scene scene = read_run(options.run);
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
@@ -257,7 +254,7 @@ void insert(const InsertOptions& options) {
   make_directories(out);
   write_exr(out / "composite.exr", composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
   write_png(out / "composite.png", show_radiance(composite), Encoding::Linear);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = watch.seconds();
   provenance.seeds["render"] = options.render.seed;
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;

@@ -1,7 +1,6 @@
 #include "experiments/applications/invert.hpp"
 
 #include <algorithm>
-#include <chrono>
 
 #include "experiments/applications/estimate.hpp"
 #include "experiments/applications/light_weights.hpp"
@@ -16,25 +15,13 @@
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
+#include "host/stopwatch.hpp"
 #include "nets/scene_maps.hpp"
 
 namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 bool wanted(const InvertOptions& options, const std::string& map) {
   return options.only.empty() || std::find(options.only.begin(), options.only.end(), map) != options.only.end();

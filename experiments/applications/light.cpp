@@ -1,6 +1,5 @@
 #include "experiments/applications/light.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +13,7 @@
 #include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
@@ -85,7 +85,7 @@ Rays panorama_rays(const AskedPlace& place, const Size& size) {
 }
 
 std::string light(const LightOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   is_learned_light(options.render.light);
   const fs::path out = options.out.empty() ? options.run / "light.exr" : options.out;
   if (out.extension() != ".exr")
@@ -108,7 +108,7 @@ std::string light(const LightOptions& options) {
   write_exr(out, panorama, fits_half(panorama) ? ExrType::Half : ExrType::Float);
   write_png(fs::path(out).replace_extension(".png"), show_radiance(panorama, exposure_of(scene.photo.data)),
             Encoding::Linear);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = watch.seconds();
   provenance.inputs = {record_file(options.run / "photo.exr")};
   provenance.facts["point, camera metres"] = text_of(place.point);
   if (!place.note.empty()) provenance.facts["place"] = place.note;

@@ -1,7 +1,6 @@
 #include "experiments/applications/scene_layer.hpp"
 
-#include <chrono>
-
+#include "host/cl/seconds_of.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "nets/scene_light.hpp"
 
@@ -35,11 +34,7 @@ Image SceneLayer::radiance(const Image& albedo, const Image& material, const Ima
   executor_->feed("albedo", tensor_of(albedo)), executor_->feed("material", tensor_of(material));
   executor_->feed("photo", tensor_of(light));
   executor_->feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
-  device_.finish();
-  const auto start = std::chrono::steady_clock::now();
-  executor_->run(seed_);
-  device_.finish();
-  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds_ += seconds_of(device_, [&] { executor_->run(seed_); });
   const Tensor status = executor_->fetch(rendered_.status);
   counts_ = render_counts(status, executor_->fetch(rendered_.tally));
   shaded_.assign(shade.size(), false);

@@ -1,10 +1,10 @@
 #include "experiments/bench/conv_bench.hpp"
 
-#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "host/cl/ceilings.hpp"
+#include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/nn/conv.hpp"
 
@@ -100,12 +100,7 @@ double best_seconds(Device& device, const Layer& layer, const std::string& gemm,
                         (pass == Pass::Weights && name[0] != 'w');
     if (needed) executor.feed(name, noise(shape, static_cast<std::uint32_t>(name[0])));
   }
-  const auto timed = [&] {
-    const auto start = std::chrono::steady_clock::now();
-    executor.run();
-    device.finish();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const auto timed = [&] { return seconds_of(device, [&] { executor.run(); }); };
   double best = timed(), spent = best;
   if (best > 1) return best;  // compiling does not matter beside this
   best = 1e30;

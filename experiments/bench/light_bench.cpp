@@ -1,12 +1,12 @@
 #include "experiments/bench/light_bench.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "host/cl/ceilings.hpp"
+#include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_mlp.hpp"
@@ -119,12 +119,7 @@ double best_seconds(Device& device, const Net& net, Value value, const Executor*
   Executor executor(compile(*net.graph, {value}, device), states);
   for (const auto& [name, tensor] : net.feeds) executor.feed(name, tensor);
   if (before) executor.bind("rows", before->view(net.before));
-  const auto timed = [&] {
-    const auto start = std::chrono::steady_clock::now();
-    executor.run();
-    device.finish();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const auto timed = [&] { return seconds_of(device, [&] { executor.run(); }); };
   timed();
   double best = 1e30, spent = 0;
   for (int i = 0; i < 10 && (i < 3 || spent < 0.5); ++i) {

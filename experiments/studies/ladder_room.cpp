@@ -1,7 +1,6 @@
 #include "experiments/studies/ladder_room.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 
 #include "experiments/studies/compare.hpp"
@@ -9,6 +8,7 @@
 #include "experiments/studies/traced_room.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
+#include "host/stopwatch.hpp"
 #include "tracer/balls.hpp"
 
 namespace clerestory {
@@ -129,9 +129,9 @@ class RoomLadder {
 
  private:
   std::unique_ptr<Lit> predicted() {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Scene scene = predicted_scene(device_, options_.maps_weights, view_.scene);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = watch.seconds();
     if (place_) {
       const Vec3 foot = place_->center - kBallLift * place_->radius * view_.camera.direction_to_camera({0, 1, 0});
       if (const auto at = view_.camera.project(foot)) scale_depth(scene, *at, -foot.z);

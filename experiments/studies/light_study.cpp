@@ -1,7 +1,6 @@
 #include "experiments/studies/light_study.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -17,6 +16,7 @@
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
+#include "host/stopwatch.hpp"
 #include "nets/scene_radiance.hpp"
 
 namespace clerestory {
@@ -150,9 +150,9 @@ class LightStudy : public StudyRun {
          {std::pair{"photo", "image"}, {"out_of_view", "out_of_view"}, {"net", "net"}, {"net+lamps", "net+lamps"}}) {
       const RenderSettings settings = under_light(settings_, light, device_, scene);
       SceneRadiance radiance(device_, scene, settings, rays.truth.size());
-      const auto start = std::chrono::steady_clock::now();
+      const Stopwatch watch;
       const RadianceAnswers given = radiance.radiance(rays.asked);
-      answers.seconds[key] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      answers.seconds[key] = watch.seconds();
       answers.radiance[key] = given.radiance;
       if (settings.light == "image") answers.pixel = given.pixel;
     }

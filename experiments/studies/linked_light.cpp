@@ -1,11 +1,11 @@
 #include "experiments/studies/linked_light.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/studies/true_hits.hpp"
+#include "host/stopwatch.hpp"
 #include "nets/net_light.hpp"
 #include "nets/scene_maps.hpp"
 #include "tracer/random.hpp"
@@ -19,12 +19,12 @@ constexpr std::uint32_t kEmissionStream = 0x6c616d70u;  // parts its random numb
 /// Adds the time of its life to a sum.
 class Clock {
  public:
-  explicit Clock(double& sum) : sum_(sum), start_(std::chrono::steady_clock::now()) {}
-  ~Clock() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  explicit Clock(double& sum) : sum_(sum) {}
+  ~Clock() { sum_ += watch_.seconds(); }
 
  private:
   double& sum_;
-  std::chrono::steady_clock::time_point start_;
+  Stopwatch watch_;
 };
 
 RenderSpec spec_of(const RenderSettings& settings) {

@@ -1,9 +1,9 @@
 #include "experiments/studies/truth_light.hpp"
 
-#include <chrono>
 #include <map>
 
 #include "experiments/studies/host_rays.hpp"
+#include "host/stopwatch.hpp"
 #include "nets/scene_maps.hpp"
 #include "tracer/random.hpp"
 
@@ -81,14 +81,14 @@ TruthRendering render_truth(Device& device, TraceScene& traced, const Scene& map
                                             {"material", tensor_of(maps.material)},
                                             {"camera", camera_tensor(std::span(&maps.camera, 1))}};
   TrueLight light(device, traced, maps, settings.seed);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   TruthRendering result;
   result.reflected = render_with_host_light(device, spec, feeds, settings.seed,
                                             [&](const HostRays& rays) { light.fill_reflected(rays); });
   result.whole =
       render_with_host_light(device, spec, feeds, settings.seed, [&](const HostRays& rays) { light.fill_whole(rays); });
   result.dropped = light.dropped();
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = watch.seconds();
   return result;
 }
 

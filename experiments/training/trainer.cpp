@@ -1,6 +1,5 @@
 #include "experiments/training/trainer.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -11,13 +10,10 @@
 #include "host/io/files.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
-
-double clock_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Keys of a config that are not at their default, for the model card.
 std::vector<std::string> settings_of(const Config& config) {
@@ -55,7 +51,7 @@ class Trainer {
   void validate();
   void checkpoint();
   void finish();
-  double seconds() const { return progress_.seconds + (clock_now() - started_); }
+  double seconds() const { return progress_.seconds + (clock_seconds() - started_); }
   bool due(std::int64_t every) const { return every > 0 && progress_.step % every == 0; }
   Leg& leg() { return progress_.history.legs.back(); }
   void update_leg();
@@ -174,7 +170,7 @@ void Trainer::update_leg() {
 }
 
 void Trainer::loop() {
-  started_ = last_checkpoint_ = log_clock_ = clock_now();
+  started_ = last_checkpoint_ = log_clock_ = clock_seconds();
   log_step_ = progress_.step;
   if (progress_.step == 0) validate();
   const bool by_steps = limits_.steps > 0;
@@ -186,7 +182,7 @@ void Trainer::loop() {
     if (due(options_.log_every)) log_losses();
     if (due(options_.validate_every)) validate();
     const bool long_ago =
-        options_.checkpoint_minutes > 0 && clock_now() - last_checkpoint_ > 60 * options_.checkpoint_minutes;
+        options_.checkpoint_minutes > 0 && clock_seconds() - last_checkpoint_ > 60 * options_.checkpoint_minutes;
     if (due(options_.checkpoint_every) || long_ago) checkpoint();
     bar.update(by_steps ? progress_.step : std::min(total, static_cast<std::int64_t>(seconds() / 60)), score_note_);
     if (interrupted()) {
@@ -220,16 +216,17 @@ void Trainer::log_losses() {
   for (std::size_t i = 0; i < loss_names_.size(); ++i)
     values.emplace_back("train/" + loss_names_[i], progress_.loss_sums[i] / static_cast<double>(progress_.summed));
   values.emplace_back("train/rate", rate_);
-  const double speed = static_cast<double>(options_.batch * (progress_.step - log_step_)) / (clock_now() - log_clock_);
+  const double speed =
+      static_cast<double>(options_.batch * (progress_.step - log_step_)) / (clock_seconds() - log_clock_);
   values.emplace_back("time/views_per_second", speed);
   metrics_->write(progress_.step, values);
   score_note_ = fmt::format("loss {:.4f}, {:.1f} views/s", values[0].second, speed);
   progress_.loss_sums.clear(), progress_.summed = 0;
-  log_step_ = progress_.step, log_clock_ = clock_now();
+  log_step_ = progress_.step, log_clock_ = clock_seconds();
 }
 
 void Trainer::validate() {
-  const double before = clock_now();
+  const double before = clock_seconds();
   Judgement judgement = task_->judge();
   metrics_->write(progress_.step, judgement.values);
   run_.log(fmt::format("step {}: {}", progress_.step, judgement.text));
@@ -241,7 +238,7 @@ void Trainer::validate() {
     progress_.best_score = judgement.point.score;
     save_weights("best.safetensors");
   }
-  log_clock_ += clock_now() - before;  // speed is that of training steps
+  log_clock_ += clock_seconds() - before;  // speed is that of training steps
 }
 
 void Trainer::checkpoint() {
@@ -250,7 +247,7 @@ void Trainer::checkpoint() {
   now.seconds = seconds();
   write_checkpoint(run_.checkpoint_path(progress_.step), *states_, now, identity());
   run_.prune_checkpoints(2);
-  last_checkpoint_ = clock_now();
+  last_checkpoint_ = clock_seconds();
 }
 
 void Trainer::finish() {

@@ -1,7 +1,8 @@
 #include "host/cl/ceilings.hpp"
 
 #include <algorithm>
-#include <chrono>
+
+#include "host/cl/seconds_of.hpp"
 
 namespace clerestory {
 namespace {
@@ -9,15 +10,6 @@ namespace {
 constexpr const char* file = "tensor/ceilings.cl";
 constexpr int chains = 12;  // CHAINS of the kernel file
 constexpr int tries = 8, calibration_tries = 3;
-
-template <class Work>
-double seconds_of(Device& device, Work work) {
-  device.finish();
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  device.finish();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 template <class Work>
 double best_seconds(Device& device, int count, Work work) {

@@ -4,10 +4,10 @@
 
 #include <CL/opencl.hpp>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 
 #include "host/cl/platforms.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
@@ -64,7 +64,7 @@ ProgramBuilder::ProgramBuilder(cl_context context, cl_device_id device, const De
       keep_binaries_(keep_binaries(info.platform)) {}
 
 cl_program ProgramBuilder::build(std::string_view file, const Defines& defines, Precision precision) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const std::string source = kernel_source(file);
   const std::string options = build_options(defines, precision);
   const std::string key = fingerprint_ + "\n" + options + "\n" + source;
@@ -79,7 +79,7 @@ cl_program ProgramBuilder::build(std::string_view file, const Defines& defines, 
     if (keep_binaries_)
       if (const std::string binary = binary_of(program); !binary.empty()) cache_.store("program", key, binary);
   }
-  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds_ += watch.seconds();
   return program;
 }
 

@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <chrono>
 
+#include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
 #include "host/graph/transfer.hpp"
 
@@ -8,8 +8,6 @@ namespace clerestory {
 namespace {
 
 const std::string& name_of(const Node& input) { return static_cast<const InputOp&>(*input.op).input_name; }
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 
@@ -130,11 +128,7 @@ void Executor::run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<dou
       node.op->launch(launch);
       continue;
     }
-    plan_.device.finish();
-    const double start = now();
-    node.op->launch(launch);
-    plan_.device.finish();
-    seconds->push_back(now() - start);
+    seconds->push_back(seconds_of(plan_.device, [&] { node.op->launch(launch); }));
   }
 }
 

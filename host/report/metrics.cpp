@@ -6,23 +6,18 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double clock_seconds() {
-  using namespace std::chrono;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 /// The whole lines of the file; bytes after the last newline are a record that was being written when a run died.
 std::string whole_lines(const std::filesystem::path& path) {

@@ -6,13 +6,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <mutex>
 
 #include "host/error.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
@@ -21,11 +21,6 @@ std::atomic<bool> g_quiet{false};
 volatile std::sig_atomic_t g_interrupted = 0;
 std::mutex g_terminal;     // lines of several threads do not mix
 bool g_bar_shown = false;  // a bar without newline stands on the terminal; guarded by g_terminal
-
-double clock_seconds() {
-  using namespace std::chrono;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 int terminal_columns() {
   winsize size{};

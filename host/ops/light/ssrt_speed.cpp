@@ -1,9 +1,9 @@
 // How fast screen-space rays are on a device.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <random>
 
+#include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
 #include "host/math/frames.hpp"
 #include "host/ops/light/bench_room.hpp"
@@ -65,11 +65,10 @@ SsrtSpeed ssrt_speed(Device device, int width, int height, SsrtSolver solver, in
   SsrtSpeed speed;
   double best = INFINITY;
   for (int r = 0; r <= repeats; ++r) {  // the first builds the kernels
-    device.finish();
-    const auto start = std::chrono::steady_clock::now();
-    for (std::size_t k = 0; k < runs.size(); ++k) runs[k]->run(0, where[k]);
-    device.finish();
-    if (r > 0) best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    const double seconds = seconds_of(device, [&] {
+      for (std::size_t k = 0; k < runs.size(); ++k) runs[k]->run(0, where[k]);
+    });
+    if (r > 0) best = std::min(best, seconds);
   }
   double hit = 0;
   for (const auto& run : runs)

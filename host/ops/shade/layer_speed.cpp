@@ -1,8 +1,8 @@
 // How fast the rendering layer is on a device.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/light/bench_room.hpp"
 #include "host/ops/shade/render.hpp"
@@ -37,14 +37,9 @@ LayerSpeed layer_speed(Device device, int width, int height, const RenderSpec& s
   LayerSpeed speed;
   speed.seconds = INFINITY;
   for (int r = 0; r <= repeats; ++r) {  // the first builds the kernels
-    device.finish();
     device.reset_memory_peak();
-    const auto start = std::chrono::steady_clock::now();
-    executor.run(static_cast<std::uint32_t>(r));
-    device.finish();
-    if (r > 0)
-      speed.seconds =
-          std::min(speed.seconds, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    const double seconds = seconds_of(device, [&] { executor.run(static_cast<std::uint32_t>(r)); });
+    if (r > 0) speed.seconds = std::min(speed.seconds, seconds);
     speed.peak_bytes = std::max(speed.peak_bytes, device.memory_peak());
   }
   speed.million_samples_per_second = 1e-6 * width * height * spec.spp / speed.seconds;
