@@ -105,6 +105,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   Executor executor(compile(graph, outputs, device), light.states);
   feed_scene(executor, scene);
   light.feed(executor);
+  executor.after_chunk(settings.after_chunk);
   Profiled profiled(device, settings.profile);
   const double seconds = seconds_of(device, [&] { executor.run(settings.seed); });
   const RenderCounts counts = render_counts(executor.fetch(rendered.status), executor.fetch(rendered.tally));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/cl/device.hpp"
+#include "host/graph/op.hpp"
 #include "nets/scene.hpp"
 #include "nets/soft_lamps.hpp"
 
@@ -30,6 +31,7 @@ struct RenderSettings {
   std::uint32_t seed = 0;
   int chunk_rays = 0;    // rays at once; 0: as many as the light allows
   bool profile = false;  // fill Rendering::kernels
+  ChunkListener after_chunk;
 };
 
 /// What the layer gives for every pixel, in the scene's own units, and what it counted.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/scene_layer.hpp"
@@ -282,6 +283,7 @@ std::string edit(const EditOptions& options) {
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   RenderSettings render = options.render;
+  render.after_chunk = chunk_progress("edit");
   take_light(render, options.lit_by, device, scene, provenance);
   const Edit done = edit_scene(device, scene, mask, options.change, render, options.bounces);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/objects_light.hpp"
 #include "experiments/applications/run_folder.hpp"
@@ -222,6 +223,7 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
   executor.feed("shows", tensor_of(with.shows)), executor.feed("skip", skip_map(with.shows));
   executor.feed("materials", material_table(list));
+  executor.after_chunk(settings.after_chunk);
   result.seconds = seconds_of(device, [&] { executor.run(settings.seed); });
   Image change(scene.width(), scene.height(), 3), without = change;
   change.data = executor.fetch_floats(rendered.radiance);
@@ -244,6 +246,7 @@ void insert(const InsertOptions& options) {
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   RenderSettings render = options.render;
+  render.after_chunk = chunk_progress("insert");
   take_light(render, options.lit_by, device, scene, provenance);
   const Insertion inserted = insert_into(device, scene, options.objects, render, options.bounces);
   const Image& composite = inserted.composite;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/estimate.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/predict.hpp"
@@ -197,7 +198,7 @@ fs::path invert(const InvertOptions& options) {
   if (rerenders) {
     scene.check(out.string());
     RenderSettings render = options.render;
-    render.profile = true;
+    render.profile = true, render.after_chunk = chunk_progress("re-render");
     take_light(render, options.lit_by, device, scene, record);
     record.figures["seconds: light"] = clock.lap();
     const Rendering r = render_scene(device, scene, render);

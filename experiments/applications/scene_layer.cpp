@@ -17,6 +17,7 @@ SceneLayer::SceneLayer(Device& device, const Scene& scene, const RenderSettings&
                      inputs_of(light, surface_points(v.maps.depth, v.camera)), builder_of(light),
                      {solid, v.maps.surfaces.normal, skip});
   executor_.emplace(compile(graph_, {rendered_.radiance, rendered_.status, rendered_.tally}, device), light.states);
+  executor_->after_chunk(settings.after_chunk);
   feed_scene(*executor_, scene);
   light.feed(*executor_);
   executor_->feed("solid", tensor_of(scene.depth));

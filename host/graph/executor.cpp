@@ -106,6 +106,7 @@ void Executor::run(std::uint32_t seed, const Chunk& chunk) { run_steps(seed, chu
 void Executor::run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<double>* seconds) {
   Launch launch(plan_.device, plan_.options.precision, plan_.options.gemm);
   launch.seed = seed, launch.chunk = chunk;
+  if (after_chunk_) launch.after_chunk = &after_chunk_;
   for (const Step& step : plan_.steps) {
     const Node& node = *step.node;
     launch.inputs.clear(), launch.outputs.clear();

@@ -108,12 +108,18 @@ struct MapChunksOp : Op {
 
   void launch(Launch& l) const override {
     Executor& executor = inner->executor(l);
+    const auto parts = [](int whole, int part) { return (whole + part - 1) / part; };
+    const int chunks = parts(pixels(), domain.chunk_pixels) * parts(domain.samples, domain.chunk_samples);
+    int done = 0;
     for (int pixel = 0; pixel < pixels(); pixel += domain.chunk_pixels)
       for (int sample = 0; sample < domain.samples; sample += domain.chunk_samples) {
         const Chunk chunk{pixel, std::min(domain.chunk_pixels, pixels() - pixel), sample,
                           std::min(domain.chunk_samples, domain.samples - sample)};
         executor.run(l.seed, chunk);
         collect(l, executor, chunk);
+        if (!l.after_chunk) continue;
+        l.device.finish();
+        (*l.after_chunk)(++done, chunks);
       }
   }
 

@@ -1,6 +1,7 @@
 // What an op is: a shape rule, an adjoint rule, a launch and a cost. Ops hold their attributes and nothing else; they
 // are shared by every plan that contains them.
 #pragma once
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,6 +41,9 @@ struct Chunk {
   int first_pixel = 0, pixels = 0, first_sample = 0, samples = 0;
 };
 
+/// Told after every chunk of a map_chunks how many of them the device has finished. What it throws ends the run.
+using ChunkListener = std::function<void(int done, int chunks)>;
+
 /// Everything an op may use while it launches its kernels.
 class Launch {
  public:
@@ -51,6 +55,7 @@ class Launch {
   std::string gemm;        // "packed" or "clblast": resolved before the plan was made
   std::uint32_t seed = 0;  // of this run; random ops mix in their own salt
   Chunk chunk;
+  const ChunkListener* after_chunk = nullptr;  // null: nobody listens, and the device is not waited for
   std::vector<TensorView> inputs, outputs;
   TensorView workspace;  // of the size the op asked for
 

@@ -79,6 +79,7 @@ class Executor {
   void feed(const std::string& input, std::span<const float> data);
   void bind(const std::string& input, const TensorView& memory);  // uses memory of somebody else
   void run(std::uint32_t seed = 0, const Chunk& chunk = {});
+  void after_chunk(ChunkListener listener) { after_chunk_ = std::move(listener); }  // of the runs to come
   Tensor fetch(Value output);  // one of the plan's outputs, after run()
   std::vector<float> fetch_floats(Value output);
   TensorView view(Value output) const;
@@ -95,6 +96,7 @@ class Executor {
   std::shared_ptr<States> states_;
   Buffer arena_;
   std::vector<TensorView> inputs_, constants_;
+  ChunkListener after_chunk_;
 };
 
 /// Compiles and runs at once: the values of `outputs` for the given inputs. For tests and small jobs.

@@ -188,6 +188,29 @@ TEST(MapChunks, CoversEveryPixelOnceWhateverTheChunk) {
   }
 }
 
+TEST(MapChunks, SaysHowManyAreDone) {
+  const Tensor input = random_tensor({2, 3, 5, 7}, 3);
+  Graph g;
+  const Value x = g.input("x", input.shape);
+  const std::vector<Value> out = chunked(g, x, {2, 5, 7, 3, 32, 2});  // 70 pixels by 32, 3 samples by 2
+  Executor run(compile(g, out, device()));
+  run.feed("x", input);
+  run.run();
+  const Tensor alone = run.fetch(out[0]);
+  std::vector<std::pair<int, int>> heard;
+  run.after_chunk([&](int done, int chunks) { heard.emplace_back(done, chunks); });
+  run.run();
+  EXPECT_EQ(run.fetch(out[0]).real, alone.real);
+  EXPECT_EQ(heard, (std::vector<std::pair<int, int>>{{1, 6}, {2, 6}, {3, 6}, {4, 6}, {5, 6}, {6, 6}}));
+  run.after_chunk([](int done, int) {
+    if (done == 2) throw Error(ErrorKind::Interrupted, "stopped");
+  });
+  EXPECT_THROW(run.run(), Error);
+  run.after_chunk({});
+  run.run();  // goes on as before
+  EXPECT_EQ(run.fetch(out[0]).real, alone.real);
+}
+
 TEST(MapChunks, ItsAdjointReplaysTheChunks) {
   const Tensor input = random_tensor({2, 3, 5, 7}, 4), weight = random_tensor({2, 3, 5, 7}, 5);
   Graph g;

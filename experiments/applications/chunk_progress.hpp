@@ -1,0 +1,12 @@
+// Progress of a render by chunks of its rays.
+#pragma once
+#include <string>
+
+#include "host/graph/op.hpp"
+
+namespace clerestory {
+
+/// For RenderSettings::after_chunk: a bar on the terminal for every pass over the picture.
+ChunkListener chunk_progress(const std::string& label);
+
+}  // namespace clerestory
