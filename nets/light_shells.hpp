@@ -23,7 +23,7 @@ std::vector<double> shell_radii(const ShellsSize& size);
 std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& levels, Value image, Value cameras,
                                 const ShellsSize& size);
 
-/// Radiance {1, 3, pixels, samples} at points along directions (camera metres, camera frame).
+/// Radiance {1, 3, pixels, samples} at points along directions (camera metres, camera frame). With gradients.
 Value shells_light(Value shells, Value points, Value direction, Value range, const ShellsSize& size);
 
 }  // namespace clerestory

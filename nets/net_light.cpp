@@ -3,6 +3,7 @@
 #include "host/io/resize.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/light/ask_field.hpp"
+#include "host/ops/light/ask_shells.hpp"
 #include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/pixel_rows.hpp"
 #include "host/ops/light/surface_points.hpp"
@@ -57,11 +58,6 @@ SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
   return maps;
 }
 
-/// Points for every ray of a tile, where they may be {1, 3, P, 1}.
-Value point_of_each_ray(Value points, const Shape& rays) {
-  return points.shape() == rays ? points : ray_origins(points, rays.w);
-}
-
 /// Asks a picture of no importance, to learn which states there must be.
 void check_states(const LightNets& nets, bool in_view) {
   Graph graph;
@@ -79,13 +75,13 @@ void check_states(const LightNets& nets, bool in_view) {
   }
 }
 
-/// Radiance from out of view; 0 or nothing of meaning for rays that `list` leaves out.
+/// Radiance from out of view; 0 for rays that `list` leaves out.
 Value far_light(const LightField& field, Value points, Value direction, Value range, const RayList& list,
                 const OutOfViewSize& size) {
   if (size.form == OutOfViewForm::Field)
     return ask_field(field.weights, field.biases, points, direction, range, list,
                      {size.march, size.octaves, size.released_output}, field.background);
-  return out_of_view_light(field, point_of_each_ray(points, direction.shape()), direction, range, size);
+  return ask_shells(field.shells, points, direction, range, list, shell_radii(size.shells));
 }
 
 }  // namespace

@@ -207,12 +207,12 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   const Value shows = graph.input("shows", map1), skip = graph.input("skip", map1, Type::Int);
   const Value materials = graph.input("materials", {static_cast<int>(list.size()), 5, 1, 1});
   const ObjectsLightInputs inputs{
-      depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera), shows, materials};
+      depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera), skip, shows, materials};
   const SceneLight light = scene_light(graph, v, scene, settings);
   RenderSpec spec = render_spec(settings, light);
-  spec.trace = true;  // an object is met only before what a ray sees of the scene
+  spec.trace = false;  // objects_light() does, where it must
   const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs_of(inputs, light),
-                                   objects_light(objects, light, spec.ssrt, bounces), {depth, normal, skip});
+                                   objects_light(objects, light, spec.ssrt, bounces));
 
   Executor executor(compile(graph, {rendered.radiance}, device), light.states);
   feed_scene(executor, with.scene);

@@ -51,30 +51,37 @@ struct Chunked {
   Value nowhere;  // Int, one per ray, -1: rays from objects skip no cell
   int bounces;
 
-  /// Radiance along rays from `points` (of the chunk's pixels or per ray) whose hits on the scene are known.
-  Value radiance(Value points, Value direction, Value pdf, const SsrtHits& seen, int number, Value shows) const {
+  /// What the scene sends along rays from `points`, and where they hit it.
+  struct OfScene {
+    SsrtHits seen;
+    Value radiance;
+  };
+  OfScene of_scene(Value points, Value skip, Value direction, Value pdf, int number) const {
+    const SsrtHits seen =
+        ssrt(in.depth, in.pyramid, camera, in.range, direction, in.normal, {.points = points, .skip = skip}, options);
     const Value starts = number == 1 ? points_of_chunk(points, direction) : points;
-    const auto of_scene = [&](Value along) {
-      return light.radiance({starts, along, pdf, seen, camera}, light_inputs, counts);
-    };
-    if (number > bounces) return of_scene(direction);
+    return {seen, light.radiance({starts, direction, pdf, seen, camera}, light_inputs, counts)};
+  }
+
+  /// Radiance along rays from `points`: those of pixels that show the scene where `shows` is given, else of objects.
+  Value radiance(Value points, Value skip, Value direction, Value pdf, int number, Value shows) const {
+    if (number > bounces) return of_scene(points, skip, direction, pdf, number).radiance;
     const ObjectHits met = meet(objects, points, direction);
-    const Value scene = of_scene(shows ? needed_rays(direction, met.object, shows) : direction);
+    const OfScene scene =
+        of_scene(points, skip, shows ? needed_rays(direction, met.object, shows) : direction, pdf, number);
     const Bounce next = bounce(direction, pdf, met.normal, met.object, in.materials, number);
-    const SsrtHits hits = ssrt(in.depth, in.pyramid, camera, in.range, next.direction, in.normal,
-                               {.points = met.point, .skip = nowhere}, options);
-    const Value beyond = radiance(met.point, next.direction, next.widest, hits, number + 1, {});
-    return nearer({points, direction, seen.pixel, met.object, met.distance}, scene, next.weight, beyond, in.depth,
-                  camera, shows);
+    const Value beyond = radiance(met.point, nowhere, next.direction, next.widest, number + 1, {});
+    return nearer({points, direction, scene.seen.pixel, met.object, met.distance}, scene.radiance, next.weight, beyond,
+                  in.depth, camera, shows);
   }
 };
 
-constexpr std::size_t kOwnInputs = 7;
+constexpr std::size_t kOwnInputs = 8;
 
 }  // namespace
 
 std::vector<Value> inputs_of(const ObjectsLightInputs& in, const SceneLight& light) {
-  std::vector<Value> list{in.depth, in.pyramid, in.normal, in.range, in.points, in.shows, in.materials};
+  std::vector<Value> list{in.depth, in.pyramid, in.normal, in.range, in.points, in.skip, in.shows, in.materials};
   list.insert(list.end(), light.inputs.begin(), light.inputs.end());
   return list;
 }
@@ -82,13 +89,13 @@ std::vector<Value> inputs_of(const ObjectsLightInputs& in, const SceneLight& lig
 LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SceneLight& light,
                            const SsrtOptions& ssrt_options, int bounces) {
   return [=](Graph& inner, const RayBatch& rays, std::span<const Value> v) {
-    const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6]};
+    const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]};
     const Shape one{1, 1, rays.direction.shape().h, rays.direction.shape().w};
     const Value nowhere =
         inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
     const Chunked chunk{objects, light,  v.subspan(kOwnInputs), ssrt_options, in, rays.camera, rays.counts,
                         nowhere, bounces};
-    return chunk.radiance(in.points, rays.direction, rays.pdf, rays.hits, 1, in.shows);
+    return chunk.radiance(in.points, in.skip, rays.direction, rays.pdf, 1, in.shows);
   };
 }
 

@@ -1,5 +1,6 @@
 #include "experiments/bench/light_bench.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "host/graph/plan.hpp"
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_mlp.hpp"
+#include "host/ops/light/ask_shells.hpp"
 #include "host/ops/light/pixel_rows.hpp"
 #include "nets/light_net.hpp"
 #include "nets/out_of_view.hpp"
@@ -40,7 +42,6 @@ Tensor hits(const Shape& shape) {
 
 /// A net asked in both ways in one graph of inputs.
 struct Net {
-  std::string name = {};
   int rays = 0;
   double flops = 0;  // of a ray
   std::unique_ptr<Graph> graph = std::make_unique<Graph>();
@@ -83,7 +84,6 @@ Net in_view(const LightNetSize& size, int rows) {
   return net;
 }
 
-/// Shells have no kernel of their own: both ways are the ops.
 Net out_of_view(const OutOfViewSize& size, int rows) {
   Net net{.rays = rows * kSamples};
   const Shape rays{1, 3, rows, kSamples};
@@ -92,7 +92,8 @@ Net out_of_view(const OutOfViewSize& size, int rows) {
   if (size.form == OutOfViewForm::Shells) {
     const ShellsSize& s = size.shells;
     const Value shells = net.input("shells", Tensor(Shape{s.count, 4, s.rows, s.columns}, 0.5));
-    net.fused = net.composed = out_of_view_light({{}, {}, shells, {}}, points, direction, range, size);
+    net.composed = out_of_view_light({{}, {}, shells, {}}, points, direction, range, size);
+    net.fused = ask_shells(shells, points, direction, range, {}, shell_radii(s));
     return net;
   }
   std::vector<int> widths{3 + 6 * size.octaves};
@@ -110,6 +111,21 @@ Net out_of_view(const OutOfViewSize& size, int rows) {
   net.fused = ask_field(field.weights, field.biases, points, direction, range, {},
                         {size.march, size.octaves, size.released_output});
   return net;
+}
+
+constexpr std::array kNets{"in view, compact", "in view, paper", "field, compact", "field, paper", "painted spheres"};
+
+Net net_of(const std::string& name) {
+  const std::size_t comma = name.find(", ");
+  if (comma == std::string::npos) {
+    OutOfViewSize size = out_of_view_size("compact");
+    size.form = OutOfViewForm::Shells;
+    return out_of_view(size, 1024);
+  }
+  const std::string preset = name.substr(comma + 2);
+  const int rows = preset == "paper" ? 64 : 256;
+  return name.starts_with("in view") ? in_view(light_net_size(preset), rows)
+                                     : out_of_view(out_of_view_size(preset), rows);
 }
 
 /// Best wall time of `value`: of ten runs, or as many as fit into half a second, after one that compiles.
@@ -155,30 +171,29 @@ nlohmann::ordered_json bench_light(Device& device, bool quiet) {
   if (!quiet)
     fmt::print(
         "Light at inference: million rays/s, GFLOP/s of products and % of the peak measured beside it\n"
-        "{:<22}{:>12}{:>8}{:>26}{:>26}{:>8}\n",
+        "{:<24}{:>12}{:>8}{:>26}{:>26}{:>8}\n",
         "net", "MFLOP/ray", "peak", "one kernel", "composed of ops", "ratio");
-  for (const bool field : {false, true})
-    for (const char* preset : {"compact", "paper"}) {
-      const int rows = std::string(preset) == "paper" ? 64 : 256;
-      Net net = field ? out_of_view(out_of_view_size(preset), rows) : in_view(light_net_size(preset), rows);
-      net.name = fmt::format("{}, {}", field ? "out of view" : "in view", preset);
-      const double peak = measure_ceilings(device).fma_gflops;
-      const double fused = fused_seconds(device, net), composed = best_seconds(device, net, net.composed, nullptr);
-      const auto columns = [&](double seconds) {
-        const double gflops = net.flops * net.rays / seconds * 1e-9;
-        return fmt::format("{:>12.3f}{:>8.0f}{:>5.0f}%", net.rays / seconds * 1e-6, gflops, 100 * gflops / peak);
-      };
-      if (!quiet) {
-        fmt::print("{:<22}{:>12.3f}{:>8.0f}{}{}{:>8.2f}\n", net.name, net.flops * 1e-6, peak, columns(fused),
-                   columns(composed), composed / fused);
-        std::fflush(stdout);
-      }
-      result["nets"].push_back({{"name", net.name},
-                                {"rays", net.rays},
-                                {"flops_per_ray", net.flops},
-                                {"peak_gflops", peak},
-                                {"seconds", {{"fused", fused}, {"composed", composed}}}});
+  for (const char* name : kNets) {
+    const Net net = net_of(name);
+    const double peak = measure_ceilings(device).fma_gflops;
+    const double fused = fused_seconds(device, net), composed = best_seconds(device, net, net.composed, nullptr);
+    const auto columns = [&](double seconds) {
+      const double gflops = net.flops * net.rays / seconds * 1e-9;
+      const std::string of_peak = net.flops > 0 ? fmt::format("{:>8.0f}{:>5.0f}%", gflops, 100 * gflops / peak)
+                                                : fmt::format("{:>8}{:>6}", "-", "-");
+      return fmt::format("{:>12.3f}{}", net.rays / seconds * 1e-6, of_peak);
+    };
+    if (!quiet) {
+      fmt::print("{:<24}{:>12.3f}{:>8.0f}{}{}{:>8.2f}\n", name, net.flops * 1e-6, peak, columns(fused),
+                 columns(composed), composed / fused);
+      std::fflush(stdout);
     }
+    result["nets"].push_back({{"name", name},
+                              {"rays", net.rays},
+                              {"flops_per_ray", net.flops},
+                              {"peak_gflops", peak},
+                              {"seconds", {{"fused", fused}, {"composed", composed}}}});
+  }
   return result;
 }
 

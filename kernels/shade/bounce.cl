@@ -19,8 +19,12 @@ kernel void bounce(IN(direction), IN(arriving), IN(normal), IN_INT(object), IN(m
   if (s >= sample_capacity || p >= pixels) return;
   const ulong ray = RAY(p, s), step = RAY_PLANE;
   const int met = AT(object, 0)[ray];
-  const int row = clamp(met, 0, objects - 1);
-  global const real *d = AT(direction, 0) + ray, *n = AT(normal, 0) + ray, *m = AT(materials, row);
+  global real *to = AT(next, 0) + ray, *w = AT(weight, 0) + ray;
+  if (met < 0) {  // nearly all rays of a picture
+    to[0] = to[step] = to[2 * step] = w[0] = w[step] = w[2 * step] = AT(widest, 0)[ray] = R(0);
+    return;
+  }
+  global const real *d = AT(direction, 0) + ray, *n = AT(normal, 0) + ray, *m = AT(materials, min(met, objects - 1));
   Material material;
   material.albedo = (real3)(m[0], m[1], m[2]);
   material.roughness = m[3], material.metallic = m[4];
@@ -31,10 +35,9 @@ kernel void bounce(IN(direction), IN(arriving), IN(normal), IN_INT(object), IN(m
   const real chance = specular_probability(material, wo);
   const real4 u = random4(seed ^ SALT, (uint)(first_pixel + p), (uint)(first_sample + s), block);
   const real3 wi = sample_direction(SAMPLER_VNDF_CAPS, wo, alpha, chance, u.xyz);
-  const int valid = s < samples && met >= 0 && wo.z > R(0) && wi.z > R(0);
+  const int valid = s < samples && wo.z > R(0) && wi.z > R(0);
   const real3 towards = valid ? to_world(frame, wi) : (real3)(R(0));
   const real3 worth = valid ? sample_weight(SAMPLER_VNDF_CAPS, material, wo, wi, chance) : (real3)(R(0));
-  global real *to = AT(next, 0) + ray, *w = AT(weight, 0) + ray;
   to[0] = towards.x, to[step] = towards.y, to[2 * step] = towards.z;
   w[0] = worth.x, w[step] = worth.y, w[2 * step] = worth.z;
   AT(widest, 0)[ray] = valid ? fmin(AT(arriving, 0)[ray], sampler_pdf(SAMPLER_VNDF_CAPS, wo, wi, alpha, chance)) : R(0);

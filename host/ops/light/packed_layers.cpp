@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-constexpr int kTile = 8, kLanes = 16;  // of kernels/light/mlp.clh
+constexpr int kTile = 8;  // of kernels/light/mlp.clh
 
 long panels(int out) { return (out + kTile - 1) / kTile; }
 
@@ -27,11 +27,6 @@ void check_layer(const Value& weight, const Value& bias, int in, int out, const 
     throw Error(ErrorKind::Failed, "the bias of a layer does not fit", op, bias.shape().text(), want_bias.text());
 }
 
-int rays_per_item(const Device& device) { return 2 * (row_group(device) == 1 ? kLanes : 1); }
-
-Range net_range(const Device& device, long rays) {
-  const int each = rays_per_item(device);
-  return Range::of(size((rays + each - 1) / each), size(row_group(device)));
-}
+Range net_range(const Device& device, long rays) { return lane_range(device, rays, 2); }
 
 }  // namespace clerestory

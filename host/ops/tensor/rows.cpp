@@ -7,6 +7,7 @@ namespace clerestory {
 namespace {
 
 constexpr int kGpuGroup = 128;
+constexpr int kCpuLanes = 16;
 constexpr int kCpuBlock = 8192, kGpuBlock = 1024;  // elements of one work-group
 
 }  // namespace
@@ -32,6 +33,11 @@ Defines row_defines(const Device& device, Defines more) {
 Range row_range(const Device& device, long x, long y, long z) {
   const int group = row_group(device);
   return {{size(x * group), size(y), size(z)}, {size(group), 1, 1}};
+}
+
+Range lane_range(const Device& device, long count, int vectors) {
+  const int group = row_group(device), each = vectors * (group == 1 ? kCpuLanes : 1);
+  return Range::of(size((count + each - 1) / each), size(group));
 }
 
 Blocks row_blocks(const Device& device, long count) {

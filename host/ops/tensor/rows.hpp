@@ -15,6 +15,9 @@ Defines row_defines(const Device& device, Defines more = {});
 /// One group per row of a grid of rows.
 Range row_range(const Device& device, long x, long y = 1, long z = 1);
 
+/// Work-items that take so many vectors of `lanes` each, for all of `count` numbers.
+Range lane_range(const Device& device, long count, int vectors = 1);
+
 /// Rows into which a run of `count` elements is cut: long enough for a work-group to be worth starting.
 struct Blocks {
   int length = 0, count = 0;

@@ -3,49 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
-#include "host/math/panorama.hpp"
-#include "tests/ops/op_check.hpp"
+#include "tests/ops/light/shell_reference.hpp"
 
 namespace clerestory {
 namespace {
-
-const std::vector<double> kRadii{0.5, 1, 3};
-
-/// Where the ray leaves the sphere, by the roots in plain form; negative if it does not ahead.
-double exit_of(const Vec3& p, const Vec3& d, double radius) {
-  const double b = glm::dot(p, d), inside = b * b - glm::dot(p, p) + radius * radius;
-  return inside <= 0 ? -1 : -b + std::sqrt(inside);
-}
-
-std::vector<Tensor> reference(const Tensors& t) {
-  const Tensor &shells = t.at("shells"), &points = t.at("points"), &direction = t.at("direction");
-  const Shape rays = points.shape, maps = shells.shape;
-  const double scale = t.at("range").real[0];
-  Tensor value(Shape{maps.n, 4, rays.h, rays.w}), met(Shape{maps.n, 1, rays.h, rays.w});
-  for (int row = 0; row < rays.h; ++row)
-    for (int s = 0; s < rays.w; ++s)
-      for (int k = 0; k < maps.n; ++k) {
-        const auto vector = [&](const Tensor& v) {
-          return Vec3(v.at(0, 0, row, s), v.at(0, 1, row, s), v.at(0, 2, row, s));
-        };
-        const Vec3 p = vector(points) / scale, d = glm::normalize(vector(direction));
-        const double along = exit_of(p, d, kRadii[static_cast<std::size_t>(k)]);
-        met.at(k, 0, row, s) = along > 0 || k + 1 == maps.n;
-        if (met.at(k, 0, row, s) == 0) continue;
-        const Vec2 at = panorama_position(along > 0 ? p + along * d : d);
-        const double x = at.x * maps.w - 0.5, y = std::clamp(at.y * maps.h - 0.5, 0.0, maps.h - 1.0);
-        const int x0 = static_cast<int>(std::floor(x)), y0 = std::min(static_cast<int>(y), maps.h - 2);
-        for (int c = 0; c < 4; ++c)
-          for (int corner = 0; corner < 4; ++corner) {
-            const int right = corner & 1, low = corner >> 1;
-            const double share = (right ? x - x0 : 1 - (x - x0)) * (low ? y - y0 : 1 - (y - y0));
-            value.at(k, c, row, s) += share * shells.at(k, c, y0 + low, (x0 + right + maps.w) % maps.w);
-          }
-      }
-  return {value, met};
-}
 
 /// `reach`: how far rays start from the camera, in scales.
 OpCase shells_case(const std::string& label, const Shape& rays, double reach, int rows, int columns) {
@@ -55,10 +16,11 @@ OpCase shells_case(const std::string& label, const Shape& rays, double reach, in
               {"direction", random_tensor(rays, 3)},
               {"range", Tensor({1, 3, 1, 1}, std::vector<double>{2, 1, 2})}};
   c.build = [=](Graph&, const Values& v) {
-    const ShellSamples s = look_up_shells(v.at("shells"), v.at("points"), v.at("direction"), v.at("range"), kRadii);
+    const ShellSamples s =
+        look_up_shells(v.at("shells"), v.at("points"), v.at("direction"), v.at("range"), kShellRadii);
     return std::vector{s.value, s.met};
   };
-  c.reference = [](const Tensors& t) { return reference(t); };
+  c.reference = [](const Tensors& t) { return looked_up_shells(t); };
   // A place on the map is off by a few units in the last place of the start's distance, times the columns.
   c.roundings = 64.0 * columns * (1 + reach), c.magnitude = 2;
   c.differentiate = {"shells"};
