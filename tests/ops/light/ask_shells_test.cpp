@@ -112,13 +112,7 @@ TEST(AskShells, ARayIsAskedAlone) {
   for (int i = 0; i < 192; ++i)
     for (int c = 0; c < 3; ++c) EXPECT_EQ(some.at(0, c, i / 32, i % 32), i % 5 == 1 ? all.at(0, c, i / 32, i % 32) : 0);
 
-  Tensors part = inputs;  // rows 2 to 5, samples 16 to 31, in a tile with room for a row more
-  for (const char* name : {"points", "direction"}) {
-    part[name] = random_tensor({1, 3, 5, 16}, 9);
-    for (int c = 0; c < 3; ++c)
-      for (int p = 0; p < 4; ++p)
-        for (int s = 0; s < 16; ++s) part[name].at(0, c, p, s) = inputs.at(name).at(0, c, p + 2, s + 16);
-  }
+  const Tensors part = tile_of(inputs);
   Net tile(part);
   const Tensor got = tile.run({ask(tile.values, {})}, part, Precision::Single, {2, 4, 16, 16})[0];
   for (int c = 0; c < 3; ++c)

@@ -22,6 +22,18 @@ inline std::vector<int> every(int step, int count) {
   return list;
 }
 
+/// Rows 2 to 5, samples 16 to 31 of the rays {"points", "direction"}, in a tile with room for a row more.
+inline Tensors tile_of(const Tensors& inputs) {
+  Tensors part = inputs;
+  for (const char* name : {"points", "direction"}) {
+    part[name] = random_tensor({1, 3, 5, 16}, 9);
+    for (int c = 0; c < 3; ++c)
+      for (int p = 0; p < 4; ++p)
+        for (int s = 0; s < 16; ++s) part[name].at(0, c, p, s) = inputs.at(name).at(0, c, p + 2, s + 16);
+  }
+  return part;
+}
+
 /// A graph fed with tensors, for whatever is asked of it; a chunk, as inside of map_chunks.
 struct Net {
   Graph graph;
