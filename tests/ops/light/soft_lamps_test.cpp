@@ -70,8 +70,8 @@ OpCase add_case(const std::string& label, Tensors in, double roundings) {
   c.inputs["radiance"] = random_tensor(shape, 6, 0, 1);
   c.inputs["colors"] = random_tensor({1, 3, 1, c.inputs.at("places").shape.w}, 7, 0, 1);
   c.build = [](Graph&, const Values& v) {
-    return std::vector{
-        add_lamps(v.at("radiance"), {v.at("points"), v.at("direction"), v.at("u"), v.at("pdf")}, v.at("places"), v.at("colors"))};
+    return std::vector{add_lamps(v.at("radiance"), {v.at("points"), v.at("direction"), v.at("u"), v.at("pdf")},
+                                 v.at("places"), v.at("colors"))};
   };
   c.reference = added;
   c.roundings = roundings, c.magnitude = 1;
@@ -112,7 +112,8 @@ OP_CASES(soft_lamps) {
   weigh.inputs = rays(6, 32, 9, true, 0.3, 1.5);
   weigh.inputs["weight"] = random_tensor({1, 3, 6, 32}, 8, 0, 1);
   weigh.build = [](Graph&, const Values& v) {
-    return std::vector{weigh_lamps(v.at("weight"), {v.at("points"), v.at("direction"), v.at("u"), v.at("pdf")}, v.at("places"))};
+    return std::vector{
+        weigh_lamps(v.at("weight"), {v.at("points"), v.at("direction"), v.at("u"), v.at("pdf")}, v.at("places"))};
   };
   weigh.reference = weighed;
   weigh.roundings = 32 * kRoundings, weigh.magnitude = 1;
