@@ -99,9 +99,7 @@ std::string part_of(const std::string& kernel) {
       {"light/depth_pyramid", "SSRT"},
       {"light/ask_mlp", "in-view MLP"},
       {"light/pixel_rows", "in-view MLP"},
-      {"light/ask_field", "out-of-view field"},
-      {"light/shells", "out-of-view field"},
-      {"light/composite", "out-of-view field"},
+      {"light/ask_", "out of view"},
       {"light/soft_lamps", "lamps"},
       {"light/project_rays", "light's networks"},
   };

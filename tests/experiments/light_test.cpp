@@ -39,18 +39,21 @@ struct Light : testing::Test {
     o.out = *folder_ / "rooms", o.rooms = 1, o.views = 1, o.width = 64, o.height = 48;
     o.spp = 8, o.light = false, o.box_rooms = true, o.split = "test";
     generate(Device::open(), o);
-    const fs::path view = o.out / list_rooms(o.out, "test").at(0) / "000";
+    view_ = o.out / list_rooms(o.out, "test").at(0) / "000";
     write_untrained_light(weights());
-    InvertOptions i;
-    i.photo = view.string() + "_im.exr", i.gbuffer = view, i.out = run(), i.command = {"clerestory", "invert"};
-    i.render.spp = 16, i.render.light = "net", i.lit_by.weights = weights();
-    invert(i);
+    invert(taken_apart(run(), weights()));
   }
   static void TearDownTestSuite() { folder_.reset(), set_quiet(false); }
 
   static fs::path run() { return *folder_ / "run"; }
   static fs::path weights() { return *folder_ / "weights"; }
 
+  static InvertOptions taken_apart(const fs::path& out, const fs::path& by) {
+    InvertOptions i;
+    i.photo = view_.string() + "_im.exr", i.gbuffer = view_, i.out = out, i.command = {"clerestory", "invert"};
+    i.render.spp = 16, i.render.light = "net", i.lit_by.weights = by;
+    return i;
+  }
   static LightOptions options(const std::string& name) {
     LightOptions o;
     o.run = run(), o.out = *folder_ / (name + ".exr"), o.at_point = {{0.1, -0.2, -0.8}};
@@ -68,6 +71,7 @@ struct Light : testing::Test {
     EXPECT_FALSE(fs::exists(o.out));
   }
   static inline std::unique_ptr<ScratchFolder> folder_;
+  static inline fs::path view_;
 };
 
 TEST_F(Light, IsAPanoramaWhoseCentreLooksAhead) {
@@ -262,20 +266,25 @@ TEST_F(Light, ThePapersWorkIsCounted) {
 }
 
 TEST_F(Light, InvertTellsItsPartsApart) {
-  const Provenance p = read_provenance(run() / "provenance.json");
-  EXPECT_THAT(p.facts.at("light"), testing::HasSubstr("net ("));
-  double parts = 0;
-  for (const char* part : {"light's networks", "SSRT", "in-view MLP", "out-of-view field", "shading"}) {
-    const double seconds = p.figures.at("seconds: re-render, " + std::string(part));
-    EXPECT_GT(seconds, 0) << part;
-    parts += seconds;
+  const fs::path painted = *folder_ / "painted", by = *folder_ / "weights of spheres";
+  write_untrained_light(by, {40, 30}, OutOfViewForm::Shells);
+  invert(taken_apart(painted, by));
+  for (const fs::path& out : {run(), painted}) {
+    const Provenance p = read_provenance(out / "provenance.json");
+    EXPECT_THAT(p.facts.at("light"), testing::HasSubstr("net ("));
+    double parts = 0;
+    for (const char* part : {"light's networks", "SSRT", "in-view MLP", "out of view", "shading"}) {
+      const double seconds = p.figures.at("seconds: re-render, " + std::string(part));
+      EXPECT_GT(seconds, 0) << part;
+      parts += seconds;
+    }
+    EXPECT_LT(parts, p.figures.at("seconds: re-render"));
+    EXPECT_GT(p.figures.at("rays answered in view"), 0);
+    EXPECT_GT(p.figures.at("rays answered out of view"), 0);
+    EXPECT_LE(p.figures.at("rays answered out of view"), p.figures.at("rays"));
+    EXPECT_THAT(read_file(out / "plan.txt"), testing::HasSubstr("light out of view: asked for"));
+    EXPECT_THAT(read_file(out / "report.html"), testing::HasSubstr("re-render, out of view"));
   }
-  EXPECT_LT(parts, p.figures.at("seconds: re-render"));
-  EXPECT_GT(p.figures.at("rays answered in view"), 0);
-  EXPECT_GT(p.figures.at("rays answered out of view"), 0);
-  EXPECT_LE(p.figures.at("rays answered out of view"), p.figures.at("rays"));
-  EXPECT_THAT(read_file(run() / "plan.txt"), testing::HasSubstr("light out of view: asked for"));
-  EXPECT_THAT(read_file(run() / "report.html"), testing::HasSubstr("out-of-view field"));
 }
 
 TEST_F(Light, AnObjectIsLitByItAtEveryBounce) {

@@ -7,19 +7,22 @@
 namespace clerestory {
 namespace {
 
-LightSizes small_sizes() {
+LightSizes small_sizes(OutOfViewForm form) {
   LightSizes sizes = light_sizes("compact");
   sizes.in_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}, .stages = 3};
   sizes.in_view.width = 32, sizes.in_view.layers = 2;
   sizes.out_of_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}};
   sizes.out_of_view.march.segments = 8;
+  sizes.out_of_view.form = form;
+  sizes.out_of_view.shells.rows = 8, sizes.out_of_view.shells.columns = 16;
+  sizes.out_of_view.shells.channels = {16, 16}, sizes.out_of_view.shells.code = 16;
   return sizes;
 }
 
 }  // namespace
 
-void write_untrained_light(const std::filesystem::path& folder, const Size& seen) {
-  const LightSizes sizes = small_sizes();
+void write_untrained_light(const std::filesystem::path& folder, const Size& seen, OutOfViewForm form) {
+  const LightSizes sizes = small_sizes(form);
   Graph graph;
   const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), sizes, false)[0];
   const Shape rays{1, 3, 1, 16};

@@ -3,10 +3,12 @@
 #include <filesystem>
 
 #include "host/io/resize.hpp"
+#include "nets/out_of_view.hpp"
 
 namespace clerestory {
 
 /// `seen`: size of the pictures that they say they were trained on.
-void write_untrained_light(const std::filesystem::path& folder, const Size& seen = {40, 30});
+void write_untrained_light(const std::filesystem::path& folder, const Size& seen = {40, 30},
+                           OutOfViewForm form = OutOfViewForm::Field);
 
 }  // namespace clerestory
