@@ -108,9 +108,13 @@ std::string part_of(const std::string& kernel) {
   return "shading";
 }
 
-void record_parts(const Rendering& r, Provenance& record) {
+void record_render(const Rendering& r, const RenderSettings& settings, Provenance& record) {
+  record.figures["rays"] = r.rays, record.figures["rays that hit"] = r.hits;
+  record.figures["samples dropped"] = r.dropped, record.figures["pixels facing away"] = r.facing_away;
   for (const KernelProfile& k : r.kernels) record.figures["seconds: re-render, " + part_of(k.kernel)] += k.seconds;
   for (const auto& [part, rays] : r.answered) record.figures["rays answered " + part] = rays;
+  record.facts["samples"] = fmt::format("{} a pixel, {}, {}", settings.spp, settings.sampler, settings.points);
+  for (const std::string& what : r.left_out) record.left_out.push_back({what, "", ""});
 }
 
 /// For the plan: how many rays each part of a learned light was asked for.
@@ -122,107 +126,145 @@ std::string answered_text(const Rendering& r) {
   return text;
 }
 
-}  // namespace
-
-fs::path invert(const InvertOptions& options) {
-  check_options(options);
-  Provenance record;
-  Stopwatch clock;
-  const Photo photo = read_photo(options.photo);
-  if (photo.clamped) say(fmt::format("{}: {} negative values set to 0", options.photo.string(), photo.clamped));
-  const Image& image = photo.image;
-  GBuffer given;
-  if (!options.gbuffer.empty()) given = read_gbuffer(options.gbuffer);
-  require_size(given.albedo, "albedo", options, image), require_size(given.normal, "normal", options, image);
-  require_size(given.depth, "depth", options, image), require_size(given.material, "material", options, image);
-
-  Scene scene;
-  scene.photo = image;
-  scene.camera = choose_camera(options, given, image.width, image.height);
-  scene.camera.check(options.camera.empty() ? "--fov" : options.camera.string());
-  const fs::path out = options.out.empty() ? fs::path("runs/invert") / options.photo.stem() : options.out;
-  StagedFolder folder(out);
-  Device device = Device::open(options.device);
-  record = begin_provenance(options.command, device.fingerprint());
-  record.seeds["render"] = options.render.seed;
-  record.inputs.push_back(record_file(options.photo));
-  record.facts["photo"] = photo.note;
-  record.figures["seconds: reading"] = clock.lap();
-
-  const bool rerenders = options.only.empty();
-  PredictRequest request;
-  request.albedo = !given.albedo && wanted(options, "albedo");
-  request.normal = !given.normal && wanted(options, "normal");
-  request.depth = !given.depth && wanted(options, "depth");
-  request.material = !given.material && wanted(options, "material");
-  if (options.preset == "paper") {
-    const double rays = rerenders ? static_cast<double>(image.pixels()) * render_spec(options.render).spp : 0;
-    const InvertWork work =
-        invert_work(device, options.preset, image.width, image.height, request, options.render.light, rays);
-    say("estimate: " + describe(work, measure_ceilings(device).fma_gflops));
-    request.preset = options.preset;
+/// One photograph on its way through. Steps in order: read, predict, join, render, write.
+class Inversion {
+ public:
+  explicit Inversion(const InvertOptions& options)
+      : options_(options),
+        photo_(read_photo(options.photo)),
+        out_(options.out.empty() ? fs::path("runs/invert") / options.photo.stem() : options.out) {
+    read();
   }
-  Prediction prediction;
-  if (request.any()) {
-    const fs::path weights = weights_or_shipped(options.weights);
-    prediction = predict_maps(device, weights, image, request, options.gemm);
-    record.inputs.push_back(record_file(weights));
-    record.facts["network"] = prediction.note;
-    for (const std::string& what : prediction.left_out) record.left_out.push_back({what, "not asked for", ""});
+
+  fs::path run() {
+    StagedFolder folder(out_);
+    device_ = Device::open(options_.device);
+    begin_record();
+    predict();
+    join_maps();
+    if (rerenders()) render();
+    write(folder);
+    return out_;
+  }
+
+ private:
+  bool rerenders() const { return options_.only.empty(); }
+
+  void read() {
+    const Image& image = photo_.image;
+    if (photo_.clamped) say(fmt::format("{}: {} negative values set to 0", options_.photo.string(), photo_.clamped));
+    if (!options_.gbuffer.empty()) given_ = read_gbuffer(options_.gbuffer);
+    require_size(given_.albedo, "albedo", options_, image), require_size(given_.normal, "normal", options_, image);
+    require_size(given_.depth, "depth", options_, image), require_size(given_.material, "material", options_, image);
+    scene_.photo = image;
+    scene_.camera = choose_camera(options_, given_, image.width, image.height);
+    scene_.camera.check(options_.camera.empty() ? "--fov" : options_.camera.string());
+  }
+
+  void begin_record() {
+    record_ = begin_provenance(options_.command, device_->fingerprint());
+    record_.seeds["render"] = options_.render.seed;
+    record_.inputs.push_back(record_file(options_.photo));
+    record_.facts["photo"] = photo_.note;
+    lap("reading");
+  }
+
+  /// Maps that are wanted and not given.
+  void predict() {
+    PredictRequest request;
+    request.albedo = !given_.albedo && wanted(options_, "albedo");
+    request.normal = !given_.normal && wanted(options_, "normal");
+    request.depth = !given_.depth && wanted(options_, "depth");
+    request.material = !given_.material && wanted(options_, "material");
+    if (options_.preset == "paper") {
+      tell_estimate(request);
+      request.preset = options_.preset;
+    }
+    if (request.any()) {
+      const fs::path weights = weights_or_shipped(options_.weights);
+      prediction_ = predict_maps(*device_, weights, photo_.image, request, options_.gemm);
+      record_.inputs.push_back(record_file(weights));
+      record_.facts["network"] = prediction_.note;
+      for (const std::string& what : prediction_.left_out) record_.left_out.push_back({what, "not asked for", ""});
+    }
     if (request.depth) {
-      record.facts["scale of depth"] = scale_depth(options, prediction.depth, prediction);
-      say("depth: " + record.facts["scale of depth"]);
+      record_.facts["scale of depth"] = scale_depth(options_, prediction_.depth, prediction_);
+      say("depth: " + record_.facts["scale of depth"]);
     }
-  }
-  record.figures["seconds: network"] = clock.lap();
-
-  if (wanted(options, "albedo")) scene.albedo = given.albedo ? *given.albedo : prediction.albedo;
-  if (wanted(options, "normal")) scene.normal = given.normal ? *given.normal : prediction.normal;
-  if (wanted(options, "depth")) scene.depth = given.depth ? *given.depth : prediction.depth;
-  if (wanted(options, "material")) {
-    if (given.material) {
-      scene.material = *given.material;
-    } else {
-      scene.material = prediction.material;
-      // A scene-linear file has no white to saturate at; a photograph does.
-      const Image flags =
-          photo.encoding == Encoding::Gamma ? emission_flags(image) : Image(image.width, image.height, 1);
-      std::copy(flags.data.begin(), flags.data.end(), scene.material.plane(2));
-    }
+    plan_ = prediction_.explanation;
+    lap("network");
   }
 
-  std::optional<Rerender> rerender;
-  std::string plan = prediction.explanation;
-  if (rerenders) {
-    scene.check(out.string());
-    RenderSettings render = options.render;
-    render.profile = true, render.after_chunk = chunk_progress("re-render");
-    take_light(render, options.lit_by, device, scene, record);
-    record.figures["seconds: light"] = clock.lap();
-    const Rendering r = render_scene(device, scene, render);
-    rerender = Rerender{r.radiance, r.standard_error, r.uncertainty};
-    record.figures["seconds: re-render"] = clock.lap();
-    record.figures["rays"] = r.rays, record.figures["rays that hit"] = r.hits;
-    record.figures["samples dropped"] = r.dropped, record.figures["pixels facing away"] = r.facing_away;
-    record_parts(r, record);
-    record.facts["samples"] =
-        fmt::format("{} a pixel, {}, {}", options.render.spp, options.render.sampler, options.render.points);
-    for (const std::string& what : r.left_out) record.left_out.push_back({what, "", ""});
-    plan += r.explanation + answered_text(r);
+  void tell_estimate(const PredictRequest& request) {
+    const Image& image = photo_.image;
+    const double rays = rerenders() ? static_cast<double>(image.pixels()) * render_spec(options_.render).spp : 0;
+    const InvertWork work =
+        invert_work(*device_, options_.preset, image.width, image.height, request, options_.render.light, rays);
+    say("estimate: " + describe(work, measure_ceilings(*device_).fma_gflops));
+  }
+
+  void join_maps() {
+    if (wanted(options_, "albedo")) scene_.albedo = given_.albedo ? *given_.albedo : prediction_.albedo;
+    if (wanted(options_, "normal")) scene_.normal = given_.normal ? *given_.normal : prediction_.normal;
+    if (wanted(options_, "depth")) scene_.depth = given_.depth ? *given_.depth : prediction_.depth;
+    if (!wanted(options_, "material")) return;
+    scene_.material = given_.material ? *given_.material : prediction_.material;
+    if (given_.material) return;
+    // A scene-linear file has no white to saturate at; a photograph does.
+    const Image& image = photo_.image;
+    const Image flags =
+        photo_.encoding == Encoding::Gamma ? emission_flags(image) : Image(image.width, image.height, 1);
+    std::copy(flags.data.begin(), flags.data.end(), scene_.material.plane(2));
+  }
+
+  void render() {
+    scene_.check(out_.string());
+    RenderSettings settings = options_.render;
+    settings.profile = true, settings.after_chunk = chunk_progress("re-render");
+    take_light(settings, options_.lit_by, *device_, scene_, record_);
+    lap("light");
+    const Rendering r = render_scene(*device_, scene_, settings);
+    rerender_ = Rerender{r.radiance, r.standard_error, r.uncertainty};
+    lap("re-render");
+    record_render(r, settings, record_);
+    plan_ += r.explanation + answered_text(r);
     say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped", r.rays * 1e-6,
                     100 * r.hits / std::max(r.rays, 1.0), r.dropped));
     if (!r.first_dropped.empty()) say("re-render: first dropped sample at " + r.first_dropped);
   }
-  write_run(folder.path(), scene, rerender);
-  record.figures["MiB: device memory, most"] = static_cast<double>(device.memory_peak()) / 0x1p20;
-  record.figures["seconds: building kernels"] = device.build_seconds();
-  record.figures["seconds: writing"] = clock.lap();
-  record.ended = utc_now();
-  write_provenance(folder / "provenance.json", record);
-  if (!plan.empty()) write_file(folder / "plan.txt", plan);
-  write_run_report(folder.path());
-  folder.commit();
-  return out;
+
+  void write(StagedFolder& folder) {
+    write_run(folder.path(), scene_, rerender_);
+    record_.figures["MiB: device memory, most"] = static_cast<double>(device_->memory_peak()) / 0x1p20;
+    record_.figures["seconds: building kernels"] = device_->build_seconds();
+    lap("writing");
+    record_.ended = utc_now();
+    write_provenance(folder / "provenance.json", record_);
+    if (!plan_.empty()) write_file(folder / "plan.txt", plan_);
+    write_run_report(folder.path());
+    folder.commit();
+  }
+
+  void lap(const std::string& step) { record_.figures["seconds: " + step] = watch_.lap(); }
+
+  const InvertOptions& options_;
+  Stopwatch watch_;
+  Photo photo_;
+  fs::path out_;
+  GBuffer given_;
+  Scene scene_;
+  std::optional<Device> device_;
+  Provenance record_;
+  Prediction prediction_;
+  std::optional<Rerender> rerender_;
+  std::string plan_;
+};
+
+}  // namespace
+
+fs::path invert(const InvertOptions& options) {
+  check_options(options);
+  return Inversion(options).run();
 }
 
 }  // namespace clerestory
