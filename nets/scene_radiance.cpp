@@ -80,8 +80,7 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
   const std::size_t count = rays.points.size();
   State& s = *state_;
   if (rays.directions.size() != count || (!rays.skip.empty() && rays.skip.size() != count) ||
-      (!rays.pdf.empty() && rays.pdf.size() != count) ||
-      (s.given && rays.hits.size() != count))
+      (!rays.pdf.empty() && rays.pdf.size() != count) || (s.given && rays.hits.size() != count))
     throw Error(ErrorKind::Failed, "lists of rays of unlike lengths", "radiance");
   const std::size_t block = static_cast<std::size_t>(s.capacity());
   RadianceAnswers answers;

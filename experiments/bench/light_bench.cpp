@@ -1,8 +1,8 @@
 #include "experiments/bench/light_bench.hpp"
 
-#include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -113,20 +113,20 @@ Net out_of_view(const OutOfViewSize& size, int rows) {
   return net;
 }
 
-constexpr std::array kNets{"in view, compact", "in view, paper", "field, compact", "field, paper", "painted spheres"};
-
-Net net_of(const std::string& name) {
-  const std::size_t comma = name.find(", ");
-  if (comma == std::string::npos) {
-    OutOfViewSize size = out_of_view_size("compact");
-    size.form = OutOfViewForm::Shells;
-    return out_of_view(size, 1024);
-  }
-  const std::string preset = name.substr(comma + 2);
-  const int rows = preset == "paper" ? 64 : 256;
-  return name.starts_with("in view") ? in_view(light_net_size(preset), rows)
-                                     : out_of_view(out_of_view_size(preset), rows);
+OutOfViewSize spheres() {
+  OutOfViewSize size = out_of_view_size("compact");
+  size.form = OutOfViewForm::Shells;
+  return size;
 }
+
+/// What is timed, made when its turn comes.
+const std::vector<std::pair<const char*, std::function<Net()>>> kNets{
+    {"in view, compact", [] { return in_view(light_net_size("compact"), 256); }},
+    {"in view, paper", [] { return in_view(light_net_size("paper"), 64); }},
+    {"field, compact", [] { return out_of_view(out_of_view_size("compact"), 256); }},
+    {"field, paper", [] { return out_of_view(out_of_view_size("paper"), 64); }},
+    {"painted spheres", [] { return out_of_view(spheres(), 1024); }},
+};
 
 /// Best wall time of `value`: of ten runs, or as many as fit into half a second, after one that compiles.
 double best_seconds(Device& device, const Net& net, Value value, const Executor* before) {
@@ -173,8 +173,8 @@ nlohmann::ordered_json bench_light(Device& device, bool quiet) {
         "Light at inference: million rays/s, GFLOP/s of products and % of the peak measured beside it\n"
         "{:<24}{:>12}{:>8}{:>26}{:>26}{:>8}\n",
         "net", "MFLOP/ray", "peak", "one kernel", "composed of ops", "ratio");
-  for (const char* name : kNets) {
-    const Net net = net_of(name);
+  for (const auto& [name, make] : kNets) {
+    const Net net = make();
     const double peak = measure_ceilings(device).fma_gflops;
     const double fused = fused_seconds(device, net), composed = best_seconds(device, net, net.composed, nullptr);
     const auto columns = [&](double seconds) {

@@ -39,19 +39,15 @@ struct AskFieldOp : Op {
   }
 
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    check_rays(in[1], 3, "ask_field");
-    const Shape &points = in[0].shape(), &rays = in[1].shape(), &range = in[2].shape();
-    if (points.n != 1 || points.c != 3 || points.h != rays.h || (points.w != rays.w && points.w != 1))
-      throw Error(ErrorKind::Failed, "points and directions are of different rays", "ask_field", points.text(),
-                  fmt::format("{}, or one sample of it", rays.text()));
+    check_rays(in[1], 3, "ask_field"), check_points(in[0], in[1], "ask_field");
+    const Shape &rays = in[1].shape(), &range = in[2].shape();
     if (!(range == Shape{1, 3, 1, 1}))
       throw Error(ErrorKind::Failed, "the field is of one picture, so is its range of depths", "ask_field",
                   range.text(), "1x3x1x1");
     if (!(in[3].shape() == Shape{1, 3, 1, 1}))
       throw Error(ErrorKind::Failed, "what is behind the field is one colour", "ask_field", in[3].shape().text(),
                   "1x3x1x1");
-    if (listed && (in[4].type() != Type::Int || in[4].shape().count() != rays.plane() || in[5].type() != Type::Int))
-      throw Error(ErrorKind::Failed, "the list is of other rays", "ask_field", in[4].shape().text(), rays.text());
+    if (listed) check_list(in[4], in[5], rays, "ask_field");
     const FieldLayers net = field([&](int i) -> const Shape& { return in[static_cast<std::size_t>(i)].shape(); });
     for (int i = 0; i < layers; ++i) {
       const std::size_t at = static_cast<std::size_t>(first_layer() + 2 * i);
@@ -83,8 +79,7 @@ struct AskFieldOp : Op {
       at = pack_layer(l, l.in(first_layer() + 2 * i), &l.in(first_layer() + 2 * i + 1), at);
     const FieldLayers net = field([&](int i) -> const Shape& { return l.in(i).shape; });
     const TensorView& y = l.out();
-    const std::size_t real = real_size(l.precision);
-    l.device.zero(y.buffer, size(y.shape.count()) * real, y.offset * real);
+    clear_output(l);
     const RayTile t = ray_tile(l, y.shape);
     const TensorView &list = l.in(listed ? 4 : 0), &count = l.in(listed ? 5 : 0);
     l.run_with(row_defines(l.device), "light/ask_field.cl", "ask_field", net_range(l.device, y.shape.plane()), l.in(0),

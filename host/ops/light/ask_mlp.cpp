@@ -48,8 +48,7 @@ struct AskMlpOp : Op {
     if (in[1].type() != Type::Int || hit.h != direction.h || hit.w != direction.w)
       throw Error(ErrorKind::Failed, "hit pixels (integers) and directions are of different rays", "ask_mlp",
                   hit.text(), direction.text());
-    if (listed && (in[4].type() != Type::Int || in[4].shape().count() != hit.plane() || in[5].type() != Type::Int))
-      throw Error(ErrorKind::Failed, "the list is of other rays", "ask_mlp", in[4].shape().text(), hit.text());
+    if (listed) check_list(in[4], in[5], hit, "ask_mlp");
     if (width < 16 || width % 16 != 0 || width > kMostWidth)
       throw Error(ErrorKind::Failed, "a width that this kernel does not have", "ask_mlp", std::to_string(width),
                   "a multiple of 16, at most 512");
@@ -83,8 +82,7 @@ struct AskMlpOp : Op {
     for (const Part& part : parts())
       at = pack_layer(l, l.in(part.weight), part.bias < 0 ? nullptr : &l.in(part.bias), at);
     const TensorView& y = l.out();
-    const std::size_t real = real_size(l.precision);
-    l.device.zero(y.buffer, size(y.shape.count()) * real, y.offset * real);
+    clear_output(l);
     const RayTile t = ray_tile(l, y.shape);
     const TensorView &list = l.in(listed ? 4 : 1), &count = l.in(listed ? 5 : 1);
     l.run_with(row_defines(l.device), "light/ask_mlp.cl", "ask_mlp", net_range(l.device, y.shape.plane()), l.in(0),

@@ -15,18 +15,14 @@ struct AskShellsOp : Op {
   std::string name() const override { return "ask_shells"; }
 
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    check_rays(in[2], 3, "ask_shells");
-    const Shape &shells = in[0].shape(), &points = in[1].shape(), &rays = in[2].shape();
+    check_rays(in[2], 3, "ask_shells"), check_points(in[1], in[2], "ask_shells");
+    const Shape &shells = in[0].shape(), &rays = in[2].shape();
     if (shells.c != 4 || shells.h < 2 || shells.w < 2)
       throw Error(ErrorKind::Failed, "these are no shells", "ask_shells", shells.text(), "Kx4xROWSxCOLUMNS");
-    if (points.n != 1 || points.c != 3 || points.h != rays.h || (points.w != rays.w && points.w != 1))
-      throw Error(ErrorKind::Failed, "points and directions are of different rays", "ask_shells", points.text(),
-                  fmt::format("{}, or one sample of it", rays.text()));
     if (!(in[3].shape() == Shape{1, 3, 1, 1}))
       throw Error(ErrorKind::Failed, "shells are of one picture, so is its range of depths", "ask_shells",
                   in[3].shape().text(), "1x3x1x1");
-    if (listed && (in[5].type() != Type::Int || in[5].shape().count() != rays.plane() || in[6].type() != Type::Int))
-      throw Error(ErrorKind::Failed, "the list is of other rays", "ask_shells", in[5].shape().text(), rays.text());
+    if (listed) check_list(in[5], in[6], rays, "ask_shells");
     return {{{1, 3, rays.h, rays.w}, Type::Real}};
   }
 
@@ -46,8 +42,7 @@ struct AskShellsOp : Op {
                Range::of2(size(shells.w + 1), size(static_cast<long>(shells.n) * shells.h)), l.in(0), l.workspace,
                shells.n, shells.h, shells.w);
     const TensorView& y = l.out();
-    const std::size_t real = real_size(l.precision);
-    l.device.zero(y.buffer, size(y.shape.count()) * real, y.offset * real);
+    clear_output(l);
     const RayTile t = ray_tile(l, y.shape);
     const TensorView &list = l.in(listed ? 5 : 0), &count = l.in(listed ? 6 : 0);
     l.run_with(row_defines(l.device), kFile, "ask_shells", lane_range(l.device, y.shape.plane()), l.workspace, l.in(1),

@@ -16,6 +16,13 @@ void check_rays(const Value& rays, int channels, const char* op) {
     throw Error(ErrorKind::Failed, "not a tensor of rays", op, s.text(), fmt::format("1x{}xPIXELSx(16 k)", channels));
 }
 
+void check_points(const Value& points, const Value& directions, const char* op) {
+  const Shape &p = points.shape(), &rays = directions.shape();
+  if (p.n != 1 || p.c != 3 || p.h != rays.h || (p.w != rays.w && p.w != 1))
+    throw Error(ErrorKind::Failed, "points and directions are of different rays", op, p.text(),
+                fmt::format("{}, or one sample of it", rays.text()));
+}
+
 Range ray_range(const RayTile& tile) {
   const std::size_t samples = static_cast<std::size_t>(tile.sample_capacity);
   return Range::of2(samples, static_cast<std::size_t>(tile.pixels), samples % 64 == 0 ? 64 : 16);

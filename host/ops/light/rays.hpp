@@ -17,6 +17,9 @@ RayTile ray_tile(const Launch& launch, const Shape& rays, long pixels = 0x7fffff
 /// Throws Error unless `rays` is a ray tensor of `channels` channels.
 void check_rays(const Value& rays, int channels, const char* op);
 
+/// Throws Error unless `points` belong to the rays of `directions`: {1, 3, P, S}, or {1, 3, P, 1} for whole rows.
+void check_points(const Value& points, const Value& directions, const char* op);
+
 /// One work-item per ray, samples along x.
 Range ray_range(const RayTile& tile);
 

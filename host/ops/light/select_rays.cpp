@@ -1,6 +1,7 @@
 #include "host/ops/light/select_rays.hpp"
 
 #include "host/ops/light/rays.hpp"
+#include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
@@ -55,6 +56,17 @@ RayList select_rays(Value u, Value hit, Value direction, LightPart part, double 
                 fmt::format("{}", epsilon), "at least 0 and below 1");
   const Value rays = u.graph().make<SelectRaysOp>({u, hit, direction}, part, epsilon);
   return {rays, rays.node->value(1)};
+}
+
+void check_list(const Value& list, const Value& count, const Shape& rays, const char* op) {
+  if (list.type() != Type::Int || list.shape().count() != rays.plane() || count.type() != Type::Int)
+    throw Error(ErrorKind::Failed, "the list is of other rays", op, list.shape().text(), rays.text());
+}
+
+void clear_output(Launch& l) {
+  const TensorView& y = l.out();
+  const std::size_t real = real_size(l.precision);
+  l.device.zero(y.buffer, size(y.shape.count()) * real, y.offset * real);
 }
 
 }  // namespace clerestory

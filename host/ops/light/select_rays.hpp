@@ -21,4 +21,9 @@ enum class LightPart { InView, OutOfView };
 /// on any device. No gradient: the list is discrete.
 RayList select_rays(Value u, Value hit, Value direction, LightPart part, double epsilon);
 
+/// For ops that ask listed rays. Throws Error unless list and count are a RayList's of rays of this shape.
+void check_list(const Value& list, const Value& count, const Shape& rays, const char* op);
+/// Zeros in the output, for rays that a list leaves out.
+void clear_output(Launch& launch);
+
 }  // namespace clerestory

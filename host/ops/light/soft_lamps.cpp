@@ -12,11 +12,12 @@ constexpr auto kFile = "light/soft_lamps.cl";
 /// Inputs 1 to 5 of both ops: points, direction, u, pdf, places.
 void check(std::span<const Value> in, const char* op) {
   check_rays(in[0], 3, op), check_rays(in[2], 3, op), check_rays(in[3], 1, op), check_rays(in[4], 1, op);
-  const Shape &rays = in[0].shape(), &points = in[1].shape(), &places = in[5].shape();
-  const bool of_rays = points == rays, of_rows = points == Shape{1, 3, rays.h, 1};
+  check_points(in[1], in[0], op);
+  const Shape &rays = in[0].shape(), &places = in[5].shape();
   const auto of_one = [&](Value v) { return v.shape() == Shape{1, 1, rays.h, rays.w}; };
-  if (!(in[2].shape() == rays) || !of_one(in[3]) || !of_one(in[4]) || (!of_rays && !of_rows))
-    throw Error(ErrorKind::Failed, "points, directions, u and pdf are of different rays", op, points.text(), rays.text());
+  if (!(in[2].shape() == rays) || !of_one(in[3]) || !of_one(in[4]))
+    throw Error(ErrorKind::Failed, "directions, u and pdf are of different rays", op, in[2].shape().text(),
+                rays.text());
   if (!(places == Shape{1, 4, 1, places.w}) || places.w < 1)
     throw Error(ErrorKind::Failed, "places of lamps are wanted", op, places.text(), "1x4x1xK");
 }
@@ -58,8 +59,8 @@ struct AddLampsOp : Op {
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.out().shape);
     l.run_with(row_defines(l.device), kFile, "add_lamps", row_range(l.device, t.pixels), l.in(0), l.in(6), l.out(),
-               l.in(1), l.in(2), l.in(3), l.in(4), l.in(5), lamps_of(l), per_row(l), t.first_pixel, t.pixels, t.first_sample,
-               t.samples, t.pixel_capacity, t.sample_capacity);
+               l.in(1), l.in(2), l.in(3), l.in(4), l.in(5), lamps_of(l), per_row(l), t.first_pixel, t.pixels,
+               t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
   }
   int overwrites() const override { return 0; }
 };

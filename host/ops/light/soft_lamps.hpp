@@ -11,10 +11,11 @@ struct LampRays {
   Value points, direction, u, pdf;
 };
 
-/// radiance {1, 3, P, S} + u sum_k color_k share_k exp(-(r / size)^2 (1 - cos theta)), r the distance to a lamp's middle
-/// and theta the angle between ray and it: a spherical Gaussian as a blob of that size in space shows itself. share_k =
-/// min(1, solid angle of the ray, 1 / pdf, over the lamp's): a lobe narrower than a lamp does not see it whole. places
-/// {1, 4, 1, K}: middle (camera metres) and size > 0; colors {1, 3, 1, K}. Gradients go to radiance and colors.
+/// radiance {1, 3, P, S} + u sum_k color_k share_k exp(-(r / size)^2 (1 - cos theta)), r the distance to a lamp's
+/// middle and theta the angle between ray and it: a spherical Gaussian as a blob of that size in space shows itself.
+/// share_k = min(1, solid angle of the ray, 1 / pdf, over the lamp's): a lobe narrower than a lamp does not see it
+/// whole. places {1, 4, 1, K}: middle (camera metres) and size > 0; colors {1, 3, 1, K}. Gradients go to radiance and
+/// colors.
 Value add_lamps(Value radiance, const LampRays& rays, Value places, Value colors);
 
 /// What one unit of each lamp adds to each row: sums over its rays of weight {1, 3, P, S} times u times the lamp's

@@ -19,9 +19,9 @@ struct BounceOp : Op {
   }
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.out().shape);
-    l.run("shade/bounce.cl", "bounce", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), l.out(0), l.out(1), l.out(2),
-          t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, l.in(4).shape.n,
-          l.seed, static_cast<std::uint32_t>(number));
+    l.run("shade/bounce.cl", "bounce", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), l.out(0), l.out(1),
+          l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
+          l.in(4).shape.n, l.seed, static_cast<std::uint32_t>(number));
   }
 };
 

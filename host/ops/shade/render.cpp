@@ -78,8 +78,8 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
       traced = {in[0], t[1], t[0], surfaces.normal, {}};
       if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
     }
-    const RayBatch rays{
-        samples.direction, samples.pdf, trace(spec, traced, in[1], samples.direction), {in[0], surfaces}, in[1], counts.get()};
+    const RayBatch rays{samples.direction, samples.pdf, trace(spec, traced, in[1], samples.direction),
+                        {in[0], surfaces}, in[1],       counts.get()};
     counts->clear();
     const Value radiance = light(g, rays, in.subspan(light_at));
     const SampleSums sums =
@@ -199,8 +199,8 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
     const Chunk chunk{pixel, static_cast<int>(std::min<long>(domain.chunk_pixels, picture.n * plane - pixel)), 0,
                       spec.spp};
     draw.run(seed, chunk);
-    fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction),
-          draw.view(samples.pdf), spec.trace ? draw.view(hits.pixel) : TensorView{}, radiance});
+    fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction), draw.view(samples.pdf),
+          spec.trace ? draw.view(hits.pixel) : TensorView{}, radiance});
     sum.run(seed, chunk);
     const auto place = [&](const Tensor& columns, Tensor& to) {
       for (int c = 0; c < columns.shape.c; ++c)

@@ -25,9 +25,8 @@ struct SurfaceMaps {
   Surfaces surfaces;
 };
 
-/// What rays are traced against when it is not the shaded maps themselves: an object put before a scene is shaded, and
-/// its rays meet the scene. skip: Int {n, 1, h, w}, the pixel that a pixel's rays do not hit (its own where it shows
-/// the scene, -1 on the object).
+/// What rays are traced against when it is not the shaded maps themselves: some pixels of a scene are shaded, and their
+/// rays meet all of it. skip: Int {n, 1, h, w}, the pixel that a pixel's rays do not hit, its own, or -1.
 struct Blockers {
   Value depth, normal, skip;
 };

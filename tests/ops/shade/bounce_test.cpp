@@ -78,7 +78,8 @@ std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
 OP_CASES(bounce) {
   OpCase c{.stem = "bounce", .label = "objects", .kernels = {"bounce"}, .inputs = inputs()};
   c.build = [](Graph&, const Values& v) {
-    const Bounce b = bounce(v.at("direction"), v.at("arriving"), v.at("normal"), v.at("object"), v.at("materials"), kNumber);
+    const Bounce b =
+        bounce(v.at("direction"), v.at("arriving"), v.at("normal"), v.at("object"), v.at("materials"), kNumber);
     return std::vector<Value>{b.direction, b.weight, b.widest};
   };
   c.reference = [seed = c.seed](const Tensors& t) { return reference(t, seed); };
