@@ -75,10 +75,11 @@ bool needs_layer(const Scene& before, const EditedScene& with) {
 }
 
 /// D_1: what the edited pixels show less the photograph; 0 elsewhere.
-Image first_change(const Scene& before, const EditedScene& with, SceneLayer& layer, EditBounce& bounce, double& shown) {
+Image first_change(const Scene& before, const EditedScene& with, SceneLayer& layer, std::uint32_t seed,
+                   EditBounce& bounce, double& shown) {
   const std::array<double, 3> ambient = ambient_of(before);
   const auto render = [&](const Image& albedo, const Image& material) {
-    const Image picture = layer.radiance(albedo, material, before.photo, ambient, with.edited);
+    const Image picture = layer.radiance(albedo, material, before.photo, ambient, with.edited, seed);
     bounce.rays += layer.counts().directions, bounce.dropped += layer.counts().dropped;
     return picture;
   };
@@ -236,7 +237,8 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
   const EditedScene& with = result.with;
   SceneLayer first(device, scene, settings);
   EditBounce bounce;
-  Image left = add_change(result.composite, first_change(scene, with, first, bounce, result.shown), bounce.changed);
+  Image left = add_change(result.composite, first_change(scene, with, first, settings.seed, bounce, result.shown),
+                          bounce.changed);
   result.bounces.push_back(bounce);
   result.seconds = first.seconds();
   if (bounces == 1 || bounce.changed == 0) return result;
@@ -251,7 +253,8 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
   const double before = layer.seconds();
   const std::vector<bool> everywhere(scene.photo.pixels(), true);
   while (static_cast<int>(result.bounces.size()) < bounces && bounce.changed > 0) {
-    const Image thrown = layer.radiance(with.scene.albedo, with.scene.material, left, {0, 0, 0}, everywhere);
+    const Image thrown =
+        layer.radiance(with.scene.albedo, with.scene.material, left, {0, 0, 0}, everywhere, settings.seed);
     bounce = {layer.counts().directions, layer.counts().dropped, 0};
     left = add_change(result.composite, thrown, bounce.changed);
     result.bounces.push_back(bounce);

@@ -4,16 +4,13 @@
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/light_weights.hpp"
-#include "experiments/applications/objects_light.hpp"
+#include "experiments/applications/objects_layer.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/applications/scene_layer.hpp"
-#include "host/cl/seconds_of.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
-#include "host/ops/light/depth_pyramid.hpp"
-#include "host/ops/light/surface_points.hpp"
 #include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
@@ -66,23 +63,6 @@ Mesh stand(Mesh mesh, const Camera& camera, const Vec3& foot, double size) {
   return mesh;
 }
 
-Tensor material_table(const std::vector<InsertedObject>& objects) {
-  Tensor table({static_cast<int>(objects.size()), 5, 1, 1});
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    const InsertedObject& o = objects[i];
-    const std::array<double, 5> row{o.albedo[0], o.albedo[1], o.albedo[2], o.roughness, o.metallic};
-    std::copy(row.begin(), row.end(), table.real.begin() + static_cast<std::ptrdiff_t>(5 * i));
-  }
-  return table;
-}
-
-/// A pixel's rays skip its own cell where it shows the scene; an object floats before its cell.
-Tensor skip_map(const Image& shows) {
-  std::vector<int> skip(shows.pixels());
-  for (std::size_t i = 0; i < skip.size(); ++i) skip[i] = shows.data[i] > 0 ? -1 : static_cast<int>(i);
-  return Tensor::of_int({1, 1, shows.height, shows.width}, std::move(skip));
-}
-
 // Changes below the first share of the photograph are too faint to matter how strong they are: they are added as they
 // are, those above the second by the photograph's measure, and between them it grows, so that no edge is seen.
 constexpr float kFaint = 1.0f / 128, kPlain = 1.0f / 32;
@@ -92,30 +72,79 @@ float plainness(float change, float photo) {
   return std::clamp((std::abs(change) / std::max(photo, 1e-6f) - kFaint) / (kPlain - kFaint), 0.0f, 1.0f);
 }
 
+/// What passes over the picture add up to, each through another point of every pixel.
+struct PassSums {
+  Image objects, covers;  // 3: radiance of objects; 1: passes in which a pixel shows one
+  Image change;           // 3: of the room, by the objects
+
+  explicit PassSums(const Scene& scene)
+      : objects(scene.width(), scene.height(), 3), covers(scene.width(), scene.height(), 1), change(objects) {}
+
+  void add(const Image& shows, const Image& radiance) {
+    const std::size_t n = shows.pixels();
+    for (std::size_t i = 0; i < n; ++i) covers.data[i] += shows.data[i];
+    for (std::size_t i = 0; i < radiance.data.size(); ++i)
+      (shows.data[i % n] > 0 ? objects : change).data[i] += radiance.data[i];
+  }
+  /// Means: of objects over all passes (so that it holds their share of a pixel), of changes over those that show the
+  /// room.
+  void divide(int passes) {
+    const std::size_t n = covers.pixels();
+    for (std::size_t i = 0; i < objects.data.size(); ++i) {
+      const float room = static_cast<float>(passes) - covers.data[i % n];
+      objects.data[i] /= static_cast<float>(passes);
+      if (room > 0) change.data[i] /= room;
+    }
+    for (float& c : covers.data) c /= static_cast<float>(passes);
+  }
+};
+
 /// Pixels of the room whose change must be measured by the photograph.
-std::vector<bool> changed_pixels(const Scene& scene, const Image& shows, const Image& change) {
-  const std::size_t n = shows.pixels();
+std::vector<bool> changed_pixels(const Scene& scene, const Image& change) {
+  const std::size_t n = change.pixels();
   std::vector<bool> changed(n, false);
   for (std::size_t i = 0; i < change.data.size(); ++i)
-    if (shows.data[i % n] == 0 && plainness(change.data[i], scene.photo.data[i]) > 0) changed[i % n] = true;
+    if (plainness(change.data[i], scene.photo.data[i]) > 0) changed[i % n] = true;
   return changed;
 }
 
-/// Object pixels show what they reflect. The room's are the photograph + what the objects change, by the photograph's
-/// measure: times photograph / `without`, the layer's own picture of the room without objects (0: not asked). So a
-/// shadow takes the share of light that it covers, whatever the maps and the light are wrong by. What objects add is
-/// never made more, for where the layer is far too dark that would be noise. A lamp's own light is not scaled.
-Image composite_of(const Scene& scene, const Image& shows, const Image& change, const Image& without) {
+/// Objects show what they reflect. The room's share of a pixel is the photograph + what the objects change, by the
+/// photograph's measure: times photograph / `without`, the layer's own picture of the room without objects (0: not
+/// asked). So a shadow takes the share of light that it covers, whatever the maps and the light are wrong by. What
+/// objects add is never made more, for where the layer is far too dark that would be noise. A lamp's own light is not
+/// scaled.
+Image composite_of(const Scene& scene, const PassSums& passes, const Image& without) {
   Image composite = scene.photo;
   const std::size_t n = composite.pixels();
   for (std::size_t i = 0; i < composite.data.size(); ++i) {
-    const float photo = scene.photo.data[i], d = change.data[i], layer = without.data[i];
+    const float photo = scene.photo.data[i], d = passes.change.data[i], layer = without.data[i];
     float gain = layer > 0 && scene.material.data[2 * n + i % n] == 0 ? photo / layer : 1;
     if (d > 0) gain = std::min(gain, 1.0f);
     gain = 1 + plainness(d, photo) * (gain - 1);
-    composite.data[i] = shows.data[i % n] > 0 ? d : std::max(photo + gain * d, 0.0f);
+    composite.data[i] = passes.objects.data[i] + (1 - passes.covers.data[i % n]) * std::max(photo + gain * d, 0.0f);
   }
   return composite;
+}
+
+// For smooth edges: so many passes at most, each with a share of the samples, enough of them for the layer's strata.
+constexpr int kMostPasses = 8, kPassSamples = 16;
+
+/// The scene through another point of its pixels in every pass: a Hammersley set around their middles.
+Scene seen_in_pass(Scene scene, int pass, int passes) {
+  double turned = 0.5 / passes;  // the radical inverse in base 2, centred
+  for (int digits = pass, half = 1; digits > 0; digits >>= 1) turned += (digits & 1) / static_cast<double>(half *= 2);
+  scene.camera.cx += 0.5 - (pass + 0.5) / passes;
+  scene.camera.cy += 0.5 - turned;
+  return scene;
+}
+
+/// One bar of progress over all passes.
+ChunkListener over_passes(const ChunkListener& told, int passes) {
+  if (!told || passes == 1) return told;
+  return [&told, passes, pass = 0](int done, int chunks) mutable {
+    told(pass * chunks + done, passes * chunks);
+    if (done == chunks) ++pass;
+  };
 }
 
 }  // namespace
@@ -195,47 +224,35 @@ SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& ob
 }
 
 Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& list,
-                      const RenderSettings& settings, int bounces) {
+                      const RenderSettings& settings, int bounces, int passes) {
   const auto objects = std::make_shared<TraceObjects>(device, place_objects(scene, list));
-  Insertion result{put_before(device, scene, *objects, list), {}, 0};
-  const SceneWithObjects& with = result.with;
+  RenderSettings share = settings;
+  share.spp = settings.spp / passes, share.after_chunk = over_passes(settings.after_chunk, passes);
+  // Seeds of passes lie apart, so that neighbouring seeds of users have none in common.
+  const auto seed = [&](int pass) { return settings.seed + 0x9e3779b9u * static_cast<std::uint32_t>(pass); };
 
-  Graph graph;
-  const SceneValues v = scene_values(graph, with.scene);
-  const Shape map1{1, 1, scene.height(), scene.width()}, map3{1, 3, scene.height(), scene.width()};
-  const Value depth = graph.input("scene depth", map1), normal = graph.input("scene normal", map3);
-  const Value shows = graph.input("shows", map1), skip = graph.input("skip", map1, Type::Int);
-  const Value materials = graph.input("materials", {static_cast<int>(list.size()), 5, 1, 1});
-  const ObjectsLightInputs inputs{
-      depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera), skip, shows, materials};
-  const SceneLight light = scene_light(graph, v, scene, settings);
-  RenderSpec spec = render_spec(settings, light);
-  spec.trace = false;  // objects_light() does, where it must
-  const Rendered rendered = render(graph, spec, v.maps, v.camera, v.range, inputs_of(inputs, light),
-                                   objects_light(objects, light, spec.ssrt, bounces));
-
-  Executor executor(compile(graph, {rendered.radiance}, device), light.states);
-  feed_scene(executor, with.scene);
-  light.feed(executor);
-  executor.feed("scene depth", tensor_of(scene.depth)), executor.feed("scene normal", tensor_of(scene.normal));
-  executor.feed("range", depth_range(tensor_of(scene.depth)));
-  const std::array<double, 3> ambient = ambient_of(scene);  // of the scene, not of the picture with objects
-  executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
-  executor.feed("shows", tensor_of(with.shows)), executor.feed("skip", skip_map(with.shows));
-  executor.feed("materials", material_table(list));
-  executor.after_chunk(settings.after_chunk);
-  result.seconds = seconds_of(device, [&] { executor.run(settings.seed); });
-  Image change(scene.width(), scene.height(), 3), without = change;
-  change.data = executor.fetch_floats(rendered.radiance);
-
-  const std::vector<bool> changed = changed_pixels(scene, with.shows, change);
-  if (std::ranges::find(changed, true) != changed.end()) {
-    SceneLayer room(device, scene, settings);  // equal seeds: the rays whose light the objects changed
-    without = room.radiance(scene.albedo, scene.material, scene.photo, ambient, changed);
-    result.seconds += room.seconds();
+  ObjectsLayer with_objects(device, scene, objects, list, share, bounces);
+  PassSums sums(scene);
+  for (int pass = 0; pass < passes; ++pass) {
+    const SceneWithObjects with = put_before(device, seen_in_pass(scene, pass, passes), *objects, list);
+    sums.add(with.shows, with_objects.radiance(with, seed(pass)));
   }
-  result.composite = composite_of(scene, with.shows, change, without);
-  return result;
+  sums.divide(passes);
+
+  Image without(scene.width(), scene.height(), 3);
+  double seconds = with_objects.seconds();
+  const std::vector<bool> changed = changed_pixels(scene, sums.change);
+  if (std::ranges::find(changed, true) != changed.end()) {
+    SceneLayer room(device, scene, share);
+    for (int pass = 0; pass < passes; ++pass) {  // equal seeds: the rays whose light the objects changed
+      const Image layer =
+          room.radiance(scene.albedo, scene.material, scene.photo, ambient_of(scene), changed, seed(pass));
+      for (std::size_t i = 0; i < layer.data.size(); ++i) without.data[i] += layer.data[i] / static_cast<float>(passes);
+    }
+    seconds += room.seconds();
+  }
+  Image composite = composite_of(scene, sums, without);
+  return {std::move(sums.covers), std::move(composite), seconds};
 }
 
 void insert(const InsertOptions& options) {
@@ -248,9 +265,10 @@ void insert(const InsertOptions& options) {
   RenderSettings render = options.render;
   render.after_chunk = chunk_progress("insert");
   take_light(render, options.lit_by, device, scene, provenance);
-  const Insertion inserted = insert_into(device, scene, options.objects, render, options.bounces);
+  const int passes = std::clamp(render.spp / kPassSamples, 1, kMostPasses);
+  const Insertion inserted = insert_into(device, scene, options.objects, render, options.bounces, passes);
   const Image& composite = inserted.composite;
-  const double seen = sum(inserted.with.shows.data) / static_cast<double>(composite.pixels());
+  const double seen = sum(inserted.covers.data) / static_cast<double>(composite.pixels());
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
 
   const fs::path out = options.out.empty() ? options.run : options.out;

@@ -55,11 +55,13 @@ SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& ob
 
 /// The scene with objects under the light of `settings`.
 struct Insertion {
-  SceneWithObjects with;
-  Image composite;     // 3: photograph changed as the layer is by the objects; their own pixels show what they reflect
+  Image covers;        // 1: the share of a pixel that objects cover
+  Image composite;     // 3: photograph changed as the layer is by the objects; their share shows what they reflect
   double seconds = 0;  // of rendering, after the plans were made
 };
+/// `passes` over the picture share settings.spp samples, at least two each, and look through different points of its
+/// pixels, so that objects have smooth edges; one pass looks through their middles.
 Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& objects,
-                      const RenderSettings& settings, int bounces);
+                      const RenderSettings& settings, int bounces, int passes = 1);
 
 }  // namespace clerestory

@@ -7,7 +7,7 @@
 namespace clerestory {
 
 SceneLayer::SceneLayer(Device& device, const Scene& scene, const RenderSettings& settings)
-    : device_(device), geometry_(scene), seed_(settings.seed) {
+    : device_(device), geometry_(scene) {
   const SceneValues v = scene_values(graph_, scene);
   const Value solid = graph_.input("solid", {1, 1, scene.height(), scene.width()});
   const Value skip = graph_.input("skip", {1, 1, scene.height(), scene.width()}, Type::Int);
@@ -27,7 +27,7 @@ SceneLayer::SceneLayer(Device& device, const Scene& scene, const RenderSettings&
 }
 
 Image SceneLayer::radiance(const Image& albedo, const Image& material, const Image& light,
-                           const std::array<double, 3>& ambient, const std::vector<bool>& shade) {
+                           const std::array<double, 3>& ambient, const std::vector<bool>& shade, std::uint32_t seed) {
   Image depth = geometry_.depth;
   for (std::size_t i = 0; i < shade.size(); ++i)
     if (!shade[i]) depth.data[i] = 0;
@@ -35,7 +35,7 @@ Image SceneLayer::radiance(const Image& albedo, const Image& material, const Ima
   executor_->feed("albedo", tensor_of(albedo)), executor_->feed("material", tensor_of(material));
   executor_->feed("photo", tensor_of(light));
   executor_->feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
-  seconds_ += seconds_of(device_, [&] { executor_->run(seed_); });
+  seconds_ += seconds_of(device_, [&] { executor_->run(seed); });
   const Tensor status = executor_->fetch(rendered_.status);
   counts_ = render_counts(status, executor_->fetch(rendered_.tally));
   shaded_.assign(shade.size(), false);

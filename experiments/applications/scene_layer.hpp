@@ -19,7 +19,7 @@ class SceneLayer {
   /// Reflected radiance, 3 channels, of the pixels in `shade` (row-major), 0 elsewhere. albedo and material as a
   /// Scene's; `light`: the photograph that the light reads; `ambient`: of rays that leave it, under `light = image`.
   Image radiance(const Image& albedo, const Image& material, const Image& light, const std::array<double, 3>& ambient,
-                 const std::vector<bool>& shade);
+                 const std::vector<bool>& shade, std::uint32_t seed);
 
   const std::vector<bool>& shaded() const { return shaded_; }  // of the last render: those that face the viewer
   const RenderCounts& counts() const { return counts_; }       // of the last render
@@ -28,7 +28,6 @@ class SceneLayer {
  private:
   Device& device_;
   const Scene& geometry_;
-  std::uint32_t seed_;
   Graph graph_;
   Rendered rendered_;
   std::optional<Executor> executor_;

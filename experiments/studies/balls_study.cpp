@@ -190,7 +190,7 @@ class BallsStudy : public StudyRun {
       const Insertion made =
           insert_into(device_, who.true_maps ? truth : predicted, {ball.object}, lit_.at(who.key()), kBounces);
       if (shows.empty()) {
-        mask = made.with.shows;
+        mask = made.covers;
         for (const float s : mask.data) shows.push_back(s > 0);
         if (std::none_of(shows.begin(), shows.end(), [](bool s) { return s; })) return;
         record.values[0].second += 1;

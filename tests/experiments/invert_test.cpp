@@ -170,13 +170,56 @@ TEST_F(InvertTest, AShadowTakesTheSameShareOfLightOfAnyPhotograph) {
   const std::size_t n = scene.photo.pixels();
   long darker = 0;
   for (std::size_t i = 0; i < a.composite.data.size(); ++i) {
-    if (a.with.shows.data[i % n] > 0) continue;
+    if (a.covers.data[i % n] > 0) continue;
     const double left = a.composite.data[i] / scene.photo.data[i], other = b.composite.data[i] / mirrored.photo.data[i];
     if (std::max(left, other) > 0.75) continue;  // faint changes are added as they are
     ++darker;
     ASSERT_NEAR(left, other, 1e-5) << i;
   }
   EXPECT_GT(darker, 50);
+}
+
+TEST_F(InvertTest, PassesGiveObjectsSmoothEdges) {
+  // A dark ball in the middle of a grey picture under constant light: a pixel is as dark as the ball covers it.
+  constexpr float kGrey = 0.5f;
+  Scene scene = read_run(invert(options("edges")));
+  std::fill(scene.photo.data.begin(), scene.photo.data.end(), kGrey);
+  std::fill_n(scene.material.plane(2), scene.photo.pixels(), 0.0f);
+  const double depth = 0.5 * scene.depth.at(0, 24, 32), radius = 0.12 * depth;
+  const Vec3 center = scene.camera.unproject(32.5, 24.5, depth);
+  InsertedObject ball;
+  ball.at_point = {center.x, center.y, center.z}, ball.radius = radius;
+  ball.albedo = {0.2, 0.2, 0.2}, ball.roughness = 1, ball.metallic = 0;
+  RenderSettings settings;
+  settings.light = "constant", settings.spp = 128;
+  Device device = Device::open();
+  const Insertion hard = insert_into(device, scene, {ball}, settings, 2),
+                  soft = insert_into(device, scene, {ball}, settings, 2, 8);
+  EXPECT_EQ(soft.composite.data, insert_into(device, scene, {ball}, settings, 2, 8).composite.data);
+
+  // The disc that the ball is seen as, nearly: its middle is that of pixel (32, 24).
+  const double half = scene.camera.fx * radius / std::sqrt(depth * depth - radius * radius);
+  const auto covered = [&](int x, int y) {
+    constexpr int kFine = 32;
+    int inside = 0;
+    for (int k = 0; k < kFine * kFine; ++k)
+      inside += std::hypot(x - 32.5 + (k % kFine + 0.5) / kFine, y - 24.5 + (k / kFine + 0.5) / kFine) < half;
+    return inside / static_cast<double>(kFine * kFine);
+  };
+  double error = 0, hard_error = 0;
+  int edge = 0;
+  for (int y = 0; y < scene.height(); ++y)
+    for (int x = 0; x < scene.width(); ++x) {
+      const double share = soft.covers.at(0, y, x), truth = covered(x, y);
+      EXPECT_TRUE(hard.covers.at(0, y, x) == 0 || hard.covers.at(0, y, x) == 1);
+      if (truth == 0 || truth == 1) continue;
+      ++edge;
+      error += std::abs(share - truth), hard_error += std::abs(hard.covers.at(0, y, x) - truth);
+      // The ball reflects 0.2 to 0.3 of the light; the room behind is a few percent darker for it.
+      EXPECT_NEAR(soft.composite.at(1, y, x), kGrey * (1 - 0.75 * share), 0.12 * kGrey) << x << "," << y;
+    }
+  EXPECT_GT(edge, 20);
+  EXPECT_LT(error, 0.4 * hard_error) << "eight points tell a half-plane's share to an eighth or so, one to a quarter";
 }
 
 TEST_F(InvertTest, ObjectsThatCannotBePlacedAreRefused) {

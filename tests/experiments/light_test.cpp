@@ -306,7 +306,7 @@ TEST_F(Light, AnObjectIsLitByItAtEveryBounce) {
   int seen = 0, other = 0;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < 3; ++k) ASSERT_TRUE(std::isfinite(net.composite.data[k * n + i]));
-    if (net.with.shows.data[i] == 0) continue;
+    if (net.covers.data[i] == 0) continue;
     ++seen;
     other += net.composite.data[i] != image.composite.data[i];
   }
