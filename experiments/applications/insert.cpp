@@ -1,6 +1,7 @@
 #include "experiments/applications/insert.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/light_weights.hpp"
@@ -129,7 +130,8 @@ Image composite_of(const Scene& scene, const PassSums& passes, const Image& with
 // For smooth edges: so many passes at most, each with a share of the samples, enough of them for the layer's strata.
 constexpr int kMostPasses = 8, kPassSamples = 16;
 
-/// The scene through another point of its pixels in every pass: a Hammersley set around their middles.
+/// The scene through another point of its pixels in every pass: a Hammersley set, around their middles where `passes`
+/// is a power of two.
 Scene seen_in_pass(Scene scene, int pass, int passes) {
   double turned = 0.5 / passes;  // the radical inverse in base 2, centred
   for (int digits = pass, half = 1; digits > 0; digits >>= 1) turned += (digits & 1) / static_cast<double>(half *= 2);
@@ -265,8 +267,9 @@ void insert(const InsertOptions& options) {
   RenderSettings render = options.render;
   render.after_chunk = chunk_progress("insert");
   take_light(render, options.lit_by, device, scene, provenance);
-  const int passes = std::clamp(render.spp / kPassSamples, 1, kMostPasses);
-  const Insertion inserted = insert_into(device, scene, options.objects, render, options.bounces, passes);
+  const unsigned passes = std::bit_floor(static_cast<unsigned>(std::clamp(render.spp / kPassSamples, 1, kMostPasses)));
+  const Insertion inserted =
+      insert_into(device, scene, options.objects, render, options.bounces, static_cast<int>(passes));
   const Image& composite = inserted.composite;
   const double seen = sum(inserted.covers.data) / static_cast<double>(composite.pixels());
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
