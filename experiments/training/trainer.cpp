@@ -174,9 +174,9 @@ void Trainer::loop() {
   log_step_ = progress_.step;
   if (progress_.step == 0) validate();
   const bool by_steps = limits_.steps > 0;
-  const std::int64_t total = by_steps ? limits_.steps : static_cast<std::int64_t>(std::ceil(limits_.minutes));
-  Progress bar("train", total, by_steps ? "steps" : "minutes",
-               by_steps ? progress_.step : static_cast<std::int64_t>(progress_.seconds / 60));
+  const std::int64_t total = by_steps ? limits_.steps : static_cast<std::int64_t>(std::ceil(60 * limits_.minutes));
+  const auto done = [&] { return by_steps ? progress_.step : std::min(total, static_cast<std::int64_t>(seconds())); };
+  Progress bar("train", total, by_steps ? "steps" : "seconds", done());
   while (limits_.fraction(progress_.step, seconds() / 60) < 1) {
     take_step();
     if (due(options_.log_every)) log_losses();
@@ -184,7 +184,7 @@ void Trainer::loop() {
     const bool long_ago =
         options_.checkpoint_minutes > 0 && clock_seconds() - last_checkpoint_ > 60 * options_.checkpoint_minutes;
     if (due(options_.checkpoint_every) || long_ago) checkpoint();
-    bar.update(by_steps ? progress_.step : std::min(total, static_cast<std::int64_t>(seconds() / 60)), score_note_);
+    bar.update(done(), score_note_);
     if (interrupted()) {
       checkpoint();
       run_.log(fmt::format("interrupted after step {}; the same command goes on", progress_.step));
