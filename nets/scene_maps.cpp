@@ -19,16 +19,19 @@ SceneValues scene_values(Graph& graph, const Scene& scene) {
 }
 
 void feed_scene(Executor& executor, const Scene& scene) {
-  const Tensor depth = tensor_of(scene.depth);
   const std::array<double, 3> ambient = ambient_of(scene);
+  feed_maps(executor, scene);
   executor.feed("photo", tensor_of(scene.photo));
+  executor.feed("range", depth_range(tensor_of(scene.depth)));
+  executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
+}
+
+void feed_maps(Executor& executor, const Scene& scene) {
   executor.feed("albedo", tensor_of(scene.albedo));
   executor.feed("normal", tensor_of(scene.normal));
-  executor.feed("depth", depth);
+  executor.feed("depth", tensor_of(scene.depth));
   executor.feed("material", tensor_of(scene.material));
   executor.feed("camera", camera_tensor(std::span(&scene.camera, 1)));
-  executor.feed("range", depth_range(depth));
-  executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
 }
 
 }  // namespace clerestory

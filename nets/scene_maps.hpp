@@ -16,6 +16,8 @@ struct SceneValues {
 };
 SceneValues scene_values(Graph& graph, const Scene& scene);
 void feed_scene(Executor& executor, const Scene& scene);
+/// "albedo", "normal", "depth", "material" and "camera" alone: what is shaded; what lights it stays.
+void feed_maps(Executor& executor, const Scene& scene);
 
 Tensor tensor_of(const Image& image);  // {1, channels, height, width}
 

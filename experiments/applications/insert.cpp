@@ -246,9 +246,9 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   const std::vector<bool> changed = changed_pixels(scene, sums.change);
   if (std::ranges::find(changed, true) != changed.end()) {
     SceneLayer room(device, scene, share);
+    const std::array<double, 3> ambient = ambient_of(scene);
     for (int pass = 0; pass < passes; ++pass) {  // equal seeds: the rays whose light the objects changed
-      const Image layer =
-          room.radiance(scene.albedo, scene.material, scene.photo, ambient_of(scene), changed, seed(pass));
+      const Image layer = room.radiance(scene.albedo, scene.material, scene.photo, ambient, changed, seed(pass));
       for (std::size_t i = 0; i < layer.data.size(); ++i) without.data[i] += layer.data[i] / static_cast<float>(passes);
     }
     seconds += room.seconds();

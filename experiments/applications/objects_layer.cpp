@@ -29,7 +29,7 @@ Tensor skip_map(const Image& shows) {
 
 ObjectsLayer::ObjectsLayer(Device& device, const Scene& scene, std::shared_ptr<TraceObjects> objects,
                            const std::vector<InsertedObject>& list, const RenderSettings& settings, int bounces)
-    : device_(device), ambient_(ambient_of(scene)), range_(depth_range(tensor_of(scene.depth))) {
+    : device_(device) {
   const SceneValues v = scene_values(graph_, scene);
   const Shape map1{1, 1, scene.height(), scene.width()}, map3{1, 3, scene.height(), scene.width()};
   const Value depth = graph_.input("scene depth", map1), normal = graph_.input("scene normal", map3);
@@ -45,16 +45,14 @@ ObjectsLayer::ObjectsLayer(Device& device, const Scene& scene, std::shared_ptr<T
 
   executor_.emplace(compile(graph_, {rendered_.radiance}, device), light.states);
   executor_->after_chunk(settings.after_chunk);
-  feed_scene(*executor_, scene);
+  feed_scene(*executor_, scene);  // range and ambient light stay the scene's, whatever objects are before it
   light.feed(*executor_);
   executor_->feed("scene depth", tensor_of(scene.depth)), executor_->feed("scene normal", tensor_of(scene.normal));
   executor_->feed("materials", material_table(list));
 }
 
 Image ObjectsLayer::radiance(const SceneWithObjects& with, std::uint32_t seed) {
-  feed_scene(*executor_, with.scene);
-  executor_->feed("range", range_);
-  executor_->feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient_.begin(), ambient_.end())));
+  feed_maps(*executor_, with.scene);
   executor_->feed("shows", tensor_of(with.shows)), executor_->feed("skip", skip_map(with.shows));
   seconds_ += seconds_of(device_, [&] { executor_->run(seed); });
   Image picture(with.shows.width, with.shows.height, 3);

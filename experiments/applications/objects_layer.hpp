@@ -1,7 +1,6 @@
 // The Monte Carlo layer on a scene with objects in it, compiled once: what their pixels show, and what they change on
 // all others.
 #pragma once
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -25,8 +24,6 @@ class ObjectsLayer {
 
  private:
   Device& device_;
-  const std::array<double, 3> ambient_;  // of the scene, not of the picture with objects
-  const Tensor range_;
   Graph graph_;
   Rendered rendered_;
   std::optional<Executor> executor_;

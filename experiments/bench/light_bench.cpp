@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -120,7 +119,7 @@ OutOfViewSize spheres() {
 }
 
 /// What is timed, made when its turn comes.
-const std::vector<std::pair<const char*, std::function<Net()>>> kNets{
+constexpr std::pair<const char*, Net (*)()> kNets[]{
     {"in view, compact", [] { return in_view(light_net_size("compact"), 256); }},
     {"in view, paper", [] { return in_view(light_net_size("paper"), 64); }},
     {"field, compact", [] { return out_of_view(out_of_view_size("compact"), 256); }},
