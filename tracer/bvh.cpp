@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "host/error.hpp"
@@ -70,9 +71,22 @@ std::vector<RTCBuildPrimitive> bounds_of(const std::vector<Triangle>& triangles)
   return primitives;
 }
 
+/// How far boxes stand off their triangles. The kernel sees a corner at distance r from the ray's origin up to three
+/// epsilon of r off: translation, shear and its product round by half an epsilon each, twice where the shear is 1. The
+/// plane's own sum, its product with 1 / d and the areas that round to zero add up to three more. r is at most the
+/// farthest corner from zero and the origin together; this is the corners' share, the kernel adds the origin's.
+float margin(const std::vector<Triangle>& triangles) {
+  float farthest = 0;
+  for (const Triangle& t : triangles)
+    for (const Vertex& v : t.v)
+      for (int axis = 0; axis < 3; ++axis) farthest = std::max(farthest, std::abs(v.position[axis]));
+  return 6 * std::numeric_limits<float>::epsilon() * farthest;
+}
+
 class Flattener {
  public:
-  Flattener(const std::vector<Triangle>& triangles, Bvh& bvh) : triangles_(triangles), bvh_(bvh) {}
+  Flattener(const std::vector<Triangle>& triangles, Bvh& bvh)
+      : triangles_(triangles), bvh_(bvh), margin_(margin(triangles)) {}
 
   /// Appends a node with its subtree; gives its number. `waiting`: stack entries held while it is visited.
   int node(const Tree& tree, int level, int waiting) {
@@ -88,8 +102,8 @@ class Flattener {
     for (int c = 0; c < kBvhWidth; ++c) {
       const bool used = c < tree.count;
       for (int axis = 0; axis < 3; ++axis) {
-        bvh_.planes[planes + axis * kBvhWidth + c] = used ? tree.box[c].lower[axis] : 1e30f;
-        bvh_.planes[planes + (3 + axis) * kBvhWidth + c] = used ? tree.box[c].upper[axis] : -1e30f;
+        bvh_.planes[planes + axis * kBvhWidth + c] = used ? tree.box[c].lower[axis] - margin_ : 1e30f;
+        bvh_.planes[planes + (3 + axis) * kBvhWidth + c] = used ? tree.box[c].upper[axis] + margin_ : -1e30f;
       }
     }
     for (int c = 0; c < tree.count; ++c) {
@@ -108,6 +122,7 @@ class Flattener {
  private:
   const std::vector<Triangle>& triangles_;
   Bvh& bvh_;
+  float margin_;
 };
 
 }  // namespace
@@ -121,10 +136,9 @@ int append_leaves(Bvh& bvh, const std::vector<Triangle>& triangles, const std::v
       bvh.triangles.resize(bvh.triangles.size() + kBvhWidth, -1);
     }
     const Triangle& t = triangles[static_cast<std::size_t>(subset[k])];
-    const glm::vec3 rows[3] = {t.v[0].position, t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position};
     float* corners = &bvh.corners[bvh.corners.size() - 9 * kBvhWidth];
     for (std::size_t row = 0; row < 9; ++row)
-      corners[row * kBvhWidth + lane] = rows[row / 3][static_cast<int>(row % 3)];
+      corners[row * kBvhWidth + lane] = t.v[row / 3].position[static_cast<int>(row % 3)];
     bvh.triangles[bvh.triangles.size() - kBvhWidth + lane] = subset[k];
   }
   return first;

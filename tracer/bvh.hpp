@@ -15,8 +15,8 @@ inline constexpr int kBvhStack = 192;
 /// Arrays as the kernel reads them, each row kBvhWidth wide:
 /// node n: `planes` rows 6n..6n+5 are lower x, y, z, upper x, y, z; `children` row n holds, per child, a node (>= 0)
 /// or a leaf ~l (< 0); unused children have an empty box.
-/// leaf l: `corners` rows 9l..9l+8 are the first corner x, y, z and the edges to the second and the third corner;
-/// `triangles` row l holds their numbers, -1 where unused (edges of zero length, never hit).
+/// leaf l: `corners` rows 9l..9l+8 are x, y, z of the first, the second and the third corner, bit for bit the scene's;
+/// `triangles` row l holds their numbers, -1 where unused (three corners in one place, never hit).
 struct Bvh {
   std::vector<float> planes;
   std::vector<std::int32_t> children;

@@ -14,6 +14,12 @@ glm::vec3 random_shift(Random& random) {
   return {random.between(-50, 50), random.between(-50, 50), random.between(-50, 50)};
 }
 
+/// (cos, sin) of k of `sides` steps around: the last step ends in the first one's bits, so that seams close.
+glm::vec2 around(int k, int sides) {
+  const float angle = 2 * kPi * static_cast<float>(k % sides) / static_cast<float>(sides);
+  return {std::cos(angle), std::sin(angle)};
+}
+
 /// Local coordinates with the longest side first: u along the grain.
 struct Grain {
   int axis[3] = {0, 1, 2};
@@ -133,8 +139,8 @@ void Shapes::lathe(const glm::vec3& base, const std::vector<glm::vec2>& profile,
                    bool open) {
   const glm::vec3 shift = random_shift(random_);
   const auto ring = [&](const glm::vec2& rh, int k, const glm::vec2& slope) {
-    const float angle = 2 * kPi * static_cast<float>(k) / static_cast<float>(sides);
-    const glm::vec3 out(std::cos(angle), 0, -std::sin(angle));
+    const glm::vec2 turn = around(k, sides);
+    const glm::vec3 out(turn.x, 0, -turn.y);
     const glm::vec3 p = base + out * rh.x + glm::vec3(0, rh.y, 0);
     const glm::vec3 normal = glm::normalize(out * slope.y - glm::vec3(0, slope.x, 0));
     return vertex(p, p + shift, normal);
@@ -171,8 +177,8 @@ void Shapes::cylinder(const glm::vec3& base, float radius, float height, int mat
 
 void Shapes::disc(const glm::vec3& center, float radius, int material, int sides, int emitter) {
   const auto rim = [&](int k) {
-    const float angle = 2 * kPi * static_cast<float>(k) / static_cast<float>(sides);
-    const glm::vec3 p = radius * glm::vec3(std::cos(angle), 0, std::sin(angle));
+    const glm::vec2 turn = around(k, sides);
+    const glm::vec3 p = radius * glm::vec3(turn.x, 0, turn.y);
     return vertex(center + p, p);
   };
   const Vertex middle = vertex(center, glm::vec3(0));
@@ -197,8 +203,9 @@ void Shapes::sphere(const glm::vec3& center, float radius, int material, int ste
   const glm::vec3 shift = random_shift(random_);
   const auto point = [&](int i, int k) {
     const float theta = kPi * static_cast<float>(i) / static_cast<float>(steps);
-    const float phi = kPi * static_cast<float>(k) / static_cast<float>(steps);
-    const glm::vec3 n(std::sin(theta) * std::cos(phi), std::cos(theta), -std::sin(theta) * std::sin(phi));
+    const float out = i < steps ? std::sin(theta) : 0.f;  // float's pi is not pi: the pole is one point
+    const glm::vec2 turn = around(k, 2 * steps);
+    const glm::vec3 n(out * turn.x, std::cos(theta), -out * turn.y);
     return vertex(center + radius * n, radius * n + shift, n);
   };
   for (int i = 0; i < steps; ++i) {

@@ -24,9 +24,11 @@ Mesh sphere_mesh(const std::array<float, 3>& center, float radius, int steps) {
   const int columns = 2 * steps;
   for (int row = 0; row <= steps; ++row) {
     const float theta = std::numbers::pi_v<float> * static_cast<float>(row) / static_cast<float>(steps);
+    const float out = row < steps ? std::sin(theta) : 0.f;  // poles are one point, seams close bit for bit
     for (int column = 0; column <= columns; ++column) {
-      const float phi = 2 * std::numbers::pi_v<float> * static_cast<float>(column) / static_cast<float>(columns);
-      const std::array<float, 3> n{std::sin(theta) * std::sin(phi), std::cos(theta), std::sin(theta) * std::cos(phi)};
+      const int k = column % columns;
+      const float phi = 2 * std::numbers::pi_v<float> * static_cast<float>(k) / static_cast<float>(columns);
+      const std::array<float, 3> n{out * std::sin(phi), std::cos(theta), out * std::cos(phi)};
       mesh.normals.push_back(n);
       mesh.positions.push_back({center[0] + radius * n[0], center[1] + radius * n[1], center[2] + radius * n[2]});
     }

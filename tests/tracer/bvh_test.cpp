@@ -4,11 +4,14 @@
 #include <embree3/rtcore.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 
 #include "tests/tracer/scenes.hpp"
 #include "tracer/room.hpp"
+#include "tracer/trace_objects.hpp"
 
 namespace clerestory {
 namespace {
@@ -124,6 +127,95 @@ TEST(Bvh, EqualsEmbreeOnLooseTriangles) {
     scene.triangles.push_back(t);
   }
   compare(scene, glm::vec3(-3), glm::vec3(3), 40000);
+}
+
+/// A closed ball of triangles that share their corners bit for bit: an octahedron whose faces are split `times` times.
+World split_ball(const glm::vec3& center, float radius, int times) {
+  std::vector<std::array<glm::vec3, 3>> faces;
+  for (int i = 0; i < 8; ++i) {
+    const float x = i & 1 ? -1.f : 1.f, y = i & 2 ? -1.f : 1.f, z = i & 4 ? -1.f : 1.f;
+    faces.push_back({glm::vec3(x, 0, 0), {0, y, 0}, {0, 0, z}});
+  }
+  for (int k = 0; k < times; ++k) {
+    std::vector<std::array<glm::vec3, 3>> finer;
+    for (const auto& [a, b, c] : faces) {
+      const glm::vec3 ab = glm::normalize(a + b), bc = glm::normalize(b + c), ca = glm::normalize(c + a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    faces = std::move(finer);
+  }
+  World world;
+  world.materials.push_back(plain(glm::vec3(0.5f), 1));
+  for (const auto& face : faces) {
+    Triangle& t = world.triangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) t.v[k].position = center + radius * face[k];
+  }
+  return world;
+}
+
+/// Rays from points inside, a share of them close to the wall, to every corner, to points of every edge, and to points a
+/// few units in the last place beside them: how many of them hit nothing.
+int leaks(const World& scene, const glm::vec3& center, float inside, int* rays) {
+  Random random(9);
+  std::vector<glm::vec3> o, d;
+  for (const Triangle& t : scene.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const glm::vec3 a = t.v[k].position, b = t.v[(k + 1) % 3].position;
+      for (int i = 0; i < 12; ++i) {
+        glm::vec3 target = a + (i == 0 ? 0.f : random.unit()) * (b - a);
+        if (i % 3 == 2) target *= 1.f + std::numeric_limits<float>::epsilon() * random.between(-4, 4);
+        o.push_back(center + inside * (i % 4 == 3 ? 0.999f : random.unit()) * on_sphere(random));
+        d.push_back(target - o.back());
+        if (i % 2) d.back() = glm::normalize(d.back());
+      }
+    }
+  *rays = static_cast<int>(o.size());
+  std::vector<float> points, directions;
+  for (int c = 0; c < 3; ++c) {
+    for (const glm::vec3& v : o) points.push_back(v[c]);
+    for (const glm::vec3& v : d) directions.push_back(v[c]);
+  }
+  TraceScene traced(test_device(), scene);
+  const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
+  return static_cast<int>(std::ranges::count_if(hits, [](const TraceHit& hit) { return hit.triangle < 0; }));
+}
+
+TEST(Bvh, ClosedMeshesDoNotLeakAtSharedEdges) {
+  for (const glm::vec3& center : {glm::vec3(0), glm::vec3(3, -1, 40)})
+    for (const int times : {0, 1, 5}) {
+      int rays = 0;
+      // The inner ball of an octahedron has 1 / sqrt(3) of its radius.
+      EXPECT_EQ(leaks(split_ball(center, 2, times), center, 2 * (times < 5 ? 0.57f : 0.99f), &rays), 0)
+          << times << " splits, " << rays << " rays";
+    }
+}
+
+/// Solids of the rooms and of inserted objects too: their seams and poles share corners bit for bit.
+TEST(Bvh, RoundSolidsDoNotLeakAtTheirSeams) {
+  int rays = 0;
+  World ball;
+  ball.materials.push_back(plain(glm::vec3(0.5f), 1));
+  Shapes(ball, glm::mat4(1), Random(1)).sphere({0.3f, 1, 0}, 0.5f, 0, 24);
+  EXPECT_EQ(leaks(ball, {0.3f, 1, 0}, 0.49f, &rays), 0) << rays;
+  World vase;
+  vase.materials = ball.materials;
+  Shapes(vase, glm::mat4(1), Random(1)).lathe({0, 0, 0}, {{0.3f, 0}, {0.6f, 0.5f}, {0, 1.2f}}, 0, 30);
+  EXPECT_EQ(leaks(vase, {0, 0.45f, 0}, 0.3f, &rays), 0) << rays;
+  World cushion;
+  cushion.materials = ball.materials;
+  Shapes(cushion, glm::mat4(1), Random(1)).cushion({-0.5f, 0, -0.4f}, {0.5f, 0.8f, 0.4f}, 0.2f, 0, 5);
+  EXPECT_EQ(leaks(cushion, {0, 0.4f, 0}, 0.39f, &rays), 0) << rays;
+  World mesh;
+  mesh.materials = ball.materials;
+  const Mesh sphere = sphere_mesh({0.1f, -0.2f, -2}, 0.7f, 32);
+  for (const auto& corners : sphere.indices) {
+    Triangle& t = mesh.triangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& p = sphere.positions[corners[k]];
+      t.v[k].position = {p[0], p[1], p[2]};
+    }
+  }
+  EXPECT_EQ(leaks(mesh, {0.1f, -0.2f, -2}, 0.69f, &rays), 0) << rays;
 }
 
 TEST(Bvh, OneTriangle) {

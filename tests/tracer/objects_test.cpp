@@ -42,8 +42,7 @@ struct Candidate {
 
 /// Every triangle in turn: origin + t d = a + u b + v c by Cramer's rule, b and c the edges from a. Rounding moves o -
 /// a, and each product of three lengths, by a few epsilon: u and v err by K epsilon |o - a| L / (|b x c| |cos|), L the
-/// longest edge and cos that between ray and face; t |d| errs by L times as much, a grazing ray's most of all. The tree
-/// holds edges in float, so whether a triangle is met is decided in float's rounding always.
+/// longest edge and cos that between ray and face; t |d| errs by L times as much, a grazing ray's most of all.
 std::vector<Candidate> brute_force(const std::vector<PlacedMesh>& meshes, const Ray& ray, double t_min,
                                    double epsilon) {
   constexpr double roundings = 8;
@@ -54,8 +53,7 @@ std::vector<Candidate> brute_force(const std::vector<PlacedMesh>& meshes, const 
   for (const PlacedMesh& placed : meshes)
     for (std::size_t i = 0; i < placed.mesh.indices.size(); ++i) {
       const V a = corner(placed.mesh, i, 0, false);
-      const V b(glm::vec3(corner(placed.mesh, i, 1, false)) - glm::vec3(a)),
-          c(glm::vec3(corner(placed.mesh, i, 2, false)) - glm::vec3(a));
+      const V b = corner(placed.mesh, i, 1, false) - a, c = corner(placed.mesh, i, 2, false) - a;
       const double determinant = glm::determinant(glm::dmat3(-d, b, c));
       if (determinant == 0) continue;
       const double t = glm::determinant(glm::dmat3(o - a, b, c)) / determinant,
@@ -64,7 +62,7 @@ std::vector<Candidate> brute_force(const std::vector<PlacedMesh>& meshes, const 
       const double edge = std::max({glm::length(b), glm::length(c), glm::length(b - c)});
       const double condition =
           roundings * (glm::length(o - a) + edge) * edge * length / std::abs(determinant);  // |det| = |b x c| |d| |cos|
-      const double doubt = condition * FLT_EPSILON, t_doubt = doubt * edge / length;
+      const double doubt = condition * epsilon, t_doubt = doubt * edge / length;
       const double inside = std::min({u, v, 1 - u - v});
       if (inside < -doubt || t < t_min - t_doubt) continue;
       V n = (1 - u - v) * corner(placed.mesh, i, 0, true) + u * corner(placed.mesh, i, 1, true) +
