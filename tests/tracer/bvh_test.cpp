@@ -153,8 +153,8 @@ World split_ball(const glm::vec3& center, float radius, int times) {
   return world;
 }
 
-/// Rays from points inside, a share of them close to the wall, to every corner, to points of every edge, and to points a
-/// few units in the last place beside them: how many of them hit nothing.
+/// Rays from points inside, a share of them close to the wall, to every corner, to points of every edge, and to points
+/// a few units in the last place beside them: how many of them hit nothing.
 int leaks(const World& scene, const glm::vec3& center, float inside, int* rays) {
   Random random(9);
   std::vector<glm::vec3> o, d;

@@ -7,7 +7,7 @@
 #include <cfloat>
 #include <cmath>
 
-#include "tests/tracer/scenes.hpp"
+#include "tests/tracer/scene_probe.hpp"
 #include "tracer/bvh.hpp"
 #include "tracer/random.hpp"
 #include "tracer/trace_objects.hpp"
@@ -143,21 +143,6 @@ std::vector<double> planar(const std::vector<Ray>& rays, const Layout& layout, b
   return values;
 }
 
-template <class Real>
-Buffer upload(Device& device, const std::vector<double>& values) {
-  const std::vector<Real> reals(values.begin(), values.end());
-  Buffer buffer = device.allocate(reals.size() * sizeof(Real));
-  device.write(buffer, reals.data(), reals.size() * sizeof(Real));
-  return buffer;
-}
-
-template <class Real>
-std::vector<double> download(Device& device, const Buffer& buffer, std::size_t count) {
-  std::vector<Real> reals(count);
-  device.read(buffer, reals.data(), count * sizeof(Real));
-  return {reals.begin(), reals.end()};
-}
-
 /// The tensors of a chunk on a device.
 template <class Real>
 struct Chunk {
@@ -195,13 +180,6 @@ Results meet(TraceObjects& objects, const std::vector<Ray>& rays, const Layout& 
                 .sample_capacity = layout.sample_capacity},
                {memory(chunk.distance), memory(chunk.point), memory(chunk.normal), memory(chunk.object)}, t_min);
   return chunk.results(device);
-}
-
-Device double_device() {
-  if (test_device().has_double()) return test_device();
-  for (const DeviceInfo& info : list_devices())
-    if (info.fp64) return Device::open(std::to_string(info.index));
-  throw Error(ErrorKind::Device, "no device here has doubles", "tests");
 }
 
 /// The kernel built for double, on the tree that TraceObjects makes.
