@@ -1,7 +1,6 @@
 // Light of lamps and of panes, one scattering, against quadrature in double; the sky's sampler; shadows.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <numbers>
@@ -31,8 +30,8 @@ struct Stage {
 
   explicit Stage(const reference::Brdf& floor) : brdf(floor) {
     Shapes shapes(world, glm::mat4(1), Random(1));
-    const int m = shapes.material(plain(glm::vec3(brdf.albedo), static_cast<float>(brdf.roughness),
-                                        static_cast<float>(brdf.metallic)));
+    const int m = shapes.material(
+        plain(glm::vec3(brdf.albedo), static_cast<float>(brdf.roughness), static_cast<float>(brdf.metallic)));
     shapes.quad({-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}, m);
   }
   void light(const glm::vec3& corner, const glm::vec3& u, const glm::vec3& v, const Emitter& emitter) {
@@ -214,13 +213,12 @@ Stage shadowed(bool pane, double way, double width, double enlarged) {
   const Stage::Rectangle light = stage.lights[0];
   const V corner = V(kPoint) + way * (light.corner - V(kPoint)), u = way * light.u, v = way * light.v,
           margin = (u + v) * (enlarged - 1) / 2.0;
-  if (width > 0)
-    stage.occluder(glm::vec3(corner - margin), glm::vec3(u * (enlarged * width)), glm::vec3(v * enlarged));
+  if (width > 0) stage.occluder(glm::vec3(corner - margin), glm::vec3(u * (enlarged * width)), glm::vec3(v * enlarged));
   return stage;
 }
 
-// What stands anywhere between a point and a lamp or pane keeps the light off, from half a millimetre off the surface to
-// the last permille of the way; the rest of it shines on.
+// What stands anywhere between a point and a lamp or pane keeps the light off, from half a millimetre off the surface
+// to the last permille of the way; the rest of it shines on.
 TEST(Light, ShadowsReachFromTheSurfaceToTheLight) {
   for (const bool pane : {false, true}) {
     {
@@ -231,7 +229,8 @@ TEST(Light, ShadowsReachFromTheSurfaceToTheLight) {
       EXPECT_NEAR(e.mean[0], expected[0], kSigmas * e.error[0] + 1e-3 * expected[0]);
     }
     for (const double way : {5e-4, 1e-3, 3e-3, 0.01, 0.05, 0.5, 0.7, 0.9, 0.95, 0.99, 0.999}) {
-      // Rays start 0.1 mm off the surface: what is half a millimetre off looks a quarter larger from there, and shifted.
+      // Rays start 0.1 mm off the surface: what is half a millimetre off looks a quarter larger from there, and
+      // shifted.
       TraceScene scene(test_device(), shadowed(pane, way, 1, way < 0.01 ? 1.5 : 1.01).world);
       for (const int light_samples : {0, 3})
         EXPECT_EQ(traced(scene, light_samples, 2000, 4, 5).mean[0], 0)

@@ -57,8 +57,8 @@ class PathTracer {
       V normal = face;
       if (facet.of->smooth) {
         const Vertex* v = facet.of->v;
-        normal = glm::normalize((1 - hit->u - hit->v) * V(v[0].normal) + hit->u * V(v[1].normal) +
-                                hit->v * V(v[2].normal));
+        normal =
+            glm::normalize((1 - hit->u - hit->v) * V(v[0].normal) + hit->u * V(v[1].normal) + hit->v * V(v[2].normal));
         if (!front) normal = -normal;
       }
       const V across = glm::normalize(glm::cross(std::abs(normal.x) < 0.5 ? V(1, 0, 0) : V(0, 1, 0), normal));

@@ -48,10 +48,10 @@ auto over_hemisphere(Function g, int rows = 400, int columns = 400) {
 
 /// Radiance leaving the wall of a closed sphere, each point of which emits 1 and reflects, at cosine c, by iterating
 /// the integral equation: a chord meets the sphere at the same angle on both ends, so L(c) = 1 + int f(c, c') L(c')
-/// cos' dw'.
+/// cos' dw', over so many scatterings.
 class Furnace {
  public:
-  explicit Furnace(const Brdf& brdf) {
+  explicit Furnace(const Brdf& brdf, int scatterings = 400) {
     constexpr int azimuths = 64;
     std::vector<double> kernel(kNodes * kNodes);
     for (int i = 0; i < kNodes; ++i) {
@@ -67,7 +67,7 @@ class Furnace {
       }
     }
     radiance_.assign(kNodes, 1);
-    for (int pass = 0; pass < 400; ++pass) {
+    for (int pass = 0; pass < scatterings; ++pass) {
       std::vector<double> next(kNodes, 1);
       for (std::size_t i = 0; i < kNodes; ++i) {
         for (std::size_t k = 0; k < kNodes; ++k) next[i] += kernel[i * kNodes + k] * radiance_[k];
