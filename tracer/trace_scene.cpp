@@ -12,7 +12,6 @@ namespace {
 
 // Strides of kernels/trace/scene.clh and path.cl.
 constexpr int kSurfaceSize = 32, kSampleSize = 8, kMapCount = 14;
-constexpr const char* kFile = "trace/path.cl";
 // One launch traces at most this many samples of a pixel: sums in float stay exact enough, interrupts stay prompt.
 constexpr int kPass = 64;
 // And at most this many rays: grids of 65535 and more would be another variant to compile on PoCL.
@@ -54,6 +53,10 @@ std::vector<float> pack_surfaces(const std::vector<Triangle>& triangles) {
   return packed;
 }
 
+std::span<const float> numbers_of(const std::vector<Material>& materials) {
+  return {reinterpret_cast<const float*>(materials.data()), materials.size() * sizeof(Material) / sizeof(float)};
+}
+
 DroppedSamples count_dropped(const std::vector<float>& samples) {
   DroppedSamples dropped;
   for (std::size_t i = 0; i < samples.size() / kSampleSize; ++i) {
@@ -81,30 +84,57 @@ std::array<float, 16> view_numbers(const Camera& camera) {
 
 }  // namespace
 
-TraceScene::TraceScene(const Device& device, const World& scene)
-    : device_(device), triangle_count_(scene.triangles.size()) {
+TraceScene::TraceScene(const Device& device, const World& scene, Precision precision)
+    : device_(device), precision_(precision), triangle_count_(scene.triangles.size()) {
   check(scene);
   const LightTables light = make_light_tables(scene);
   Bvh bvh = build_bvh(scene.triangles);
   pane_leaf_ = append_leaves(bvh, scene.triangles, light.panes);
   pane_leaves_ = static_cast<int>(bvh.triangles.size()) / kBvhWidth - pane_leaf_;
-  const auto put = [this](const auto& v) { return upload(v.data(), v.size() * sizeof(v[0])); };
-  planes_ = put(bvh.planes), children_ = put(bvh.children);
-  corners_ = put(bvh.corners), triangles_ = put(bvh.triangles);
-  surfaces_ = put(pack_surfaces(scene.triangles));
-  materials_ = put(scene.materials);
-  panorama_ = put(scene.panorama.rgb);
+  planes_ = upload(bvh.planes), children_ = upload(bvh.children);
+  corners_ = upload(bvh.corners), triangles_ = upload(bvh.triangles);
+  surfaces_ = upload(pack_surfaces(scene.triangles));
+  materials_ = upload(numbers_of(scene.materials));
+  panorama_ = upload(scene.panorama.rgb);
   panorama_width_ = scene.panorama.width, panorama_height_ = scene.panorama.height;
   panorama_turn_ = scene.panorama_turn / (2 * std::numbers::pi_v<float>);
-  emitters_ = put(light.emitters), lights_ = put(light.lights), light_cdf_ = put(light.cdf), sky_ = put(light.sky);
+  emitters_ = upload(light.emitters), lights_ = upload(light.lights);
+  light_cdf_ = upload(light.cdf), sky_ = upload(light.sky);
   light_count_ = light.light_count(), sky_share_ = light.sky_share;
 }
 
-Buffer TraceScene::upload(const void* data, std::size_t bytes) {
-  const Buffer buffer = device_.allocate(bytes);
-  if (bytes > 0) device_.write(buffer, data, bytes);
+Buffer TraceScene::upload(std::span<const float> reals) {
+  const Buffer buffer = allocate(reals.size());
+  if (precision_ == Precision::Single) {
+    device_.write(buffer, reals.data(), reals.size_bytes());
+  } else {
+    const std::vector<double> wide(reals.begin(), reals.end());
+    device_.write(buffer, wide.data(), wide.size() * sizeof(double));
+  }
   return buffer;
 }
+
+Buffer TraceScene::upload(std::span<const std::int32_t> numbers) {
+  const Buffer buffer = device_.allocate(numbers.size_bytes());
+  device_.write(buffer, numbers.data(), numbers.size_bytes());
+  return buffer;
+}
+
+Buffer TraceScene::allocate(std::size_t reals) { return device_.allocate(reals * real_size(precision_)); }
+
+std::vector<float> TraceScene::download(const Buffer& buffer, std::size_t reals) {
+  std::vector<float> values(reals);
+  if (precision_ == Precision::Single) {
+    device_.read(buffer, values.data(), reals * sizeof(float));
+  } else {
+    std::vector<double> wide(reals);
+    device_.read(buffer, wide.data(), reals * sizeof(double));
+    std::ranges::transform(wide, values.begin(), [](double v) { return static_cast<float>(v); });
+  }
+  return values;
+}
+
+Kernel TraceScene::kernel(const char* name) { return device_.kernel("trace/path.cl", name, {}, precision_); }
 
 std::vector<Arg> TraceScene::arguments(std::initializer_list<Arg> own) const {
   std::vector<Arg> all = {planes_,          children_,      corners_,   triangles_, surfaces_,    materials_,
@@ -117,13 +147,11 @@ std::vector<Arg> TraceScene::arguments(std::initializer_list<Arg> own) const {
 TraceMaps TraceScene::maps(const Camera& camera) {
   const std::array<float, 16> view = view_numbers(camera);
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
-  const Buffer out = device_.allocate(pixels * kMapCount * sizeof(float));
-  const Buffer on_device = upload(view.data(), sizeof(view));
+  const Buffer out = allocate(pixels * kMapCount), on_device = upload(view);
   const std::vector<Arg> args = arguments({on_device, camera.width, camera.height, out});
   const Range range = Range::of2(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height), 1);
-  device_.launch_with(device_.kernel(kFile, "trace_maps"), range, args);
-  std::vector<float> values(pixels * kMapCount);
-  device_.read(out, values.data(), values.size() * sizeof(float));
+  device_.launch_with(kernel("trace_maps"), range, args);
+  const std::vector<float> values = download(out, pixels * kMapCount);
 
   TraceMaps maps;
   std::size_t at = 0;
@@ -148,20 +176,18 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
   if (spp < 1) throw usage_error("at least one sample per pixel", "spp", std::to_string(spp), "1 or more");
   const std::array<float, 16> view = view_numbers(camera);
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
-  const Buffer on_device = upload(view.data(), sizeof(view));
-  const Buffer out = device_.allocate(pixels * kSampleSize * sizeof(float));
-  const Kernel kernel = device_.kernel(kFile, "trace_view");
+  const Buffer on_device = upload(view), out = allocate(pixels * kSampleSize);
+  const Kernel trace = kernel("trace_view");
   const Range range = Range::of2(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height), 1);
   std::vector<double> sums(pixels * 6, 0.0);
   std::vector<long> kept(pixels, 0);
-  std::vector<float> pass(pixels * kSampleSize);
   TracePicture picture;
   for (int first = 0; first < spp; first += kPass) {
     const int count = std::min(kPass, spp - first);
     const std::vector<Arg> args = arguments(
         {on_device, camera.width, camera.height, seed, first, count, light_samples, max_depth, most_indirect, out});
-    device_.launch_with(kernel, range, args);
-    device_.read(out, pass.data(), pass.size() * sizeof(float));
+    device_.launch_with(trace, range, args);
+    const std::vector<float> pass = download(out, pixels * kSampleSize);
     const DroppedSamples dropped = count_dropped(pass);
     if (picture.dropped.count == 0)
       picture.dropped = dropped;
@@ -190,10 +216,10 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
                           const RadianceQuery& query, DroppedSamples* dropped) {
   if (query.spp < 1) throw usage_error("at least one sample per ray", "spp", std::to_string(query.spp), "1 or more");
   const std::array<float, 12> pose = pose_rows(query.to_world);
-  const Buffer pose_on_device = upload(pose.data(), sizeof(pose));
-  const std::size_t bytes = static_cast<std::size_t>(std::min(count, kRays)) * kSampleSize * sizeof(float);
-  if (!samples_ || samples_.bytes() < bytes) samples_ = device_.allocate(bytes);
-  const Kernel trace = device_.kernel(kFile, "trace_rays"), mean = device_.kernel(kFile, "mean_radiance");
+  const Buffer pose_on_device = upload(pose);
+  const std::size_t reals = static_cast<std::size_t>(std::min(count, kRays)) * kSampleSize;
+  if (!samples_ || samples_.bytes() < reals * real_size(precision_)) samples_ = allocate(reals);
+  const Kernel trace = kernel("trace_rays"), mean = kernel("mean_radiance");
   if (dropped) *dropped = {};
   for (int at = 0; at < count; at += kRays) {
     const int rays = std::min(kRays, count - at);
@@ -203,9 +229,7 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
     device_.launch_with(trace, one_each(rays), args);
     device_.launch(mean, Range::of(static_cast<std::size_t>(rays)), samples_, rays, query.spp, at, stride, out);
     if (!dropped) continue;
-    std::vector<float> samples(static_cast<std::size_t>(rays) * kSampleSize);
-    device_.read(samples_, samples.data(), samples.size() * sizeof(float));
-    DroppedSamples part = count_dropped(samples);
+    DroppedSamples part = count_dropped(download(samples_, static_cast<std::size_t>(rays) * kSampleSize));
     if (part.count > 0) part.pixel += at;
     if (dropped->count == 0)
       *dropped = part;
@@ -216,25 +240,19 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
 
 std::vector<float> TraceScene::radiance(const std::vector<float>& points, const std::vector<float>& directions,
                                         const RadianceQuery& query, DroppedSamples* dropped) {
-  const Buffer out = device_.allocate(points.size() * sizeof(float));
+  const Buffer out = allocate(points.size());
   const int count = static_cast<int>(points.size() / 3);
-  radiance(upload(points.data(), points.size() * sizeof(float)),
-           upload(directions.data(), directions.size() * sizeof(float)), out, count, count, query, dropped);
-  std::vector<float> result(points.size());
-  device_.read(out, result.data(), result.size() * sizeof(float));
-  return result;
+  radiance(upload(points), upload(directions), out, count, count, query, dropped);
+  return download(out, points.size());
 }
 
 std::vector<TraceHit> TraceScene::hits(const std::vector<float>& points, const std::vector<float>& directions,
                                        float t_min, float t_max) {
   const int count = static_cast<int>(points.size() / 3);
-  const Buffer out = device_.allocate(static_cast<std::size_t>(count) * 4 * sizeof(float));
-  const Buffer from = upload(points.data(), points.size() * sizeof(float));
-  const Buffer to = upload(directions.data(), directions.size() * sizeof(float));
+  const Buffer out = allocate(static_cast<std::size_t>(count) * 4), from = upload(points), to = upload(directions);
   const std::vector<Arg> args = arguments({from, to, count, t_min, t_max, out});
-  device_.launch_with(device_.kernel(kFile, "trace_hits"), one_each(count), args);
-  std::vector<float> values(static_cast<std::size_t>(count) * 4);
-  device_.read(out, values.data(), values.size() * sizeof(float));
+  device_.launch_with(kernel("trace_hits"), one_each(count), args);
+  const std::vector<float> values = download(out, static_cast<std::size_t>(count) * 4);
   std::vector<TraceHit> hits(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < hits.size(); ++i) {
     hits[i] = {values[4 * i], values[4 * i + 1], values[4 * i + 2], static_cast<int>(values[4 * i + 3])};

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "host/cl/device.hpp"
@@ -64,8 +65,9 @@ struct TraceHit {
 class TraceScene {
  public:
   /// Builds the hierarchy and copies everything to the device. Throws Error on an empty scene, an index out of range, a
-  /// corner that is not finite, or a pane without a panorama.
-  TraceScene(const Device& device, const World& scene);
+  /// corner that is not finite, or a pane without a panorama. Double: the twin that tests compare with, of the same
+  /// random numbers; what it gives is narrowed to float at the end.
+  TraceScene(const Device& device, const World& scene, Precision precision = Precision::Single);
 
   TraceMaps maps(const Camera& camera);
   /// Path-traced picture with `spp` samples per pixel, all through the pixel's centre. Same seed, same bits.
@@ -75,9 +77,9 @@ class TraceScene {
                        int light_samples = kLightSamples, float most_indirect = std::numeric_limits<float>::infinity());
 
   /// Mean radiance that arrives at points[i] from directions[i] (pointing away from the point, any length).
-  /// All three buffers are float, planar {3, stride}; `count` <= stride rays are traced. Ray i's random numbers are
-  /// keyed by (seed, i, sample). Nothing is read back; `dropped` asks for a wait and a count of samples that were not
-  /// finite.
+  /// All three buffers hold reals of the scene's precision, planar {3, stride}; `count` <= stride rays are traced. Ray
+  /// i's random numbers are keyed by (seed, i, sample). Nothing is read back; `dropped` asks for a wait and a count of
+  /// samples that were not finite.
   void radiance(const Buffer& points, const Buffer& directions, const Buffer& out, int count, int stride,
                 const RadianceQuery& query, DroppedSamples* dropped = nullptr);
   /// The same for host data, planar {3, count}.
@@ -93,9 +95,14 @@ class TraceScene {
  private:
   /// Arguments of a kernel that begins with SCENE_ARGUMENTS. An Arg holds a buffer's handle only: keep the buffer.
   std::vector<Arg> arguments(std::initializer_list<Arg> own) const;
-  Buffer upload(const void* data, std::size_t bytes);
+  Buffer upload(std::span<const float> reals);
+  Buffer upload(std::span<const std::int32_t> numbers);
+  Buffer allocate(std::size_t reals);
+  std::vector<float> download(const Buffer& buffer, std::size_t reals);
+  Kernel kernel(const char* name);
 
   mutable Device device_;
+  Precision precision_;
   std::size_t triangle_count_ = 0;
   Buffer planes_, children_, corners_, triangles_, surfaces_, materials_, emitters_, lights_, light_cdf_, panorama_,
       sky_;
