@@ -5,17 +5,23 @@
 
 namespace clerestory {
 
-inline std::array<double, 4> hashed(std::uint32_t seed, std::uint32_t pixel, std::uint32_t sample,
-                                    std::uint32_t block) {
-  std::array<std::uint32_t, 4> v{seed, pixel, sample, block};
+inline std::array<std::uint32_t, 4> hashed_bits(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  std::array<std::uint32_t, 4> v{a, b, c, d};
   const auto mix = [&] { v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2]; };
   for (std::uint32_t& k : v) k = k * 1664525u + 1013904223u;
   mix();
   for (std::uint32_t& k : v) k ^= k >> 16;
   mix();
-  std::array<double, 4> unit{};
-  for (std::size_t k = 0; k < 4; ++k) unit[k] = (v[k] >> 8) * 0x1p-24;
-  return unit;
+  return v;
+}
+
+/// The top 24 bits as a number in [0, 1).
+inline double unit_of(std::uint32_t bits) { return (bits >> 8) * 0x1p-24; }
+
+inline std::array<double, 4> hashed(std::uint32_t seed, std::uint32_t pixel, std::uint32_t sample,
+                                    std::uint32_t block) {
+  const std::array<std::uint32_t, 4> v = hashed_bits(seed, pixel, sample, block);
+  return {unit_of(v[0]), unit_of(v[1]), unit_of(v[2]), unit_of(v[3])};
 }
 
 }  // namespace clerestory

@@ -1,11 +1,14 @@
 // Random numbers without state and Owen-scrambled Sobol points (kernels/lib/rng.clh).
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
 #include "host/math/statistics.hpp"
 #include "tests/ops/op_check.hpp"
+#include "tests/ops/shade/sobol_reference.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
 
 namespace clerestory {
@@ -88,16 +91,100 @@ TEST(Sobol, FillsElementaryIntervals) {
       }
 }
 
-TEST(Sobol, ScramblesDifferFromPixelToPixelAndAreUniform) {
-  // The first point of each pixel is a random number of its own.
-  const int pixels = 2000;
-  Probe probe(test_device(), Precision::Single);
-  std::vector<double> x, y;
-  for (int p = 0; p < pixels; ++p) {
-    const std::vector<double> first = probe.run("probe_points", 0, 1, 8, {}, 5u, static_cast<unsigned>(p), 0u);
-    x.push_back(first[4]), y.push_back(first[5]);
+// The reference's points before they are scrambled, beside those that Joe and Kuo print (in the order of Gray's code).
+TEST(Sobol, ReferenceHasThePublishedPoints) {
+  const double published[10][3] = {{0, 0, 0},
+                                   {0.5, 0.5, 0.5},
+                                   {0.75, 0.25, 0.25},
+                                   {0.25, 0.75, 0.75},
+                                   {0.375, 0.375, 0.625},
+                                   {0.875, 0.875, 0.125},
+                                   {0.625, 0.125, 0.875},
+                                   {0.125, 0.625, 0.375},
+                                   {0.1875, 0.3125, 0.9375},
+                                   {0.6875, 0.8125, 0.4375}};
+  for (unsigned i = 0; i < 10; ++i)
+    for (unsigned d = 0; d < 3; ++d) EXPECT_EQ(sobol_reference(i ^ (i >> 1))[d] * 0x1p-32, published[i][d]) << i << d;
+}
+
+TEST(Rng, NumbersAreThoseOfTheHash) {
+  for (const auto& [seed, pixel, block] : {std::array{0u, 0u, 0u}, {5u, 12345u, 3u}, {0xdeadbeefu, 0xffffffffu, 1u}}) {
+    const Rows rows = points(64, seed, pixel, block);
+    for (unsigned i = 0; i < 64; ++i)
+      for (std::size_t d = 0; d < 4; ++d) ASSERT_EQ(rows[d][i], hashed(seed, pixel, i, block)[d]) << i << " " << d;
   }
-  EXPECT_GT(uniformity(x, y, 8), 1e-3);
+}
+
+TEST(Sobol, NumbersAreThoseOfHashedOwenScrambling) {
+  for (const auto& [seed, pixel, block] :
+       {std::array{0u, 0u, 0u}, {5u, 12345u, 0u}, {5u, 12345u, 1u}, {0xdeadbeefu, 7u, 2u}}) {
+    const Rows rows = points(1 << 14, seed, pixel, block);  // all 15 bits that a picture's samples may have
+    for (unsigned i = 0; i < 1u << 14; ++i) {
+      const Point4 want = scrambled_sobol_reference(seed, pixel, i, block);
+      for (std::size_t d = 0; d < 4; ++d)
+        ASSERT_EQ(rows[4 + d][i], unit_of(want[d])) << "sample " << i << ", dimension " << d << ", block " << block;
+    }
+  }
+}
+
+/// How many of the points fall into each of the 2^a x 2^b boxes, in ascending order.
+std::vector<int> boxes(const std::vector<double>& x, const std::vector<double>& y, std::size_t count, int a, int b) {
+  std::vector<int> filled(std::size_t{1} << (a + b), 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const int column = static_cast<int>(std::ldexp(x[i], a)), row = static_cast<int>(std::ldexp(y[i], b));
+    filled[static_cast<std::size_t>(row << a | column)]++;
+  }
+  std::sort(filled.begin(), filled.end());
+  return filled;
+}
+
+// Of two dimensions with primitive polynomials of degrees e and f Sobol promises a (t, m, 2) net, t = e + f - 2 at most
+// (his first dimension counts as e = 1): each box of volume 2^(t - m) holds 2^t of the first 2^m points. The scrambled
+// points keep that, and each grid as evenly filled as the points before scrambling do.
+TEST(Sobol, EveryPairOfDimensionsIsItsNet) {
+  const int degree[4] = {1, 1, 2, 3}, most = 9;
+  Rows plain(4);
+  for (unsigned i = 0; i < 1u << most; ++i)
+    for (std::size_t d = 0; d < 4; ++d) plain[d].push_back(sobol_reference(i)[d] * 0x1p-32);
+  for (const auto& [pixel, block] : {std::pair{0u, 0u}, {12345u, 0u}, {7u, 1u}}) {
+    const Rows rows = points(1 << most, 5, pixel, block);
+    for (std::size_t d = 0; d < 4; ++d)
+      for (std::size_t e = d + 1; e < 4; ++e)
+        for (int m = 0; m <= most; ++m)
+          for (int a = 0; a <= m; ++a) {
+            const std::size_t count = std::size_t{1} << m;
+            const int t = std::min(m, degree[d] + degree[e] - 2), b = std::max(0, m - t - a);
+            if (a <= m - t) {
+              ASSERT_EQ(boxes(rows[4 + d], rows[4 + e], count, a, b), std::vector<int>(count >> t, 1 << t))
+                  << "dimensions " << d << " and " << e << ", 2^" << m << " points, shape " << a;
+            }
+            if (block > 0) continue;  // blocks after the first take the points in another order
+            ASSERT_EQ(boxes(rows[4 + d], rows[4 + e], count, a, m - a), boxes(plain[d], plain[e], count, a, m - a));
+          }
+  }
+}
+
+// The first point of each pixel is four random numbers of its own: no dimension is scrambled like another, nor like
+// another block's, another seed's, or that of the pixel beside or below it.
+TEST(Sobol, ScramblesOfPixelsDimensionsBlocksAndSeedsAreIndependent) {
+  constexpr std::size_t pixels = 4000, width = 320;
+  Probe probe(test_device(), Precision::Single);
+  Rows first(12);  // four dimensions; of another block; of another seed
+  for (unsigned p = 0; p < pixels; ++p)
+    for (const auto& [at, seed, block] : {std::array{0u, 5u, 0u}, {4u, 5u, 1u}, {8u, 6u, 0u}}) {
+      const std::vector<double> numbers = probe.run("probe_points", 0, 1, 8, {}, seed, p, block);
+      for (std::size_t d = 0; d < 4; ++d) first[at + d].push_back(numbers[4 + d]);
+    }
+  const double significance = sidak_significance(1e-3, 12 * 11 / 2 + 2 * 12);
+  for (std::size_t a = 0; a < first.size(); ++a) {
+    for (std::size_t b = a + 1; b < first.size(); ++b)
+      EXPECT_GT(uniformity(first[a], first[b], 8), significance) << a << " and " << b;
+    for (const std::size_t step : {std::size_t{1}, width}) {
+      const std::vector<double> here(first[a].begin(), first[a].end() - static_cast<long>(step)),
+          there(first[a].begin() + static_cast<long>(step), first[a].end());
+      EXPECT_GT(uniformity(here, there, 8), significance) << a << ", pixels " << step << " apart";
+    }
+  }
 }
 
 }  // namespace
