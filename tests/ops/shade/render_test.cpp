@@ -90,6 +90,40 @@ TEST(Render, ConstantLightGivesTheDirectionalAlbedo) {
   }
 }
 
+// The default: Sobol's points. What a pixel's samples say of its error is no bound for them, so that means of whole
+// pictures over seeds, which are independent, are judged by their own spread.
+TEST(Render, ConstantLightGivesTheDirectionalAlbedoWithTheDefaultPoints) {
+  const int w = 8, h = 6, seeds = 16;
+  ASSERT_EQ(RenderSpec{}.sampling.points, Points::Sobol);
+  for (const double metallic : {0.0, 0.4, 1.0}) {
+    const Tensors t = wall(w, h, 0.5, metallic);
+    double truth = 0;
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x) {
+        const SurfaceReference s{
+            {t.at("albedo").at(0, 0, y, x), t.at("albedo").at(0, 1, y, x), t.at("albedo").at(0, 2, y, x)},
+            0.5,
+            metallic};
+        const Vec3 view = -Camera::from_fov(w, h, 70.0).direction(x + 0.5, y + 0.5);
+        const Vec3 n{t.at("normal").at(0, 0, y, x), t.at("normal").at(0, 1, y, x), t.at("normal").at(0, 2, y, x)};
+        const Vec3 albedo = s.directional_albedo(frame_around(n).to_local(view), 400, 64);
+        for (int c = 0; c < 3; ++c) truth += albedo[c] * t.at("ambient").at(0, c, 0, 0) / (3 * w * h);
+      }
+    for (const Sampler sampler : {Sampler::VndfCaps, Sampler::VndfHemisphere, Sampler::VndfBounded, Sampler::Ndf}) {
+      RenderSpec spec{.spp = 256, .trace = false};
+      spec.sampling.sampler = sampler;
+      Layer layer(t, spec, "constant");
+      std::vector<double> means;
+      for (std::uint32_t seed = 0; seed < seeds; ++seed) means.push_back(mean(layer.run(seed).radiance.real));
+      const double error = standard_deviation(means) / std::sqrt(seeds);
+      // Of Student's t with 15 degrees of freedom 5.2 deviations leave 1e-4; the quadrature is good to 1e-4.
+      EXPECT_NEAR(mean(means), truth, 5.2 * error + 1e-4)
+          << "sampler " << static_cast<int>(sampler) << ", metallic " << metallic;
+      EXPECT_LT(error, 1e-3 * truth) << "the test sees nothing";
+    }
+  }
+}
+
 // A Lambertian surface drawn by cosine has no spread but its specular part's; here the specular part is known to be the
 // only difference from albedo * ambient, and Sobol's points leave less of it than independent ones.
 TEST(Render, SobolPointsSpreadLess) {

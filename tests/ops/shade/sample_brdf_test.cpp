@@ -221,6 +221,64 @@ TEST(SampleBrdf, GradientsOfLobesAgainstDifferences) {
   }
 }
 
+// Evaluation normals under whose horizon the viewer lies, or a direction that the sampling normal drew: such samples
+// are worth nothing, and turning the normal a little does not change that, so no map has a gradient there, not a small
+// one.
+TEST(SampleBrdf, BelowTheHorizonOfTheEvaluationNormalGradientsAreExactlyZero) {
+  Tensors t = same_twice(0.4);
+  Tensor& normal = t["e_normal"];
+  const auto view = [&](int p) { return -camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5); };
+  for (int p = 0; p < kRows; ++p) {
+    // The upper rows look away from the viewer, the others face him at 80 degrees.
+    const Vec3 side = glm::normalize(glm::cross(view(p), Vec3(0.3, 1, 0.2)));
+    const double angle = (p % kPlane < kWidth ? 1.9 : 1.4) + 0.01 * p;
+    const Vec3 n = std::cos(angle) * view(p) + std::sin(angle) * side;
+    for (int c = 0; c < 3; ++c) normal.at(p / kPlane, c, p % kPlane / kWidth, p % kWidth) = n[c];
+  }
+  const Vec3 away = pixel_of(normal, 0), faces = pixel_of(normal, kWidth);
+  ASSERT_LT(glm::dot(away, view(0)), -0.1);
+  ASSERT_GT(glm::dot(faces, view(kWidth)), 0.1);
+
+  Graph graph;
+  Values v;
+  for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+  v["cotangent"] = graph.input("cotangent", {1, 3, kRows, 16});
+  const BrdfSamples drawn =
+      sample_brdf(v["depth"], v["camera"], {v["albedo"], v["normal"], v["material"]},
+                  {v["e_albedo"], v["e_normal"], v["e_material"]}, kRows, 16, {.points = Points::Independent});
+  std::vector<Value> outputs = gradient(std::vector{drawn.weight}, std::vector{v["cotangent"]},
+                                        std::vector{v["e_normal"], v["e_albedo"], v["e_material"]});
+  outputs.insert(outputs.end(), {drawn.weight, drawn.direction, drawn.pdf});
+  for (const Precision precision : {Precision::Single, Precision::Double}) {
+    Executor executor(compile(graph, outputs, test_device(precision), {.precision = precision}));
+    for (const auto& [name, tensor] : t) executor.feed(name, tensor);
+    executor.feed("cotangent", Tensor({1, 3, kRows, 16}));
+    executor.run(1);
+    const Tensor weight = executor.fetch(drawn.weight), direction = executor.fetch(drawn.direction),
+                 pdf = executor.fetch(drawn.pdf);
+    Tensor cotangent(weight.shape);
+    int viewer_below = 0, light_below = 0;
+    for (int p = 0; p < kRows; ++p)
+      for (int s = 0; s < 16; ++s) {
+        const Vec3 d{direction.at(0, 0, p, s), direction.at(0, 1, p, s), direction.at(0, 2, p, s)};
+        const Vec3 n = glm::normalize(pixel_of(normal, p));
+        const bool viewer = glm::dot(n, view(p)) < 0, light = glm::dot(n, d) < -1e-6;
+        if (pdf.at(0, 0, p, s) == 0 || (!viewer && !light)) continue;
+        viewer_below += viewer && !light, light_below += light && !viewer;
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_EQ(weight.at(0, c, p, s), 0);
+          cotangent.at(0, c, p, s) = 1 + c;
+        }
+      }
+    EXPECT_GT(viewer_below, 20);  // each of the two conditions alone
+    EXPECT_GT(light_below, 20);
+    executor.feed("cotangent", cotangent);
+    executor.run(1);
+    for (std::size_t k = 0; k < 3; ++k)
+      for (const double g : executor.fetch(outputs[k]).real) ASSERT_EQ(g, 0) << "map " << k;
+  }
+}
+
 TEST(SampleBrdf, NamesAndLimits) {
   EXPECT_EQ(sampler_of("grid8x16"), Sampler::Grid8x16);
   EXPECT_EQ(points_of("sobol"), Points::Sobol);
@@ -337,6 +395,56 @@ OP_CASES(accumulate_samples) {
   finish.no_gradient = "a statistic";
   cases.push_back(finish);
   return cases;
+}
+
+// One sample that is no number, in whichever factor and channel, or that overflows as a product: it is dropped whole,
+// it has no gradient, and those of all other samples are right.
+TEST(AccumulateSamples, ADroppedSampleLeavesTheGradientsOfAllOthers) {
+  struct Offence {
+    const char* name;
+    double weight, radiance;
+  };
+  const double inf = INFINITY;
+  for (const auto& [name, weight, radiance] : {Offence{"radiance inf", 1, inf},
+                                               {"radiance nan", 1, NAN},
+                                               {"weight inf", inf, 1},
+                                               {"weight nan", NAN, 1},
+                                               {"zero times inf", 0, inf},
+                                               {"overflow", 1e30, 1e30}})
+    for (int channel = 0; channel < 3; ++channel) {
+      const int at = 5 + channel;
+      Tensors t = sums_inputs();
+      t["weight"].at(0, channel, 3, at) = weight, t["radiance"].at(0, channel, 3, at) = radiance;
+      Graph graph;
+      Values v;
+      for (const auto& [input, tensor] : t) v[input] = graph.input(input, tensor.shape, tensor.type());
+      const SampleSums sums = accumulate_samples(v["weight"], v["radiance"], v["pdf"], v["u"], v["hit"], kCount);
+      const Tensor g = random_tensor({1, 3, kPixels, 1}, 9);
+      std::vector<Value> outputs =
+          gradient(std::vector{sums.mean}, std::vector{graph.constant(g)}, std::vector{v["weight"], v["radiance"]});
+      outputs.insert(outputs.end(), {sums.mean, sums.squares, sums.tally});
+      const std::vector<Tensor> got = evaluate(graph, outputs, test_device(), t);
+      // The mean is bilinear: its derivative by a factor is the other one's share, as differences say of `mean`'s case.
+      for (int p = 0; p < kPixels; ++p)
+        for (int s = 0; s < kSamples; ++s)
+          for (int c = 0; c < 3; ++c) {
+            const bool kept = t["pdf"].at(0, 0, p, s) != 0 && !(p == 3 && s == at);
+            const double share = kept ? g.at(0, c, p, 0) / kCount : 0;
+            const double d_weight = kept ? share * t["radiance"].at(0, c, p, s) : 0;
+            const double d_radiance = kept ? share * t["weight"].at(0, c, p, s) : 0;
+            ASSERT_NEAR(got[0].at(0, c, p, s), d_weight, 3e-7 * std::abs(d_weight)) << name << " " << p << " " << s;
+            ASSERT_NEAR(got[1].at(0, c, p, s), d_radiance, 3e-7 * std::abs(d_radiance)) << name << " " << p << " " << s;
+          }
+      Tensors without = t;  // the sample as if it were not there, but for what counts it
+      without["pdf"].at(0, 0, 3, at) = 0;
+      for (int c = 0; c < 3; ++c) without["weight"].at(0, c, 3, at) = without["radiance"].at(0, c, 3, at) = 0;
+      std::vector<Tensor> want = sums_reference(without, true);
+      want[2].at(0, 1, 3, 0) += 1, want[2].at(0, 2, 3, 0) = 1, want[2].at(0, 3, 3, 0) = at + 1;
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t i = 0; i < want[k].real.size(); ++i)
+          ASSERT_NEAR(got[2 + k].real[i], want[k].real[i], 2e-6 * std::max(1.0, want[k].real[i]))
+              << name << ", output " << k << " element " << i;
+    }
 }
 
 }  // namespace
