@@ -2,6 +2,7 @@
 // UNIT and SIGNED_UNIT are MGNet's output activations: clamp(1.01 sigmoid(x), 0, 1) and clamp(1.01 tanh(x), -1, 1),
 // which reach their ends at finite x; their derivative beyond is 0. sigmoid(x) = e / (1 + e) with e = exp(-|x|) never
 // overflows; derivatives are taken from the outputs, s (1 - s) and 1 - t^2, so that saturation gives 0 and not NaN.
+// A NaN stays one: fmin, fmax and clamp would make a number of it.
 #include "lib/lanes.clh"
 
 #define RELU 0
@@ -20,11 +21,13 @@ static inline lanes sigmoid(const lanes x) {
 
 static inline lanes value_of(const lanes x) {
 #if FUNCTION == RELU
-  return WHERE(x < R(0), (lanes)(R(0)), x);  // a NaN stays one
+  return WHERE(x < R(0), (lanes)(R(0)), x);
 #elif FUNCTION == UNIT
-  return fmin(R(1.01) * sigmoid(x), (lanes)(R(1)));
+  const lanes y = R(1.01) * sigmoid(x);
+  return WHERE(y > R(1), (lanes)(R(1)), y);
 #elif FUNCTION == SIGNED_UNIT
-  return clamp(R(1.01) * tanh(x), (lanes)(R(-1)), (lanes)(R(1)));
+  const lanes y = R(1.01) * tanh(x);
+  return WHERE(fabs(y) > R(1), sign(y), y);
 #elif FUNCTION == EXP
   return exp(x);
 #elif FUNCTION == LOG

@@ -4,7 +4,7 @@
 //   LOG      sum_c (ln(1 + a') - ln(1 + b))^2, a' = max(0, s a); a scale s per picture when SCALED is 1, else s = 1
 //   COSINE   |1 - a . b|
 // a, b: {N, C, H, W}; mask: {N, 1, H, W}, weights >= 0 (an averaged mask has fractions); pixels of weight 0 count for
-// nothing whatever they hold. s: {N, 1, 1, 1}, detached.
+// nothing whatever they hold; elsewhere a NaN makes the loss one. s: {N, 1, 1, 1}, detached.
 #include "lib/lanes.clh"
 
 #define SQUARED 0
@@ -19,6 +19,11 @@
 #else
 #define SCALE_OF(n) R(1)
 #endif
+
+// ln(1 + max(0, q)) - ln(1 + t); a NaN stays one.
+static inline lanes log_error(const lanes q, const lanes t) {
+  return log1p(WHERE(q < R(0), (lanes)(R(0)), q)) - log1p(t);
+}
 
 // Sums of mask * e and of mask over one block of pixels: sums[2 row], sums[2 row + 1]; row = n * blocks + block.
 // `scale` is read only when SCALED.
@@ -39,7 +44,7 @@ kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int cha
 #if LOSS == SQUARED
       e += (p - t) * (p - t);
 #elif LOSS == LOG
-      const lanes d = log1p(fmax(s * p, (lanes)(R(0)))) - log1p(t);
+      const lanes d = log_error(s * p, t);
       e += d * d;
 #else
       e += p * t;
@@ -48,7 +53,7 @@ kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int cha
 #if LOSS == COSINE
     e = fabs(R(1) - e);
 #endif
-    total += WHERE(m > R(0), m * e, (lanes)(R(0)));
+    total += WHERE(m == R(0), (lanes)(R(0)), m * e);
     weight += m;
   }
   const real sum = group_sum(total, scratch), count = group_sum(weight, scratch);
@@ -64,7 +69,7 @@ kernel void map_loss_total(IN(sums), OUT(loss), OUT(share), const real factor, c
   if (get_global_id(0) > 0) return;
   real sum = R(0), count = R(0);
   for (int i = 0; i < rows; ++i) sum += AT(sums, 0)[2 * i], count += AT(sums, 0)[2 * i + 1];
-  const real f = count > R(0) ? factor / count : R(0);
+  const real f = count == R(0) ? R(0) : factor / count;
   AT(share, 0)[0] = f;
   AT(loss, 0)[0] = f * sum;
 }
@@ -84,8 +89,8 @@ kernel void map_loss_adjoint(IN(dloss), IN(a), IN(b), IN(mask), IN(scale), IN(sh
     for (int c = 0; c < channels; ++c)
       dot_product += lanes_load(AT(a, n) + (ulong)c * plane + first + i, left) *
                      lanes_load(AT(b, n) + (ulong)c * plane + first + i, left);
-    const lanes sign_of =
-        WHERE(dot_product < R(1), (lanes)(R(-1)), WHERE(dot_product > R(1), (lanes)(R(1)), (lanes)(R(0))));
+    const lanes beyond = dot_product - R(1);
+    const lanes sign_of = WHERE(beyond == R(0), (lanes)(R(0)), beyond / fabs(beyond));
 #endif
     for (int c = 0; c < channels; ++c) {
       const ulong at = (ulong)c * plane + first + i;
@@ -94,12 +99,11 @@ kernel void map_loss_adjoint(IN(dloss), IN(a), IN(b), IN(mask), IN(scale), IN(sh
       const lanes slope = R(2) * (p - t);
 #elif LOSS == LOG
       const lanes q = s * p;
-      const lanes d = log1p(fmax(q, (lanes)(R(0)))) - log1p(t);
-      const lanes slope = WHERE(q > R(0), R(2) * s * d / (R(1) + q), (lanes)(R(0)));
+      const lanes slope = WHERE(q <= R(0), (lanes)(R(0)), R(2) * s * log_error(q, t) / (R(1) + q));
 #else
       const lanes slope = sign_of * t;
 #endif
-      lanes_store(WHERE(m > R(0), weight * m * slope, (lanes)(R(0))), AT(da, n) + at, left);
+      lanes_store(WHERE(m == R(0), (lanes)(R(0)), weight * m * slope), AT(da, n) + at, left);
     }
   }
 }
@@ -115,9 +119,10 @@ kernel void least_squares_scale(IN(a), IN(b), IN(mask), OUT(scale), const int ch
       const lanes m = lanes_load(AT(mask, n) + i, plane - i);
       const lanes p = lanes_load(AT(a, n) + (ulong)c * plane + i, plane - i);
       const lanes t = lanes_load(AT(b, n) + (ulong)c * plane + i, plane - i);
-      sum_ab += WHERE(m > R(0), m * p * t, (lanes)(R(0)));
-      sum_aa += WHERE(m > R(0), m * p * p, (lanes)(R(0)));
+      sum_ab += WHERE(m == R(0), (lanes)(R(0)), m * p * t);
+      sum_aa += WHERE(m == R(0), (lanes)(R(0)), m * p * p);
     }
   const real ab = group_sum(sum_ab, scratch), aa = group_sum(sum_aa, scratch);
-  if (get_local_id(0) == 0) AT(scale, n)[0] = clamp(ab / fmax(aa, R(1e-5)), R(0.001), R(1000));
+  const real s = ab / (aa < R(1e-5) ? R(1e-5) : aa);
+  if (get_local_id(0) == 0) AT(scale, n)[0] = s < R(0.001) ? R(0.001) : s > R(1000) ? R(1000) : s;
 }

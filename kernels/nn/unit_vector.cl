@@ -7,7 +7,7 @@
   global const real *p = AT(t, n) + i;                                   \
   const real x = p[0], y = p[plane], z = p[2 * plane];                   \
   const real length_of = sqrt(x * x + y * y + z * z);                    \
-  const real inverse = R(1) / fmax(length_of, R(1e-6));
+  const real inverse = R(1) / (length_of < R(1e-6) ? R(1e-6) : length_of);
 
 kernel void unit_vector(IN(t), OUT(y_), const int plane) {
   PIXEL

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <cstdlib>
@@ -222,6 +223,48 @@ void check_differences(const OpCase& c, const std::vector<Tensor>& gradients, co
   }
 }
 
+/// Outputs {which, element} that differ between two runs, or are NaN.
+using Places = std::set<std::pair<std::size_t, std::size_t>>;
+template <class Is>
+Places places(const std::vector<Tensor>& outputs, Is is) {
+  Places found;
+  for (std::size_t o = 0; o < outputs.size(); ++o)
+    for (std::size_t i = 0; i < outputs[o].real.size(); ++i)
+      if (is(o, i)) found.emplace(o, i);
+  return found;
+}
+
+/// What is no number must not be taken for one: a maximum or a clamp that drops it hides that a net has failed.
+void check_nan(const OpCase& c) {
+  Run run(c, Precision::Single);
+  const std::vector<Tensor> base = run();
+  Tensors moving = c.inputs;
+  moving.insert(c.states.begin(), c.states.end());
+  for (const auto& [name, tensor] : moving) {
+    const double step = 2 * largest(tensor) + 1;
+    for (std::size_t k = 0; k < std::min<std::size_t>(tensor.real.size(), 4); ++k) {
+      const std::size_t i = (2 * k + 1) * tensor.real.size() / 8;  // a few, spread
+      const auto with = [&](double value) {
+        Tensor moved = tensor;
+        moved.real[i] = value;
+        run.move(name, moved);
+        return run();
+      };
+      const std::vector<Tensor> high = with(tensor.real[i] + step), low = with(tensor.real[i] - step), none = with(NAN);
+      const auto is_nan = [&](std::size_t o, std::size_t at) { return std::isnan(none[o].real[at]); };
+      const Places hidden = places(base, [&](std::size_t o, std::size_t at) {
+        const double value = base[o].real[at];
+        return (high[o].real[at] != value || low[o].real[at] != value) && !is_nan(o, at);
+      });
+      if (hidden.empty()) continue;
+      const auto [o, at] = *hidden.begin();
+      ADD_FAILURE() << c.stem << "/" << c.label << " hides a NaN in element " << i << " of " << name << ": output " << o
+                    << ", element " << at << " is " << none[o].real[at];
+    }
+    run.move(name, tensor);
+  }
+}
+
 std::set<std::string> launched(Precision precision) {
   std::set<std::string> names;
   for (const KernelProfile& k : test_device(precision).profile())
@@ -248,6 +291,10 @@ class OpTest : public testing::Test {
   std::size_t index_;
   int group_;
 };
+
+bool lies_in(const std::string& room, const std::string& stem) {
+  return std::ranges::count(kernel_files(), room + "/" + stem + ".cl") > 0;
+}
 
 /// True when the kernels of this stem have one body for CPUs and one for groups of work-items (kernels/lib/lanes.clh).
 bool walks_rows(const std::string& stem) {
@@ -356,6 +403,7 @@ void check_op(const OpCase& declared) {
                  fmt::format("{}, float against double, {} {}", name, is_gradient ? "gradient" : "output",
                              is_gradient ? i - outputs : i));
   }
+  if (lies_in("nn", c.stem) || lies_in("tensor", c.stem)) check_nan(c);
   if (gradients)
     check_differences(
         c,

@@ -48,7 +48,8 @@ struct OpCase {
 ///  - float and double plans against the reference, and float against double;
 ///  - the adjoint with random cotangents against central differences in double;
 ///  - two runs, and runs with every pass of compile() off: equal bits;
-///  - inputs and outputs as channel slices of bigger tensors: equal bits, and nothing written beside the output.
+///  - inputs and outputs as channel slices of bigger tensors: equal bits, and nothing written beside the output;
+///  - ops of tensors and nets: a NaN in an input makes every output NaN that a number in its place would change.
 void check_op(const OpCase& op_case);
 
 /// Devices of the tests: the default one, and one that has doubles (the same where it can).

@@ -124,6 +124,9 @@ OP_CASES(map_loss) {
   const Tensor mask = random_ints(s, 5, 0, 2);
   const Tensor weights(s, std::vector<double>(mask.integer.begin(), mask.integer.end()));
   cases.push_back(scale_case("usual", random_tensor(s, 6, 0, 1), random_tensor(s, 7, 0, 5), weights));
+  // A sum of squares below the floor; the scale that it gives is within its bounds: 99 pixels, 1e-8 and 2e-8 each,
+  // 0.198.
+  cases.push_back(scale_case("below_the_floor", Tensor(s, 1e-4), Tensor(s, 2e-4), Tensor(s, 1)));
   cases.push_back(scale_case("upper_end", Tensor(s, 1e-4), Tensor(s, 5), Tensor(s, 1)));
   cases.push_back(scale_case("lower_end", Tensor(s, 0), random_tensor(s, 7, 0, 5), weights));
   return cases;
