@@ -18,7 +18,8 @@ struct BruteForce {
 
   struct Hit {
     int pixel = -1;
-    double delta = 0;  // metres
+    double delta = 0;            // metres
+    double enters = 0, seen = 0;  // depths at which the ray enters the cell, and of the cell; metres
   };
   Hit trace(const Vec3& origin, const Vec3& direction, int skip) const {
     Hit hit;
@@ -59,6 +60,7 @@ struct BruteForce {
         first = t0;
         hit.pixel = y * s.w + x;
         hit.delta = std::max(0.0, enters - z);
+        hit.enters = enters, hit.seen = z;
       }
     return hit;
   }

@@ -97,6 +97,20 @@ std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions&
   return evaluate(g, {hits.pixel, hits.delta, hits.u}, test_device(precision), feeds, {.precision = precision});
 }
 
+/// How far behind the surface it hits a ray is, as `delta` counts it. Window depth is what a projection to n = the
+/// nearest and f = the farthest depth of the picture leaves in the depth buffer: (1/n - 1/z) / (1/n - 1/f).
+double gap_of(const BruteForce::Hit& hit, const Tensor& depth, int item, DeltaDepth delta) {
+  if (hit.pixel < 0) return 0;
+  if (delta == DeltaDepth::Linear) return hit.delta / depth_range(depth).at(item, 0, 0, 0);
+  double n = INFINITY, f = 0;
+  for (long i = item * depth.shape.plane(); i < (item + 1) * depth.shape.plane(); ++i) {
+    const double z = depth.real[static_cast<std::size_t>(i)];
+    if (z > 0) n = std::min(n, z), f = std::max(f, z);
+  }
+  const auto window = [&](double z) { return (1 / n - 1 / z) / (1 / n - 1 / f); };
+  return std::max(0.0, window(hit.enters) - window(hit.seen));
+}
+
 /// Counts of a comparison with brute force.
 struct Comparison {
   int rays = 0, hits = 0, differ = 0;
@@ -104,7 +118,6 @@ struct Comparison {
 
 Comparison compare(const Scene& scene, const Rays& rays, const SsrtOptions& options, bool facing, Precision precision) {
   const std::vector<Tensor> got = run(scene, rays, options, facing, precision);
-  const Tensor range = depth_range(scene.depth);
   const Shape& s = scene.depth.shape;
   BruteForce reference{scene.camera, &scene.depth, facing ? &scene.normal : nullptr, 0, options.thickness};
   Comparison result;
@@ -137,17 +150,18 @@ Comparison compare(const Scene& scene, const Rays& rays, const SsrtOptions& opti
       const int pixel_got = got[0].integer[static_cast<std::size_t>(p * 16 + k)];
       ++result.rays;
       result.hits += want.pixel >= 0;
-      const double scale = range.at(n, 0, 0, 0), delta = got[1].at(0, 0, p, k), u = got[2].at(0, 0, p, k);
+      const double gap = gap_of(want, scene.depth, n, options.delta);
+      const double delta = got[1].at(0, 0, p, k), u = got[2].at(0, 0, p, k);
       // Depth where the ray enters: relative to the deepest thing there is, amplified where a ray almost passes the
       // eye.
-      const bool same = pixel_got == want.pixel &&
-                        std::abs(delta - want.delta / scale) <=
-                            1e3 * (precision == Precision::Single ? 1.2e-7 : 2.3e-16) * (1 + 10 * want.delta / scale);
+      const bool same =
+          pixel_got == want.pixel &&
+          std::abs(delta - gap) <= 1e3 * (precision == Precision::Single ? 1.2e-7 : 2.3e-16) * (1 + 10 * gap);
       if (!same) {
         ++result.differ;
         if (precision == Precision::Double)
           ADD_FAILURE() << "ray " << p << "/" << k << " hits " << pixel_got << " at " << delta << ", brute force "
-                        << want.pixel << " at " << want.delta / scale;
+                        << want.pixel << " at " << gap;
       }
       if (d == Vec3(0))
         EXPECT_EQ(u, 0);
@@ -182,6 +196,44 @@ TEST(Ssrt, EqualsBruteForceWithFacingAndThickness) {
   const Scene scene = scene_of(1, 18, 23, 3);
   expect_brute_force(scene, {directions(18 * 23, 4), {}, {}}, {}, true);
   expect_brute_force(scene, {directions(18 * 23, 5), {}, {}}, {.thickness = 0.3}, false);
+}
+
+TEST(Ssrt, EqualsBruteForceInWindowDepth) {
+  const Scene scene = scene_of(1, 18, 23, 24);
+  expect_brute_force(scene, {directions(18 * 23, 25), {}, {}}, {.delta = DeltaDepth::Window});
+  const Scene batch = scene_of(2, 9, 14, 26);  // each picture has a range of its own
+  expect_brute_force(batch, {directions(2 * 9 * 14, 27), {}, {}}, {.delta = DeltaDepth::Window}, true);
+}
+
+// A cell is passed only when it faces away, d . n > 0: one that a ray grazes exactly is hit, and so is one without a
+// normal, (0, 0, 0).
+TEST(Ssrt, HitsCellsThatItGrazesAndCellsWithoutANormal) {
+  Scene scene = scene_of(1, 18, 23, 28);
+  for (int y = 0; y < 18; ++y)
+    for (int x = 0; x < 23; ++x) {
+      const Vec3 n = (x + y) % 3 == 0 ? Vec3(0) : (x + y) % 3 == 1 ? Vec3(0, 0, 1) : Vec3(x % 2 ? 1 : -1, 0, 0);
+      for (int c = 0; c < 3; ++c) scene.normal.at(0, c, y, x) = n[c];
+    }
+  const Rays rays{directions(18 * 23, 29), {}, {}};  // a third of these go along an axis or in a plane of two
+  expect_brute_force(scene, rays, {}, true);
+  int grazed = 0, bare = 0;
+  const std::vector<int> hit = run(scene, rays, {}, true, Precision::Single)[0].integer;
+  for (std::size_t i = 0; i < hit.size(); ++i) {
+    if (hit[i] < 0) continue;
+    const int p = static_cast<int>(i) / 16, k = static_cast<int>(i) % 16, y = hit[i] / 23, x = hit[i] % 23;
+    double towards = 0, length = 0;
+    for (int c = 0; c < 3; ++c) {
+      const double n = scene.normal.at(0, c, y, x);
+      towards += n * rays.directions.at(0, c, p, k), length += n * n;
+    }
+    bare += length == 0, grazed += length > 0 && towards == 0;
+  }
+  EXPECT_GT(bare, 100);
+  EXPECT_GT(grazed, 100);
+  Scene none = scene;
+  none.normal = Tensor(scene.normal.shape);
+  EXPECT_EQ(run(none, rays, {}, true, Precision::Single)[0].integer,
+            run(none, rays, {}, false, Precision::Single)[0].integer);
 }
 
 /// Origins anywhere: in the room, behind the camera, outside of the frustum, behind the surfaces.
