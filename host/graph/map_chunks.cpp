@@ -7,6 +7,8 @@
 namespace clerestory {
 namespace {
 
+enum PlaceRule : int { kPut, kAdd, kKeep };  // of kernels/tensor/place.cl
+
 using Body = std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>;
 
 /// The subgraph of one chunk, and an executor of it per precision. Its states live in the outer graph, under the same
@@ -136,7 +138,9 @@ struct MapChunksOp : Op {
         l.run("tensor/place.cl", "place",
               Range::of2(static_cast<std::size_t>(chunk.pixels), static_cast<std::size_t>(part.shape.c)), part, whole,
               chunk.first_pixel, chunk.pixels, domain.chunk_pixels, domain.height * domain.width,
-              static_cast<int>(chunk.first_sample > 0));
+              chunk.first_sample == 0   ? kPut
+              : inner->outputs[o].first ? kKeep
+                                        : kAdd);
       }
     }
   }

@@ -11,10 +11,11 @@ struct ChunkDomain {
 };
 
 /// What the body gives: a map {1, C, chunk_pixels, 1} whose columns land at the chunk's pixels of an {n, C, h, w} map,
-/// added over sample chunks; or a total of any shape, added over all chunks (integers modulo 2^32).
+/// added over sample chunks, or with `first` the first number that is not 0; or a total of any shape, added over all
+/// chunks (integers modulo 2^32).
 struct ChunkOutput {
   Value value;
-  bool total = false;
+  bool total = false, first = false;
 };
 
 /// The body is called once, with an inner graph and one whole-map input per value of `inputs`; ray tensors inside have

@@ -2,8 +2,8 @@
 //
 // x = weight * radiance (3 channels) of each ray {1, C, pixels, samples}, 0 where there is no direction (pdf 0).
 // Columns {1, C, pixels, 1} that add up over chunks of samples: mean: sum of x over `count`, the number of all samples;
-// squares: sum of (x - mean of this chunk)^2, in a second pass, so that nothing cancels; tally 5: sum of u, directions, samples
-// dropped, one plus the first sample dropped, hits.
+// squares: sum of (x - mean of this chunk)^2, in a second pass, so that nothing cancels; tally 4: sum of u, directions,
+// samples dropped, hits. Of `first`, one plus the first sample dropped or 0, the first chunk's that has one counts.
 // A sample with a NaN or Inf in any channel of x is dropped from all sums, and counted.
 #include "lib/chunk.clh"
 #include "lib/lanes.clh"
@@ -26,7 +26,7 @@ kernel void accumulate_samples(IN(weight), IN(radiance), IN(pdf),
 #ifdef TRACED
                                IN(u), IN_INT(hit),
 #endif
-                               OUT(mean), OUT(squares), OUT(tally), CHUNK_ARGS, const real count) {
+                               OUT(mean), OUT(squares), OUT(tally), OUT(first), CHUNK_ARGS, const real count) {
   const int p = (int)get_group_id(0);
   GROUP_SCRATCH(scratch);
   if (p >= pixels) return;
@@ -75,18 +75,19 @@ kernel void accumulate_samples(IN(weight), IN(radiance), IN(pdf),
   CHANNELS(c) scatter[c] = group_sum(sum[c], scratch);
 
   if (get_local_id(0) > 0) return;
-  real first = R(0);
-  for (int s = 0; dropped > R(0) && first == R(0) && s < samples; ++s) {
+  real offender = R(0);
+  for (int s = 0; dropped > R(0) && offender == R(0) && s < samples; ++s) {
     real x = R(0);
     CHANNELS(c) x += f[c * RAY_PLANE + s] * l[c * RAY_PLANE + s];
-    if (density[s] != R(0) && !isfinite(x)) first = (real)(first_sample + s + 1);
+    if (density[s] != R(0) && !isfinite(x)) offender = (real)(first_sample + s + 1);
   }
   CHANNELS(c) {
     AT(mean, 0)[c * pixel_capacity + p] = total[c] / count;
     AT(squares, 0)[c * pixel_capacity + p] = scatter[c];
   }
-  const real tallies[5] = {u_sum, directions, dropped, first, hit_sum};
-  for (int c = 0; c < 5; ++c) AT(tally, 0)[c * pixel_capacity + p] = tallies[c];
+  const real tallies[4] = {u_sum, directions, dropped, hit_sum};
+  for (int c = 0; c < 4; ++c) AT(tally, 0)[c * pixel_capacity + p] = tallies[c];
+  AT(first, 0)[p] = offender;
 }
 
 // Adjoint of the mean: d weight = radiance g / count and d radiance = weight g / count for the samples that it keeps.
@@ -108,7 +109,7 @@ kernel void accumulate_samples_adjoint(IN(weight), IN(radiance), IN(pdf), IN(g),
 }
 
 // Whole maps: the standard error of a mean of `count` samples, sqrt(squares / freedom / count), freedom = count less
-// the number of chunks of samples; and the mean u over the directions drawn. squares {n, 3}, tally {n, 5}.
+// the number of chunks of samples; and the mean u over the directions drawn. squares {n, 3}, tally {n, 4}.
 kernel void finish_samples(IN(squares), IN(tally), OUT(standard_error), OUT(uncertainty), const int plane,
                            const real count, const real freedom) {
   const int pixel = (int)get_global_id(0);

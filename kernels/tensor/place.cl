@@ -2,10 +2,14 @@
 // A picture of `batch` items has pixels 0 .. batch * plane - 1 in row-major order; a chunk holds a run of them.
 #include "lib/real.clh"
 
-// whole[n, c, pixel] (=, or += when `add`) tile[c, p] for p < pixels, pixel = first + p.
+#define PUT 0
+#define ADD 1
+#define KEEP 2  // what is there, unless it is 0
+
+// whole[n, c, pixel] = tile[c, p], by one of these rules, for p < pixels, pixel = first + p.
 // tile: {1, C, capacity, 1}; whole: {batch, C, h, w}, plane = h * w.
 kernel void place(IN(tile), OUT(whole), const int first, const int pixels, const int capacity, const int plane,
-                  const int add) {
+                  const int rule) {
   const int p = (int)get_global_id(0);
   const int c = (int)get_global_id(1);
   if (p >= pixels) return;
@@ -13,7 +17,7 @@ kernel void place(IN(tile), OUT(whole), const int first, const int pixels, const
   const int pixel = (first + p) - n * plane;
   const real value = AT(tile, 0)[c * capacity + p];
   global real *to = AT(whole, n) + (ulong)c * (ulong)plane + pixel;
-  *to = add ? *to + value : value;
+  *to = rule == PUT || (rule == KEEP && *to == R(0)) ? value : rule == ADD ? *to + value : *to;
 }
 
 // total += part, elementwise; both contiguous.

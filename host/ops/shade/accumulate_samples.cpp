@@ -38,7 +38,10 @@ struct AccumulateSamplesOp : Op {
         throw Error(ErrorKind::Failed, "tensors of unlike rays", "accumulate_samples", in[k].shape().text(),
                     wanted.text());
     }
-    return {{{1, 3, s.h, 1}, Type::Real}, {{1, 3, s.h, 1}, Type::Real}, {{1, 5, s.h, 1}, Type::Real}};
+    return {{{1, 3, s.h, 1}, Type::Real},
+            {{1, 3, s.h, 1}, Type::Real},
+            {{1, 4, s.h, 1}, Type::Real},
+            {{1, 1, s.h, 1}, Type::Real}};
   }
 
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
@@ -61,8 +64,8 @@ struct AccumulateSamplesOp : Op {
   void sum(Launch& l, const Defines& defines, const More&... more) const {
     const RayTile t = ray_tile(l, l.in(0).shape);
     l.run_with(defines, kFile, "accumulate_samples", row_range(l.device, t.pixels), l.in(0), l.in(1), l.in(2), more...,
-               l.out(0), l.out(1), l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity,
-               t.sample_capacity, Launch::Real{static_cast<double>(count)});
+               l.out(0), l.out(1), l.out(2), l.out(3), t.first_pixel, t.pixels, t.first_sample, t.samples,
+               t.pixel_capacity, t.sample_capacity, Launch::Real{static_cast<double>(count)});
   }
 };
 
@@ -73,7 +76,7 @@ struct FinishSamplesOp : Op {
 
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape s = in[0].shape();
-    if (s.c != 3 || !(in[1].shape() == Shape{s.n, 5, s.h, s.w}))
+    if (s.c != 3 || !(in[1].shape() == Shape{s.n, 4, s.h, s.w}))
       throw Error(ErrorKind::Failed, "squares and tally do not fit", "finish_samples",
                   s.text() + " and " + in[1].shape().text());
     if (count <= chunks)
@@ -95,7 +98,7 @@ SampleSums accumulate_samples(Value weight, Value radiance, Value pdf, Value u, 
   std::vector<Value> inputs{weight, radiance, pdf};
   if (u) inputs.insert(inputs.end(), {u, hit_pixel});
   const Value first = weight.graph().make<AccumulateSamplesOp>(inputs, count);
-  return {first, first.node->value(1), first.node->value(2)};
+  return {first, first.node->value(1), first.node->value(2), first.node->value(3)};
 }
 
 SampleStatistics finish_samples(Value squares, Value tally, int count, int chunks) {

@@ -4,11 +4,12 @@
 
 namespace clerestory {
 
-/// Columns {1, C, pixels, 1}, each of which adds up over chunks of samples.
+/// Columns {1, C, pixels, 1}; all but `first` add up over chunks of samples.
 struct SampleSums {
   Value mean;     // 3: sum of weight * radiance over `count`
   Value squares;  // 3: sum of squared deviations from the chunk's mean
-  Value tally;    // 5: sum of u; directions; samples dropped (NaN or Inf); one plus the first of those; hits
+  Value tally;    // 4: sum of u; directions; samples dropped (NaN or Inf); hits
+  Value first;    // 1: one plus the first sample dropped; 0: none was
 };
 
 /// weight and radiance {1, 3, pixels, samples}, pdf {1, 1, ...} (0: no direction); u and hit_pixel of ssrt(), or no

@@ -7,12 +7,14 @@
 #include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/image_light.hpp"
 #include "host/ops/light/surface_points.hpp"
+#include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/slice.hpp"
 
 namespace clerestory {
 namespace {
 
 constexpr int kGridDirections = 128;
-enum Tally { kUncertainty, kDirections, kDropped, kFirstDropped, kHits, kTallies };
+enum Tally { kUncertainty, kDirections, kDropped, kHits, kFirstDropped, kTallies };
 
 ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
   if (spec.spp < 2)
@@ -84,14 +86,16 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
     const Value radiance = light(g, rays, in.subspan(light_at));
     const SampleSums sums =
         accumulate_samples(samples.weight, radiance, samples.pdf, rays.hits.u, rays.hits.pixel, spec.spp);
-    std::vector<ChunkOutput> outputs{{sums.mean}, {sums.squares}, {sums.tally}, {samples.status}};
-    for (const auto& [name, count] : *counts) outputs.push_back({count, true});
+    std::vector<ChunkOutput> outputs{
+        {sums.mean}, {sums.squares}, {sums.tally}, {samples.status}, {.value = sums.first, .first = true}};
+    for (const auto& [name, count] : *counts) outputs.push_back({.value = count, .total = true});
     return outputs;
   };
   const std::vector<Value> whole = map_chunks(graph, domain, outer, body);
   const SampleStatistics statistics = finish_samples(whole[1], whole[2], spec.spp, sample_chunks(domain));
-  Rendered rendered{whole[0], statistics.standard_error, statistics.uncertainty, whole[3], whole[2], {}};
-  for (std::size_t i = 4; i < whole.size(); ++i) rendered.counts.emplace_back((*counts)[i - 4].first, whole[i]);
+  const Value tally = concat(std::vector{whole[2], whole[4]});
+  Rendered rendered{whole[0], statistics.standard_error, statistics.uncertainty, whole[3], tally, {}};
+  for (std::size_t i = 5; i < whole.size(); ++i) rendered.counts.emplace_back((*counts)[i - 5].first, whole[i]);
   return rendered;
 }
 
@@ -179,7 +183,8 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   const Value hit = spec.trace ? second.input("hit", one, Type::Int) : Value{};
   const SampleSums sums = accumulate_samples(second.input("weight", rays), second.input("radiance", rays),
                                              second.input("pdf", one), u, hit, spec.spp);
-  Executor sum(compile(second, {sums.mean, sums.squares, sums.tally}, device));
+  const Value tally = concat(std::vector{sums.tally, sums.first});
+  Executor sum(compile(second, {sums.mean, sums.squares, tally}, device));
   const TensorView radiance{device.allocate(static_cast<std::size_t>(rays.count()) * sizeof(float)), 0,
                             static_cast<int>(rays.item()), rays, Type::Real};
   sum.bind("radiance", radiance);
@@ -211,13 +216,13 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
     };
     place(sum.fetch(sums.mean), result.radiance);
     place(sum.fetch(sums.squares), squares);
-    place(sum.fetch(sums.tally), result.tally);
+    place(sum.fetch(tally), result.tally);
     place(draw.fetch(samples.status), result.status);
   }
 
   Graph last;
-  const SampleStatistics statistics =
-      finish_samples(last.input("squares", squares.shape), last.input("tally", result.tally.shape), spec.spp, 1);
+  const Value counted = slice(last.input("tally", result.tally.shape), 0, kFirstDropped);
+  const SampleStatistics statistics = finish_samples(last.input("squares", squares.shape), counted, spec.spp, 1);
   const std::vector<Tensor> finished = evaluate(last, {statistics.standard_error, statistics.uncertainty}, device,
                                                 {{"squares", squares}, {"tally", result.tally}});
   result.standard_error = finished[0], result.uncertainty = finished[1];

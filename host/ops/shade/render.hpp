@@ -51,7 +51,7 @@ struct Rendered {
   Value standard_error;  // {n, 3, h, w}: of it
   Value uncertainty;     // {n, 1, h, w}: mean u
   Value status;          // {n, 1, h, w}: 0 shaded, 1 no depth, 2 normal faces away
-  Value tally;           // {n, 5, h, w}: see SampleSums
+  Value tally;           // {n, 5, h, w}: tally and first of SampleSums
   RayCounts counts;      // what the light counted
 };
 

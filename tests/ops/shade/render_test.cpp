@@ -5,11 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "host/graph/plan.hpp"
 #include "host/math/frames.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/light/bench_room.hpp"
+#include "host/ops/nn/activation.hpp"
+#include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/slice.hpp"
 #include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
 #include "tests/ops/shade/wall.hpp"
@@ -231,6 +236,77 @@ TEST(Render, DropsWhatIsNotFiniteAndNamesTheFirst) {
   ASSERT_TRUE(one.first_dropped);
   EXPECT_EQ(one.first_dropped->pixel, 2 * 10 + 3);
   EXPECT_TRUE(one.first_dropped->sample >= 0 && one.first_dropped->sample < 16);
+}
+
+Tensor tally_of_pixel(const Tensor& tally, int pixel) {
+  Tensor one({1, tally.shape.c, 1, 1});
+  for (int c = 0; c < tally.shape.c; ++c) one.at(0, c, 0, 0) = tally.at(0, c, 0, pixel);
+  return one;
+}
+
+/// ln(edge - x): no number for directions far to the right.
+LightBuilder light_with_a_hole(double edge) {
+  return [edge](Graph&, const RayBatch& rays, std::span<const Value>) {
+    const Value left = activate(affine(slice(rays.direction, 0, 1), -1, edge), Function::Log);
+    return concat(std::vector{left, left, left});
+  };
+}
+
+// However samples are cut into chunks, and whichever of these drop some: the first sample of a pixel is named that can
+// be replayed to be dropped.
+TEST(Render, NamesTheFirstDroppedSampleOfEveryChunking) {
+  const int w = 10, h = 6, spp = 80;
+  const double edge = 0.95;
+  const Tensors t = wall(w, h, 0.5, 0);
+  std::vector<RenderCounts> counts;
+  std::vector<std::vector<double>> firsts;
+  for (const int chunk_rays : {1 << 18, 16 * 7, 48, 16}) {
+    Graph graph;
+    Values v;
+    for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+    const RenderSpec spec{.spp = spp, .trace = false, .chunk_rays = chunk_rays};
+    const SurfaceMaps maps{v["depth"], {v["albedo"], v["normal"], v["material"]}};
+    const Rendered rendered = render(graph, spec, maps, v["camera"], v["range"], {}, light_with_a_hole(edge));
+    const std::vector<Tensor> got = evaluate(graph, {rendered.status, rendered.tally}, test_device(), t, {}, 3);
+    counts.push_back(render_counts(got[0], got[1]));
+    std::vector<double> first;
+    for (int p = 0; p < w * h; ++p)
+      first.push_back(render_counts(Tensor({1, 1, 1, 1}), tally_of_pixel(got[1], p))
+                          .first_dropped.value_or(RenderCounts::Offender{0, -1})
+                          .sample);
+    firsts.push_back(first);
+  }
+  // The replay: all samples' directions, drawn without the layer.
+  Graph graph;
+  Values v;
+  for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+  const Surfaces surfaces{v["albedo"], v["normal"], v["material"]};
+  const BrdfSamples drawn = sample_brdf(v["depth"], v["camera"], surfaces, surfaces, w * h, spp);
+  const Tensor direction = evaluate(graph, {drawn.direction}, test_device(), t, {}, 3)[0];
+  int late = 0, often = 0, dropped = 0;
+  std::optional<int> pixel;
+  std::vector<double> want;
+  for (int p = 0; p < w * h; ++p) {
+    int first = -1;
+    std::set<int> chunks;
+    for (int s = 0; s < spp; ++s) {
+      if (!(direction.at(0, 0, p, s) > static_cast<float>(edge))) continue;
+      if (first < 0) first = s;
+      chunks.insert(s / 16), ++dropped;
+    }
+    late += first >= 16, often += chunks.size() > 1;
+    if (first >= 0 && !pixel) pixel = p;
+    want.push_back(first);
+  }
+  EXPECT_GT(late, 2) << "no sample beyond the first chunk is the first";
+  EXPECT_GT(often, 2) << "no pixel drops samples in two chunks";
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    EXPECT_EQ(firsts[k], want) << "chunking " << k;
+    EXPECT_EQ(counts[k].dropped, dropped);
+    ASSERT_TRUE(counts[k].first_dropped);
+    EXPECT_EQ(counts[k].first_dropped->pixel, *pixel);
+    EXPECT_EQ(counts[k].first_dropped->sample, want[static_cast<std::size_t>(*pixel)]);
+  }
 }
 
 // A light on the host that does what image_light does gives the same bits.

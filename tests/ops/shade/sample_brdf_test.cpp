@@ -306,7 +306,7 @@ Tensors sums_inputs() {
 }
 
 std::vector<Tensor> sums_reference(const Tensors& t, bool traced) {
-  Tensor mean(Shape{1, 3, kPixels, 1}), squares = mean, tally(Shape{1, 5, kPixels, 1});
+  Tensor mean(Shape{1, 3, kPixels, 1}), squares = mean, tally(Shape{1, 4, kPixels, 1}), first(Shape{1, 1, kPixels, 1});
   for (int p = 0; p < kPixels; ++p) {
     for (int c = 0; c < 3; ++c) {
       const auto x = [&](int s) {
@@ -322,10 +322,10 @@ std::vector<Tensor> sums_reference(const Tensors& t, bool traced) {
       tally.at(0, 1, p, 0) += 1;
       if (!traced) continue;
       tally.at(0, 0, p, 0) += t.at("u").at(0, 0, p, s);
-      tally.at(0, 4, p, 0) += t.at("hit").integer[static_cast<std::size_t>(p * kSamples + s)] >= 0;
+      tally.at(0, 3, p, 0) += t.at("hit").integer[static_cast<std::size_t>(p * kSamples + s)] >= 0;
     }
   }
-  return {mean, squares, tally};
+  return {mean, squares, tally, first};
 }
 
 OP_CASES(sum_samples) {
@@ -354,7 +354,7 @@ OP_CASES(accumulate_samples) {
     c.build = [traced](Graph&, const Values& v) {
       const SampleSums s = accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"),
                                               traced ? v.at("u") : Value{}, traced ? v.at("hit") : Value{}, kCount);
-      return std::vector<Value>{s.mean, s.squares, s.tally};
+      return std::vector<Value>{s.mean, s.squares, s.tally, s.first};
     };
     c.reference = [traced](const Tensors& t) { return sums_reference(t, traced); };
     c.roundings = 12;  // three terms a lane, compensated, and a tree of sixteen; squares double the error of x
@@ -372,7 +372,7 @@ OP_CASES(accumulate_samples) {
   mean.step = 1e-2, mean.gradient_tolerance = 1e-10;  // bilinear: a difference is exact but for rounding
   cases.push_back(mean);
   OpCase finish{.stem = "accumulate_samples", .label = "finish", .kernels = {"finish_samples"}};
-  finish.inputs = {{"squares", random_tensor({2, 3, 4, 5}, 6, 0, 9)}, {"tally", random_tensor({2, 5, 4, 5}, 7, 5, 6)}};
+  finish.inputs = {{"squares", random_tensor({2, 3, 4, 5}, 6, 0, 9)}, {"tally", random_tensor({2, 4, 4, 5}, 7, 5, 6)}};
   for (int n = 0; n < 2; ++n)
     finish.inputs["tally"].at(n, 1, 0, 0) = finish.inputs["tally"].at(n, 2, 0, 0);  // nothing left
   finish.build = [](Graph&, const Values& v) {
@@ -422,7 +422,7 @@ TEST(AccumulateSamples, ADroppedSampleLeavesTheGradientsOfAllOthers) {
       const Tensor g = random_tensor({1, 3, kPixels, 1}, 9);
       std::vector<Value> outputs =
           gradient(std::vector{sums.mean}, std::vector{graph.constant(g)}, std::vector{v["weight"], v["radiance"]});
-      outputs.insert(outputs.end(), {sums.mean, sums.squares, sums.tally});
+      outputs.insert(outputs.end(), {sums.mean, sums.squares, sums.tally, sums.first});
       const std::vector<Tensor> got = evaluate(graph, outputs, test_device(), t);
       // The mean is bilinear: its derivative by a factor is the other one's share, as differences say of `mean`'s case.
       for (int p = 0; p < kPixels; ++p)
@@ -439,8 +439,8 @@ TEST(AccumulateSamples, ADroppedSampleLeavesTheGradientsOfAllOthers) {
       without["pdf"].at(0, 0, 3, at) = 0;
       for (int c = 0; c < 3; ++c) without["weight"].at(0, c, 3, at) = without["radiance"].at(0, c, 3, at) = 0;
       std::vector<Tensor> want = sums_reference(without, true);
-      want[2].at(0, 1, 3, 0) += 1, want[2].at(0, 2, 3, 0) = 1, want[2].at(0, 3, 3, 0) = at + 1;
-      for (std::size_t k = 0; k < 3; ++k)
+      want[2].at(0, 1, 3, 0) += 1, want[2].at(0, 2, 3, 0) = 1, want[3].at(0, 0, 3, 0) = at + 1;
+      for (std::size_t k = 0; k < 4; ++k)
         for (std::size_t i = 0; i < want[k].real.size(); ++i)
           ASSERT_NEAR(got[2 + k].real[i], want[k].real[i], 2e-6 * std::max(1.0, want[k].real[i]))
               << name << ", output " << k << " element " << i;
