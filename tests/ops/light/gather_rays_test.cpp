@@ -63,5 +63,19 @@ TEST(GatherRays, GradientsOfChunksAddUp) {
     }
 }
 
+// A lamp's pixel that every ray of a chunk hits: 131,072 numbers that float does not hold exactly. Summed one by one
+// they would lose four digits.
+TEST(GatherRays, ALongSumKeepsItsDigits) {
+  constexpr Shape map{1, 1, 64, 64}, rays{1, 1, 4096, 32};
+  const Tensor value = random_tensor(rays, 6, 0, 0.1);
+  double sum = 0;
+  for (const double v : value.real) sum += static_cast<float>(v);
+  Graph g;
+  const Value total = scatter_rays(g.input("value", rays), g.constant(random_ints(rays, 7, 5, 6)), map);
+  const Tensor got = evaluate(g, {total}, test_device(), {{"value", value}})[0];
+  // Kahan's bound: two epsilons of the sum of sizes, whatever the count; and the result is rounded.
+  EXPECT_NEAR(got.real[5], sum, 3 * 0x1p-23 * sum);
+}
+
 }  // namespace
 }  // namespace clerestory

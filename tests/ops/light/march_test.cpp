@@ -108,5 +108,34 @@ TEST(March, JitterIsStratifiedAndEven) {
   EXPECT_EQ(first[0].real, run(1)[0].real);
 }
 
+// A chunk of samples and pixels is a part of the whole: its rays are jittered as they are there.
+TEST(March, JitterIsThatOfTheRayInAnyChunk) {
+  constexpr Shape all{1, 3, 8, 48}, tile{1, 3, 4, 16};
+  const MarchOptions options{.segments = 6, .near = 0.05, .radius = 3};
+  const Tensor points = random_tensor(all, 1), direction = random_tensor(all, 2);
+  const auto part_of = [&](const Tensor& whole) {
+    Tensor part(tile);
+    for (int c = 0; c < 3; ++c)
+      for (int p = 0; p < 4; ++p)
+        for (int s = 0; s < 16; ++s) part.at(0, c, p, s) = whole.at(0, c, p + 3, s + 32);
+    return part;
+  };
+  const auto run = [&](const Tensor& from, const Tensor& along, const Chunk& chunk) {
+    Graph g;
+    const Value range = g.constant(Tensor(Shape{1, 3, 1, 1}, 2));
+    const Marched m = march(g.constant(from), g.constant(along), range, {1, 1, 8, 8}, options);
+    Executor executor(compile(g, {m.position, m.length}, test_device()));
+    executor.run(11, chunk);
+    return std::vector{executor.fetch(m.position), executor.fetch(m.length)};
+  };
+  const std::vector<Tensor> whole = run(points, direction, {0, 8, 0, 48}),
+                            part = run(part_of(points), part_of(direction), {3, 4, 32, 16});
+  for (std::size_t o = 0; o < 2; ++o)
+    for (int k = 0; k < 6; ++k)
+      for (int c = 0; c < part[o].shape.c; ++c)
+        for (int p = 0; p < 4; ++p)
+          for (int s = 0; s < 16; ++s) ASSERT_EQ(part[o].at(k, c, p, s), whole[o].at(k, c, p + 3, s + 32));
+}
+
 }  // namespace
 }  // namespace clerestory

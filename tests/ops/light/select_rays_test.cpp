@@ -34,7 +34,8 @@ std::vector<Tensor> reference(const Tensors& t, LightPart part, double epsilon, 
   return {Tensor::of_int(u.shape, list), Tensor::of_int({1, 1, 1, 1}, {count})};
 }
 
-/// u is 0 for a tenth of the rays, 1 on misses, and for the others between 0.1 and 0.9; a few have no direction.
+/// u is 0 for a tenth of the rays, 1 on misses, 1/4 and 3/4 for another tenth each, and for the others between 0.1 and
+/// 0.9; a few have no direction.
 Tensors rays_like_ssrt(int pixels, int samples) {
   const Shape one{1, 1, pixels, samples};
   Tensors t{{"u", random_tensor(one, 1, 0, 1)},
@@ -45,7 +46,7 @@ Tensors rays_like_ssrt(int pixels, int samples) {
       double& u = t["u"].at(0, 0, p, s);
       int& hit = t["hit"].integer[static_cast<std::size_t>(p * samples + s)];
       if (hit < 0) hit = -1;
-      u = hit < 0 ? 1 : u < 0.1 ? 0 : 0.1 + 0.8 * u;
+      u = hit < 0 ? 1 : u < 0.1 ? 0 : u < 0.2 ? 0.25 : u < 0.3 ? 0.75 : 0.1 + 0.8 * u;
       if ((p * samples + s) % 13 == 5)
         for (int c = 0; c < 3; ++c) t["direction"].at(0, c, p, s) = 0;
       if ((p * samples + s) % 13 == 6)

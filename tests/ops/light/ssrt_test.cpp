@@ -417,7 +417,8 @@ Tensor pyramid_reference(const Tensor& depth) {
           double most = -1;
           for (int j = y << level; j < std::min(s.h, (y + 1) << level); ++j)
             for (int i = x << level; i < std::min(s.w, (x + 1) << level); ++i)
-              if (depth.at(n, 0, j, i) > 0) most = std::max(most, 1 / depth.at(n, 0, j, i));
+              if (depth.at(n, 0, j, i) > 0 && std::isfinite(depth.at(n, 0, j, i)))
+                most = std::max(most, 1 / depth.at(n, 0, j, i));
           all.at(n, 0, layout.row(level) + y, x) = most;
         }
   return all;
@@ -475,6 +476,8 @@ OP_CASES(light_ssrt) {
 
   OpCase pyramid{.stem = "depth_pyramid", .label = "batch", .kernels = {"pyramid_base", "pyramid_level"}};
   pyramid.inputs = {{"depth", landscape(2, 13, 21, 32)}};
+  for (const int y : {2, 3})  // a cell of the next level that measures nothing
+    for (const int x : {4, 5}) pyramid.inputs["depth"].at(1, 0, y, x) = y == 2 ? INFINITY : x == 4 ? NAN : -1;
   pyramid.build = [](Graph&, const Values& v) { return std::vector<Value>{depth_pyramid(v.at("depth"))}; };
   pyramid.reference = [](const Tensors& t) { return std::vector<Tensor>{pyramid_reference(t.at("depth"))}; };
   pyramid.roundings = 1;

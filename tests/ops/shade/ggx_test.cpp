@@ -215,6 +215,19 @@ TEST(Ggx, IsReciprocal) {
   }
 }
 
+// Below the surface, on either side, there is nothing to see and nothing is drawn.
+TEST(Ggx, BelowTheHorizonValuesAndDensitiesAreExactlyZero) {
+  const SurfaceReference s{Vec3(0.7, 0.4, 0.1), 0.3, 0.4};
+  Probe probe(test_device(), Precision::Single);
+  const std::vector<double> up{0.6, 0.6, 0, 0, 0.8, 0.8}, down{-0.6, 0.6, 0, 0, -0.8, -0.8}, flat{0, 1, 1, 0, 0, 0};
+  for (int sampler = 0; sampler < kSamplers; ++sampler)
+    for (const auto& [wo, wi] : {std::pair{up, down}, {down, up}, {down, down}, {flat, up}, {up, flat}}) {
+      const std::vector<double> out =
+          probe.run("probe_evaluate", sampler, 2, 5, {probe.upload(s.values()), probe.upload(wo), probe.upload(wi)});
+      for (std::size_t i = 2; i < out.size(); ++i) EXPECT_EQ(out[i], 0) << "sampler " << sampler << ", row " << i / 2;
+    }
+}
+
 // The relative error of D in float over the width of the lobe, for half vectors drawn from the lobe and directions
 // rounded to float, against the same source in double: flat, where forms with n.h lose all digits below alpha = 1e-3.
 TEST(Ggx, DensityKeepsItsDigitsInNarrowLobes) {

@@ -236,6 +236,15 @@ TEST(Render, DropsWhatIsNotFiniteAndNamesTheFirst) {
   ASSERT_TRUE(one.first_dropped);
   EXPECT_EQ(one.first_dropped->pixel, 2 * 10 + 3);
   EXPECT_TRUE(one.first_dropped->sample >= 0 && one.first_dropped->sample < 16);
+
+  // A lobe without a width draws directions that are no numbers: they are dropped and counted as well.
+  t["albedo"].at(0, 1, 2, 3) = 0.5, t["material"].at(0, 0, 4, 5) = NAN;
+  const Picture r = Layer(t, {.spp = 16}, "image").run(1);
+  const RenderCounts wide = render_counts(r.status, r.tally);
+  EXPECT_GT(wide.dropped, 0);
+  ASSERT_TRUE(wide.first_dropped);
+  EXPECT_EQ(wide.first_dropped->pixel, 4 * 10 + 5);
+  for (const double x : r.radiance.real) ASSERT_TRUE(std::isfinite(x));
 }
 
 Tensor tally_of_pixel(const Tensor& tally, int pixel) {

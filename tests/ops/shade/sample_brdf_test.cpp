@@ -33,7 +33,11 @@ Tensors maps(unsigned seed) {
                                       0.6 * Vec3(normal(random), normal(random), normal(random)));
         for (int c = 0; c < 3; ++c) n.at(b, c, y, x) = 1.3 * v[c];  // not unit: maps that were resized are not
       }
-  for (int c = 0; c < 3; ++c) n.at(1, c, 2, 3) = -(c == 2);
+  for (int c = 0; c < 3; ++c) {
+    n.at(1, c, 2, 3) = -(c == 2);
+    // Where frames turn over: n.z = 0, and an n.y that is large but below the grid's 0.999.
+    n.at(0, c, 0, 0) = Vec3(1, 0, 0)[c], n.at(0, c, 0, 1) = Vec3(0.1, 0.96, 0.27)[c];
+  }
   Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, seed + 1, 1, 3);
   depth.at(0, 0, 1, 1) = 0;
   return {{"normal", n},
@@ -277,6 +281,35 @@ TEST(SampleBrdf, BelowTheHorizonOfTheEvaluationNormalGradientsAreExactlyZero) {
     for (std::size_t k = 0; k < 3; ++k)
       for (const double g : executor.fetch(outputs[k]).real) ASSERT_EQ(g, 0) << "map " << k;
   }
+}
+
+// Their model's denominator is clamped at both ends, which directions drawn at the peak of narrow lobes and far from it
+// meet; in double, from the directions that were drawn.
+TEST(SampleBrdf, Li2020sModelIsTheirsFromThePeakOfTheLobeToItsTail) {
+  Tensors t = same_twice(0.05);
+  Graph graph;
+  Values v;
+  for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+  const Surfaces surfaces{v["albedo"], v["normal"], v["material"]};
+  const BrdfSamples drawn = sample_brdf(v["depth"], v["camera"], surfaces, surfaces, kRows, 64,
+                                        {.points = Points::Independent, .brdf = BrdfModel::Li2020});
+  const std::vector<Tensor> got = evaluate(graph, {drawn.direction, drawn.weight, drawn.pdf},
+                                           test_device(Precision::Double), t, {.precision = Precision::Double}, 1);
+  int peak = 0, tail = 0;
+  for (int p = 0; p < kRows; ++p)
+    for (int s = 0; s < 64; ++s) {
+      if (got[2].at(0, 0, p, s) == 0) continue;
+      const Frame frame = frame_around(glm::normalize(pixel_of(t["normal"], p)));
+      const Vec3 wo = frame.to_local(-camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5));
+      const Vec3 wi = frame.to_local({got[0].at(0, 0, p, s), got[0].at(0, 1, p, s), got[0].at(0, 2, p, s)});
+      const double hz = glm::normalize(wo + wi).z;
+      peak += 1 - hz * hz<1e-5, tail += 1 - hz * hz> 0.1;
+      const Vec3 want = li2020_f_cos(surface_of(t, "", p), wo, wi) / got[2].at(0, 0, p, s);
+      // 1 - h.z^2 is formed with an error of 1e-16 beside the clamp's 1e-6: digits are lost, not the value.
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(got[1].at(0, c, p, s), want[c], 1e-7 * want[c]) << p << " " << s;
+    }
+  EXPECT_GT(peak, 50);
+  EXPECT_GT(tail, 50);
 }
 
 TEST(SampleBrdf, NamesAndLimits) {
