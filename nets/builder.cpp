@@ -1,5 +1,6 @@
 #include "nets/builder.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/ops/nn/batch_norm.hpp"
@@ -30,6 +31,15 @@ ConvNorm batch_norm(const Scope& scope, const Feature& x) {
 }
 
 }  // namespace
+
+std::vector<Value> trained_parameters(const Graph& graph, const std::vector<std::string>& frozen) {
+  std::vector<Value> parameters = graph.parameters();
+  std::erase_if(parameters, [&](const Value& v) {
+    const std::string& name = static_cast<const StateOp&>(*v.node->op).state_name;
+    return std::ranges::any_of(frozen, [&](const std::string& scope) { return name.starts_with(scope + "."); });
+  });
+  return parameters;
+}
 
 Value conv_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad) {
   return conv(x, he_weight(scope, x, out, kernel), {}, {.stride = stride, .pad = pad});

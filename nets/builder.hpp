@@ -20,6 +20,9 @@ struct Scope {
   }
 };
 
+/// The graph's parameters but those of `frozen` scopes ("decoder_depth", "local.encoder"): what a training moves.
+std::vector<Value> trained_parameters(const Graph& graph, const std::vector<std::string>& frozen);
+
 /// Convolution with its states: weight {out, in, k, k} ~ normal of deviation sqrt(2 / fan_in) (He et al. 2015), no
 /// bias.
 Value conv_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad);

@@ -9,6 +9,7 @@
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
+#include "nets/builder.hpp"
 
 namespace clerestory {
 namespace {
@@ -142,7 +143,8 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   };
   term("mixed", mixed, w.mixed), term("out_of_view", far, w.out_of_view), term("rerender", rerender, w.rerender);
   training.losses.insert(training.losses.begin(), {"loss", total});
-  const std::vector<Value> parameters = graph.parameters();
+  if (w.mixed == 0 && w.rerender == 0) training.frozen = {"local"};
+  const std::vector<Value> parameters = trained_parameters(graph, training.frozen);
   adam(parameters, gradient(total, parameters), graph.input("learning_rate", {}), graph.input("step", {}), o.adam);
   return training;
 }

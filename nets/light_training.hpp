@@ -42,7 +42,8 @@ struct LightTrainingOptions {
 ///   "shade_skip<b>" Int {1,1,pixels,samples}
 ///   "learning_rate" and "step" {1,1,1,1} (1 for the first).
 struct LightTraining {
-  NamedValues losses;  // "loss" first
+  NamedValues losses;               // "loss" first
+  std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: they stay as they are
 };
 LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightTrainingOptions& options);
 

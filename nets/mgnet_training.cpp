@@ -1,6 +1,24 @@
 #include "nets/mgnet_training.hpp"
 
+#include "nets/builder.hpp"
+
 namespace clerestory {
+namespace {
+
+std::vector<std::string> without_a_term(const LossWeights& w) {
+  std::vector<std::string> scopes;
+  const auto freeze = [&](const char* scope, bool seen) {
+    if (!seen) scopes.push_back(scope);
+  };
+  const bool albedo = w.albedo > 0, normal = w.normal > 0, material = w.material > 0 || w.metallic > 0,
+             depth = w.depth > 0 || w.log_depth > 0;
+  freeze("decoder_albedo", albedo), freeze("decoder_normal", normal), freeze("decoder_material", material);
+  freeze("decoder_depth", depth), freeze("scale", w.scale > 0);
+  freeze("encoder", albedo || normal || material || depth);  // the scale's head sees detached features
+  return scopes;
+}
+
+}  // namespace
 
 MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTrainingOptions& options) {
   const auto map = [&](const char* name, int channels) {
@@ -19,7 +37,8 @@ MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTra
   MgnetTraining training;
   training.maps = mgnet(graph, image, size, true);
   training.losses = mgnet_losses({graph, true, ""}, training.maps, truth, options.weights);
-  const std::vector<Value> parameters = graph.parameters();
+  training.frozen = without_a_term(options.weights);
+  const std::vector<Value> parameters = trained_parameters(graph, training.frozen);
   adam(parameters, gradient(training.losses.front().second, parameters), rate, step, options.adam);
   return training;
 }

@@ -18,7 +18,8 @@ struct MgnetTrainingOptions {
 /// "vgg.features.*", which the caller sets from ImageNet's weights.
 struct MgnetTraining {
   Maps maps;
-  NamedValues losses;  // "loss" first
+  NamedValues losses;               // "loss" first
+  std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: they stay as they are
 };
 MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTrainingOptions& options);
 

@@ -9,7 +9,7 @@ namespace {
 constexpr float kRayOffset = 1e-3f;  // metres: a ray that starts on an object must leave it first
 
 /// Asks the tracer which rays hit an object: distance, point, normal, object.
-struct MeetObjectsOp : Op {
+struct MeetObjectsOp : NotDifferentiable {
   std::shared_ptr<TraceObjects> objects;
   explicit MeetObjectsOp(std::shared_ptr<TraceObjects> o) : objects(std::move(o)) {}
   std::string name() const override { return "meet_objects"; }

@@ -232,9 +232,17 @@ class Compiler {
       for (const Value& v : node->inputs) step.inputs.push_back(places_[key(v)]);
       for (int o = 0; o < static_cast<int>(node->outputs.size()); ++o) step.outputs.push_back(places_[{node->id, o}]);
       if (workspaces_.count(node->id)) step.workspace = workspaces_[node->id];
+      if (const Body body = node->op->body(); body.graph) add_body(step, body);
       plan_.steps.push_back(std::move(step));
     }
     for (const Value& v : plan_.outputs) plan_.output_places.push_back(places_[key(v)]);
+  }
+
+  void add_body(Step& step, const Body& body) {
+    step.body = std::make_shared<const Plan>(compile(*body.graph, body.outputs, plan_.device, plan_.options));
+    step.times = body.times;
+    plan_.notes.push_back(fmt::format("{}: {} runs of a body", step.node->op->name(), body.times));
+    for (const std::string& note : step.body->notes) plan_.notes.push_back("  " + note);
   }
 
   const Graph& graph_;
@@ -248,6 +256,13 @@ class Compiler {
 };
 
 }  // namespace
+
+std::size_t Plan::memory() const {
+  std::size_t bytes = arena_bytes;
+  for (const Step& step : steps)
+    if (step.body) bytes += step.body->memory();
+  return bytes;
+}
 
 Plan compile(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options, bool updates) {
   return Compiler(graph, std::move(outputs), std::move(device), options, updates).take();

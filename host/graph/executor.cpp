@@ -33,6 +33,16 @@ Executor::Executor(Plan plan, std::shared_ptr<States> states) : plan_(std::move(
     constants_.push_back(own(node->outputs[0]));
     upload(device, constants_.back(), static_cast<const ConstantOp&>(*node->op).tensor, precision);
   }
+  for (const Step& step : plan_.steps)
+    bodies_.push_back(step.body ? std::make_unique<Executor>(*step.body, states_) : nullptr);
+}
+
+void Executor::allocate_input(std::size_t index) {
+  const Signature& s = plan_.input_nodes[index]->outputs[0];
+  const std::size_t element = s.type == Type::Int ? 4 : real_size(plan_.options.precision);
+  const std::size_t bytes = static_cast<std::size_t>(s.shape.count()) * element;
+  inputs_[index] = {plan_.device.allocate(bytes), 0, static_cast<int>(s.shape.item()), s.shape, s.type};
+  fed_bytes_ += bytes;
 }
 
 void Executor::feed(const std::string& input, const Tensor& tensor) {
@@ -41,11 +51,7 @@ void Executor::feed(const std::string& input, const Tensor& tensor) {
     const Signature& s = plan_.input_nodes[i]->outputs[0];
     if (!(tensor.shape == s.shape))
       throw Error(ErrorKind::Failed, "an input has another shape", input, tensor.shape.text(), s.shape.text());
-    if (!inputs_[i].buffer) {
-      const std::size_t element = s.type == Type::Int ? 4 : real_size(plan_.options.precision);
-      inputs_[i] = {plan_.device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0,
-                    static_cast<int>(s.shape.item()), s.shape, s.type};
-    }
+    if (!inputs_[i].buffer) allocate_input(i);
     upload(plan_.device, inputs_[i], tensor, plan_.options.precision);
     return;
   }
@@ -101,13 +107,12 @@ TensorView Executor::resolve(const Placement& place, const Shape& shape, Type ty
   return {view.buffer, view.offset + place.offset, place.stride, shape, type};
 }
 
-void Executor::run(std::uint32_t seed, const Chunk& chunk) { run_steps(seed, chunk, nullptr); }
-
-void Executor::run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<double>* seconds) {
+void Executor::run(std::uint32_t seed, const Chunk& chunk) {
   Launch launch(plan_.device, plan_.options.precision, plan_.options.gemm);
   launch.seed = seed, launch.chunk = chunk;
   if (after_chunk_) launch.after_chunk = &after_chunk_;
-  for (const Step& step : plan_.steps) {
+  for (std::size_t at = 0; at < plan_.steps.size(); ++at) {
+    const Step& step = plan_.steps[at];
     const Node& node = *step.node;
     launch.inputs.clear(), launch.outputs.clear();
     for (std::size_t i = 0; i < step.inputs.size(); ++i)
@@ -121,16 +126,31 @@ void Executor::run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<dou
 
     // A view that memory allowed needs no work.
     if (node.op->view_offset(node) >= 0 && launch.out().buffer.handle() == launch.in(0).buffer.handle() &&
-        launch.out().offset == launch.in(0).offset + static_cast<std::uint64_t>(node.op->view_offset(node))) {
-      if (seconds) seconds->push_back(0);
+        launch.out().offset == launch.in(0).offset + static_cast<std::uint64_t>(node.op->view_offset(node)))
       continue;
-    }
-    if (!seconds) {
+    launch.body = bodies_[at].get();
+    if (seconds_.empty()) {
       node.op->launch(launch);
       continue;
     }
-    seconds->push_back(seconds_of(plan_.device, [&] { node.op->launch(launch); }));
+    const double before = launch.body ? launch.body->profiled_seconds() : 0;
+    const double all = seconds_of(plan_.device, [&] { node.op->launch(launch); });
+    seconds_[at] += all - (launch.body ? launch.body->profiled_seconds() - before : 0);
   }
+}
+
+void Executor::set_profiling(bool on) {
+  seconds_.assign(on ? plan_.steps.size() : 0, 0.0);
+  for (const auto& body : bodies_)
+    if (body) body->set_profiling(on);
+}
+
+double Executor::profiled_seconds() const {
+  double seconds = 0;
+  for (const double s : seconds_) seconds += s;
+  for (const auto& body : bodies_)
+    if (body) seconds += body->profiled_seconds();
+  return seconds;
 }
 
 TensorView Executor::view(Value output) const {
@@ -144,32 +164,41 @@ Tensor Executor::fetch(Value output) { return download(plan_.device, view(output
 std::vector<float> Executor::fetch_floats(Value output) { return fetch(output).floats(); }
 
 std::size_t Executor::bytes() const {
-  std::size_t bytes = plan_.arena_bytes;
-  for (const TensorView& v : inputs_)
-    if (v.buffer) bytes += v.buffer.bytes();
+  std::size_t bytes = plan_.arena_bytes + fed_bytes_;
   for (const TensorView& v : constants_) bytes += v.buffer.bytes();
+  for (const auto& body : bodies_)
+    if (body) bytes += body->bytes();
   return bytes;
 }
 
-std::string Executor::explain(bool profile) {
-  std::vector<double> seconds;
-  if (profile) run_steps(0, {}, &seconds);
-  struct Row {
-    int count = 0;
-    Cost cost;
-    double seconds = 0;
-  };
-  std::map<std::string, Row> rows;
-  Row total;
+void Executor::add_work(std::map<std::string, Work>& rows, int times) const {
   for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
     const Node& node = *plan_.steps[i].node;
     const Cost cost = node.op->cost(node);
-    for (Row* row : {&rows[node.op->name()], &total}) {
-      ++row->count, row->cost.flops += cost.flops, row->cost.bytes += cost.bytes;
-      if (profile) row->seconds += seconds[i];
-    }
+    Work& row = rows[node.op->name()];
+    row.steps += times, row.cost.flops += times * cost.flops, row.cost.bytes += times * cost.bytes;
+    if (!seconds_.empty()) row.seconds += seconds_[i];
+    if (bodies_[i]) bodies_[i]->add_work(rows, times * plan_.steps[i].times);
   }
-  std::vector<std::pair<std::string, Row>> sorted(rows.begin(), rows.end());
+}
+
+std::map<std::string, Work> Executor::work(bool profile) {
+  set_profiling(profile);
+  if (profile) run();
+  std::map<std::string, Work> rows;
+  add_work(rows, 1);
+  set_profiling(false);
+  return rows;
+}
+
+std::string Executor::explain(bool profile) {
+  const std::map<std::string, Work> rows = work(profile);
+  Work total;
+  for (const auto& [name, row] : rows) {
+    total.steps += row.steps, total.seconds += row.seconds;
+    total.cost.flops += row.cost.flops, total.cost.bytes += row.cost.bytes;
+  }
+  std::vector<std::pair<std::string, Work>> sorted(rows.begin(), rows.end());
   std::stable_sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) {
     return profile ? a.second.seconds > b.second.seconds : a.second.cost.flops > b.second.cost.flops;
   });
@@ -178,7 +207,7 @@ std::string Executor::explain(bool profile) {
                                  "GFLOP/s", "GB/s");
   for (const auto& [name, row] : sorted) {
     text +=
-        fmt::format("{:24} {:>6} {:>10.3f} {:>10.2f}", name, row.count, row.cost.flops * 1e-9, row.cost.bytes * 1e-6);
+        fmt::format("{:24} {:>6} {:>10.3f} {:>10.2f}", name, row.steps, row.cost.flops * 1e-9, row.cost.bytes * 1e-6);
     if (profile && row.seconds > 0)
       text += fmt::format(" {:>10.3f} {:>9.1f} {:>8.1f}", row.seconds * 1e3, row.cost.flops * 1e-9 / row.seconds,
                           row.cost.bytes * 1e-9 / row.seconds);

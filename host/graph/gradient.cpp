@@ -29,26 +29,50 @@ struct AccumulateOp : Op {
   int overwrites() const override { return 0; }
 };
 
-/// Nodes from which a member of `wrt` can be reached backwards: only those need adjoints.
-std::vector<bool> depends_on(const Graph& graph, std::span<const Value> wrt, int nodes) {
-  std::vector<bool> depends(static_cast<std::size_t>(nodes), false);
-  for (const Value& v : wrt) depends[static_cast<std::size_t>(v.node->id)] = true;
-  for (int id = 0; id < nodes; ++id)
-    for (const Value& v : graph.nodes()[static_cast<std::size_t>(id)].inputs)
-      if (depends[static_cast<std::size_t>(v.node->id)]) depends[static_cast<std::size_t>(id)] = true;
-  return depends;
+/// What a user knows a value by.
+std::string name_of(const Value& v) {
+  if (const auto* input = dynamic_cast<const InputOp*>(v.node->op.get())) return input->input_name;
+  if (const auto* state = dynamic_cast<const StateOp*>(v.node->op.get())) return state->state_name;
+  return fmt::format("{} {}", v.node->op->name(), v.shape().text());
+}
+
+/// `at`: an input of the op that somebody wants, but to which no gradient comes.
+[[noreturn]] void refuse(const Node& node, std::size_t at, std::span<const Value> wrt) {
+  std::string wanted;
+  for (const Value& v : wrt)
+    if (wanted.empty() && Dependence(*node.graph, std::span(&v, 1))(node.inputs[at])) wanted = name_of(v);
+  const bool never = dynamic_cast<const NotDifferentiable*>(node.op.get());
+  throw Error(ErrorKind::Failed, fmt::format("no gradient reaches \"{}\"", wanted), "op " + node.op->name(),
+              never ? "it is not differentiable" : fmt::format("its adjoint has none for input {}", at),
+              "a detach() before it, or another op");
 }
 
 }  // namespace
 
 Value accumulate(Value a, Value b) { return a.graph().make<AccumulateOp>({a, b}); }
 
+Dependence::Dependence(const Graph& graph, std::span<const Value> wrt) {
+  for (const Node& node : graph.nodes()) {
+    std::vector<bool>& depends = depends_.emplace_back(node.outputs.size(), false);
+    for (std::size_t o = 0; o < depends.size(); ++o)
+      for (std::size_t i = 0; i < node.inputs.size() && !depends[o]; ++i)
+        depends[o] =
+            (*this)(node.inputs[i]) && node.op->slope(static_cast<int>(i), static_cast<int>(o)) != Slope::Detached;
+    for (const Value& v : wrt)
+      if (v.node == &node) depends[static_cast<std::size_t>(v.output)] = true;
+  }
+}
+
+bool Dependence::operator()(const Value& v) const {
+  return depends_[static_cast<std::size_t>(v.node->id)][static_cast<std::size_t>(v.output)];
+}
+
 std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Value> seeds, std::span<const Value> wrt) {
   if (outputs.empty() || outputs.size() != seeds.size())
     throw Error(ErrorKind::Failed, "one seed per output is needed", "gradient");
   Graph& graph = outputs[0].graph();
   const int nodes = static_cast<int>(graph.nodes().size());
-  const std::vector<bool> depends = depends_on(graph, wrt, nodes);
+  const Dependence depends(graph, wrt);
 
   std::map<std::pair<int, int>, Value> gradients;  // (node, output) -> gradient so far
   const auto add = [&](Value to, Value g) {
@@ -58,20 +82,31 @@ std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Valu
     Value& sum = gradients[{to.node->id, to.output}];
     sum = sum ? accumulate(sum, g) : g;
   };
-  for (std::size_t i = 0; i < outputs.size(); ++i) add(outputs[i], seeds[i]);
+  for (std::size_t i = 0; i < outputs.size(); ++i)
+    if (depends(outputs[i])) add(outputs[i], seeds[i]);
 
   for (int id = nodes - 1; id >= 0; --id) {
     const Node& node = graph.nodes()[static_cast<std::size_t>(id)];
-    if (!depends[static_cast<std::size_t>(id)] || node.inputs.empty()) continue;
     std::vector<Value> arriving(node.outputs.size());
-    bool any = false;
-    for (std::size_t o = 0; o < arriving.size(); ++o)
-      if (auto found = gradients.find({id, static_cast<int>(o)}); found != gradients.end())
-        arriving[o] = found->second, any = true;
-    if (!any) continue;
-    const std::vector<Value> leaving = node.op->adjoint(node, arriving);
-    for (std::size_t i = 0; i < node.inputs.size() && i < leaving.size(); ++i)
-      if (leaving[i] && depends[static_cast<std::size_t>(node.inputs[i].node->id)]) add(node.inputs[i], leaving[i]);
+    std::vector<bool> wanted(node.inputs.size(), false);
+    for (std::size_t o = 0; o < arriving.size(); ++o) {
+      const auto found = gradients.find({id, static_cast<int>(o)});
+      if (found == gradients.end()) continue;
+      arriving[o] = found->second;
+      for (std::size_t i = 0; i < wanted.size(); ++i) {
+        const Slope slope = node.op->slope(static_cast<int>(i), static_cast<int>(o));
+        if (!depends(node.inputs[i]) || slope == Slope::Detached) continue;
+        if (slope == Slope::None) refuse(node, i, wrt);
+        wanted[i] = true;
+      }
+    }
+    if (std::ranges::find(wanted, true) == wanted.end()) continue;
+    const std::vector<Value> leaving = node.op->adjoint_for(wanted, node, arriving);
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      if (!wanted[i]) continue;
+      if (i >= leaving.size() || !leaving[i]) refuse(node, i, wrt);
+      add(node.inputs[i], leaving[i]);
+    }
   }
 
   std::vector<Value> result;

@@ -8,8 +8,8 @@ const Shape& Value::shape() const { return node->outputs[static_cast<std::size_t
 Type Value::type() const { return node->outputs[static_cast<std::size_t>(output)].type; }
 Graph& Value::graph() const { return *node->graph; }
 
-std::vector<Value> Op::adjoint(const Node& node, std::span<const Value>) const {
-  return std::vector<Value>(node.inputs.size());
+std::vector<Value> NotDifferentiable::adjoint(const Node&, std::span<const Value>) const {
+  throw Error(ErrorKind::Failed, "is not differentiable", "op " + name());
 }
 
 Cost Op::cost(const Node& node) const {

@@ -70,7 +70,7 @@ class Graph {
 };
 
 // Leaves. Plans know them by these types.
-struct InputOp : Op {
+struct InputOp : NotDifferentiable {
   std::string input_name;
   Signature signature;
   InputOp(std::string n, Signature s) : input_name(std::move(n)), signature(s) {}
@@ -78,7 +78,7 @@ struct InputOp : Op {
   std::vector<Signature> infer(std::span<const Value>) const override { return {signature}; }
   void launch(Launch&) const override {}
 };
-struct StateOp : Op {
+struct StateOp : NotDifferentiable {
   std::string state_name;
   Shape shape;
   Init init;
@@ -87,7 +87,7 @@ struct StateOp : Op {
   std::vector<Signature> infer(std::span<const Value>) const override { return {{shape, Type::Real}}; }
   void launch(Launch&) const override {}
 };
-struct ConstantOp : Op {
+struct ConstantOp : NotDifferentiable {
   Tensor tensor;
   explicit ConstantOp(Tensor t) : tensor(std::move(t)) {}
   std::string name() const override { return "constant"; }
@@ -96,10 +96,21 @@ struct ConstantOp : Op {
 };
 
 /// Gradients of `outputs`, weighted by `seeds`, with respect to each of `wrt`; the adjoints become nodes of the same
-/// graph. A value that `outputs` does not depend on differentiably has an empty gradient.
+/// graph. A value that `outputs` does not depend on, or only behind a detached input, has an empty gradient. Throws
+/// Error naming op and value when one would go through an op that has no rule for it (Slope::None).
 std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Value> seeds, std::span<const Value> wrt);
 /// The same for one scalar loss (shape 1x1x1x1).
 std::vector<Value> gradient(Value loss, std::span<const Value> wrt);
+
+/// By node and output: whether gradients go from there to one of `wrt`, by rules or through ops that lack them.
+class Dependence {
+ public:
+  Dependence(const Graph& graph, std::span<const Value> wrt);
+  bool operator()(const Value& v) const;
+
+ private:
+  std::vector<std::vector<bool>> depends_;
+};
 
 /// a + b, elementwise: how gradients meet. (kernels/tensor/accumulate.cl)
 Value accumulate(Value a, Value b);

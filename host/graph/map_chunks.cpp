@@ -9,39 +9,25 @@ namespace {
 
 enum PlaceRule : int { kPut, kAdd, kKeep };  // of kernels/tensor/place.cl
 
-using Body = std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>;
+using BuildBody = std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>;
 
-/// The subgraph of one chunk, and an executor of it per precision. Its states live in the outer graph, under the same
-/// names, and are lent to it.
+/// The subgraph of one chunk. Its states live in the outer graph, under the same names.
 struct Inner {
   Graph graph;
   std::vector<Value> inputs;
-  std::vector<const StateOp*> states;  // in the order in which the outer node has them behind the inputs
+  std::vector<Value> states;  // in the order in which the outer node has them behind the inputs
   std::vector<ChunkOutput> outputs;
 
-  struct Ready {
-    std::shared_ptr<States> states;
-    std::unique_ptr<Executor> executor;
-  };
-  std::map<Precision, Ready> ready;
-
-  Executor& executor(const Launch& l) {
-    Ready& found = ready[l.precision];
-    if (!found.states) found.states = std::make_shared<States>(l.device, l.precision);
-    for (std::size_t i = 0; i < states.size(); ++i)
-      found.states->bind(states[i]->state_name, l.inputs[inputs.size() + i]);
-    if (!found.executor) {
-      std::vector<Value> values;
-      for (const ChunkOutput& o : outputs) values.push_back(o.value);
-      found.executor = std::make_unique<Executor>(
-          compile(graph, values, l.device, {.precision = l.precision, .gemm = l.gemm}), found.states);
-    }
-    for (std::size_t i = 0; i < inputs.size(); ++i) found.executor->bind(input_name(i), l.inputs[i]);
-    return *found.executor;
-  }
-
+  /// What the outer node's input i is inside.
+  Value reads(std::size_t i) const { return i < inputs.size() ? inputs[i] : states[i - inputs.size()]; }
   static std::string input_name(std::size_t i) { return fmt::format("input{}", i); }
 };
+
+/// The state of that name in another graph.
+Value same_state(Graph& graph, const Value& state) {
+  const auto& op = static_cast<const StateOp&>(*state.node->op);
+  return graph.state(op.state_name, op.shape, op.init);
+}
 
 struct TakeOp : Op {
   int capacity;
@@ -59,7 +45,7 @@ struct TakeOp : Op {
 };
 
 /// The transpose of TakeOp: a whole map that is zero outside the chunk.
-struct PutOp : Op {
+struct PutOp : NotDifferentiable {
   Shape whole;
   explicit PutOp(const Shape& s) : whole(s) {}
   std::string name() const override { return "put"; }
@@ -77,15 +63,16 @@ std::vector<Value> TakeOp::adjoint(const Node& node, std::span<const Value> g) c
   return {put_pixels(g[0], node.in_shape(0))};
 }
 
-Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs, const Body& body);
+Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs,
+                      const BuildBody& build);
 
 struct MapChunksOp : Op {
   ChunkDomain domain;
-  Body body;
-  std::shared_ptr<Inner> inner;
+  BuildBody build;
+  std::shared_ptr<const Inner> inner;
 
-  MapChunksOp(const ChunkDomain& d, Body b, std::shared_ptr<Inner> i)
-      : domain(d), body(std::move(b)), inner(std::move(i)) {
+  MapChunksOp(const ChunkDomain& d, BuildBody b, std::shared_ptr<const Inner> i)
+      : domain(d), build(std::move(b)), inner(std::move(i)) {
     for (const ChunkOutput& o : inner->outputs) {
       const Shape& s = o.value.shape();
       if (!o.total && (s.n != 1 || s.h != domain.chunk_pixels || s.w != 1))
@@ -107,11 +94,18 @@ struct MapChunksOp : Op {
   }
 
   int pixels() const { return domain.n * domain.height * domain.width; }
+  int chunks_of_samples() const { return (domain.samples + domain.chunk_samples - 1) / domain.chunk_samples; }
+  int chunks() const { return (pixels() + domain.chunk_pixels - 1) / domain.chunk_pixels * chunks_of_samples(); }
+
+  Body body() const override {
+    Body body{&inner->graph, {}, chunks()};
+    for (const ChunkOutput& o : inner->outputs) body.outputs.push_back(o.value);
+    return body;
+  }
 
   void launch(Launch& l) const override {
-    Executor& executor = inner->executor(l);
-    const auto parts = [](int whole, int part) { return (whole + part - 1) / part; };
-    const int chunks = parts(pixels(), domain.chunk_pixels) * parts(domain.samples, domain.chunk_samples);
+    Executor& executor = *l.body;
+    for (std::size_t i = 0; i < inner->inputs.size(); ++i) executor.bind(Inner::input_name(i), l.inputs[i]);
     int done = 0;
     for (int pixel = 0; pixel < pixels(); pixel += domain.chunk_pixels)
       for (int sample = 0; sample < domain.samples; sample += domain.chunk_samples) {
@@ -121,7 +115,7 @@ struct MapChunksOp : Op {
         collect(l, executor, chunk);
         if (!l.after_chunk) continue;
         l.device.finish();
-        (*l.after_chunk)(++done, chunks);
+        (*l.after_chunk)(++done, chunks());
       }
   }
 
@@ -145,9 +139,33 @@ struct MapChunksOp : Op {
     }
   }
 
+  /// What collect() does; the body's own work is counted by the plan.
+  Cost cost(const Node& node) const override {
+    double flops = 0, numbers = 0;
+    for (std::size_t o = 0; o < inner->outputs.size(); ++o) {
+      const double count = static_cast<double>(node.outputs[o].shape.count());
+      const double times = inner->outputs[o].total ? chunks() : chunks_of_samples();
+      flops += count * (times - 1);              // the first is put there, others are added
+      numbers += count * (2 + 3 * (times - 1));  // read and written; the sum so far is read, too
+    }
+    return {flops, 4 * numbers};
+  }
+
+  /// Detached where nothing in the body leads from the input, or the state, to the output.
+  Slope slope(int input, int output) const override {
+    const Value& made = inner->outputs[static_cast<std::size_t>(output)].value;
+    const Value read = inner->reads(static_cast<std::size_t>(input));
+    return Dependence(inner->graph, std::span(&read, 1))(made) ? Slope::Adjoint : Slope::Detached;
+  }
+
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> gradients) const override {
+    return adjoint_for(std::vector<bool>(node.inputs.size(), true), node, gradients);
+  }
+
   /// Another map_chunks over the same domain: it runs the body again from the same seeds, and adds up what every chunk
   /// gives to the whole-map inputs and to states. Nothing of the forward pass is stored.
-  std::vector<Value> adjoint(const Node& node, std::span<const Value> gradients) const override {
+  std::vector<Value> adjoint_for(const std::vector<bool>& wanted, const Node& node,
+                                 std::span<const Value> gradients) const override {
     Graph& graph = *node.graph;
     const std::size_t maps_count = inner->inputs.size();
     std::vector<Value> outer(node.inputs.begin(), node.inputs.begin() + static_cast<std::ptrdiff_t>(maps_count));
@@ -156,10 +174,10 @@ struct MapChunksOp : Op {
       if (gradients[o]) arrived.push_back(o), outer.push_back(gradients[o]);
 
     const auto reached = std::make_shared<std::vector<std::size_t>>();  // inputs and states that have a gradient
-    const auto backward = [body = body, forward_inner = inner, capacity = domain.chunk_pixels, arrived, reached,
-                           maps_count](Graph& g, std::span<const Value> in) {
+    const auto backward = [forward_body = build, forward_inner = inner, capacity = domain.chunk_pixels, arrived,
+                           reached, maps_count, wanted](Graph& g, std::span<const Value> in) {
       const std::span<const Value> maps = in.first(maps_count);
-      const std::vector<ChunkOutput> forward = body(g, maps);
+      const std::vector<ChunkOutput> forward = forward_body(g, maps);
       std::vector<Value> outputs, seeds;
       for (std::size_t i = 0; i < arrived.size(); ++i) {
         const ChunkOutput& o = forward[arrived[i]];
@@ -167,13 +185,16 @@ struct MapChunksOp : Op {
         outputs.push_back(o.value);
         seeds.push_back(o.total ? whole : take_pixels(whole, capacity));
       }
-      std::vector<Value> wanted(maps.begin(), maps.end());
-      for (const StateOp* s : forward_inner->states) wanted.push_back(g.state(s->state_name, s->shape, s->init));
-      const std::vector<Value> found = gradient(outputs, seeds, wanted);
+      std::vector<Value> reads(maps.begin(), maps.end()), wrt;
+      for (const Value& s : forward_inner->states) reads.push_back(same_state(g, s));
+      std::vector<std::size_t> which;
+      for (std::size_t i = 0; i < reads.size(); ++i)
+        if (wanted[i]) wrt.push_back(reads[i]), which.push_back(i);
+      const std::vector<Value> found = gradient(outputs, seeds, wrt);
       std::vector<ChunkOutput> totals;
       reached->clear();
       for (std::size_t i = 0; i < found.size(); ++i)
-        if (found[i]) totals.push_back({found[i], true}), reached->push_back(i);
+        if (found[i]) totals.push_back({found[i], true}), reached->push_back(which[i]);
       return totals;
     };
     std::vector<Value> result(node.inputs.size());
@@ -185,21 +206,19 @@ struct MapChunksOp : Op {
 
 /// Runs the body once to learn what it reads. States that it uses become states of the outer graph, and inputs of the
 /// node behind the whole maps.
-Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs, const Body& body) {
+Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs,
+                      const BuildBody& build) {
   const auto inner = std::make_shared<Inner>();
   for (std::size_t i = 0; i < inputs.size(); ++i)
     inner->inputs.push_back(inner->graph.input(Inner::input_name(i), inputs[i].shape(), inputs[i].type()));
-  inner->outputs = body(inner->graph, inner->inputs);
+  inner->outputs = build(inner->graph, inner->inputs);
   if (!inner->graph.updates().empty())
     throw Error(ErrorKind::Failed, "a body writes a state: chunks would see different ones", "map_chunks",
                 inner->graph.updates()[0].node->op->name());
   std::vector<Value> outer = inputs;
-  for (const Value& v : inner->graph.states()) {
-    const auto& state = static_cast<const StateOp&>(*v.node->op);
-    inner->states.push_back(&state);
-    outer.push_back(graph.state(state.state_name, state.shape, state.init));
-  }
-  return graph.make<MapChunksOp>(std::move(outer), domain, body, inner);
+  inner->states = inner->graph.states();
+  for (const Value& s : inner->states) outer.push_back(same_state(graph, s));
+  return graph.make<MapChunksOp>(std::move(outer), domain, build, inner);
 }
 
 }  // namespace
@@ -213,7 +232,7 @@ Value put_pixels(Value columns, const Shape& whole) {
 }
 
 std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs,
-                              const Body& body) {
+                              const BuildBody& body) {
   if (domain.n < 1 || domain.height < 1 || domain.width < 1 || domain.samples < 1 || domain.chunk_pixels < 1 ||
       domain.chunk_samples < 1)
     throw Error(ErrorKind::Failed, "an empty domain", "map_chunks");

@@ -13,6 +13,7 @@ namespace clerestory {
 
 struct Node;
 class Graph;
+class Executor;
 
 /// One output of a node. Cheap to copy; a default-made one is "no value" (a gradient that does not exist).
 struct Value {
@@ -56,6 +57,7 @@ class Launch {
   std::uint32_t seed = 0;  // of this run; random ops mix in their own salt
   Chunk chunk;
   const ChunkListener* after_chunk = nullptr;  // null: nobody listens, and the device is not waited for
+  Executor* body = nullptr;                    // runs the op's Body, if it has one
   std::vector<TensorView> inputs, outputs;
   TensorView workspace;  // of the size the op asked for
 
@@ -101,6 +103,21 @@ struct Cost {
   double flops = 0, bytes = 0;
 };
 
+/// A subgraph that launch() runs, `times` times, on the executor that it is lent (Launch::body). Plans compile it with
+/// their own options for their own device, and count what it does and needs.
+struct Body {
+  const Graph* graph = nullptr;  // null: the op runs none
+  std::vector<Value> outputs;
+  int times = 0;
+};
+
+/// How the gradient of an output goes to an input.
+enum class Slope {
+  Adjoint,   // by the op's rule
+  Detached,  // not at all, by definition: the input is not read, or it only chooses what is looked at
+  None       // it might, but the op has no rule for it: to ask for it is an error
+};
+
 class Op {
  public:
   virtual ~Op() = default;
@@ -109,9 +126,16 @@ class Op {
   virtual std::string name() const = 0;
   /// Shapes and types of the outputs; throws Error when the inputs do not fit, naming both shapes.
   virtual std::vector<Signature> infer(std::span<const Value> inputs) const = 0;
-  /// Gradients with respect to each input from those of each output (absent ones are empty Values); an empty Value
-  /// in the result means "no gradient". The default says so for all inputs.
-  virtual std::vector<Value> adjoint(const Node& node, std::span<const Value> gradients) const;
+  /// What there is between an input and an output. Ops with an adjoint for some of them alone say so.
+  virtual Slope slope(int, int) const { return Slope::Adjoint; }
+  /// Gradients with respect to each input from those of each output (absent ones are empty Values); empty where no
+  /// slope of the input is Adjoint. Every op has a rule, or is NotDifferentiable.
+  virtual std::vector<Value> adjoint(const Node& node, std::span<const Value> gradients) const = 0;
+  /// The same for the inputs that somebody wants; what others get is not looked at.
+  virtual std::vector<Value> adjoint_for(const std::vector<bool>&, const Node& node,
+                                         std::span<const Value> gradients) const {
+    return adjoint(node, gradients);
+  }
   /// Launches the kernels. Every kernel honours the batch strides of its tensors.
   virtual void launch(Launch& launch) const = 0;
 
@@ -126,6 +150,13 @@ class Op {
   virtual bool gathers_inputs() const { return false; }
   /// Inputs, all of them states, that launch() writes: such a node is an update and runs last.
   virtual std::vector<int> writes() const { return {}; }
+  virtual Body body() const { return {}; }
+};
+
+/// An op through which no gradient goes: gradient() refuses to be asked for one, by the op's name.
+struct NotDifferentiable : Op {
+  Slope slope(int, int) const override { return Slope::None; }
+  std::vector<Value> adjoint(const Node&, std::span<const Value>) const final;
 };
 
 }  // namespace clerestory

@@ -47,10 +47,21 @@ struct Placement {
   int stride = 0;            // elements between batch items
 };
 
+struct Plan;
+
 struct Step {
   const Node* node = nullptr;
   std::vector<Placement> inputs, outputs;
   Placement workspace;
+  std::shared_ptr<const Plan> body;  // of the op's Body, if it has one
+  int times = 1;                     // that it runs
+};
+
+/// What the steps of one op do in a run, those of bodies included.
+struct Work {
+  long steps = 0;  // each launches one or a few kernels
+  Cost cost;
+  double seconds = 0;  // 0 when nobody measured
 };
 
 struct Plan {
@@ -64,6 +75,8 @@ struct Plan {
   std::vector<std::size_t> roots;  // byte offset of each root in the arena
   std::size_t arena_bytes = 0;
   std::vector<std::string> notes;  // what each pass did
+  /// The arenas of this plan and of its bodies: what a run needs beside inputs, constants and states.
+  std::size_t memory() const;
 };
 
 /// A plan that computes `outputs` and, when `updates` is true, every state update of the graph.
@@ -85,17 +98,26 @@ class Executor {
   TensorView view(Value output) const;
 
   const Plan& plan() const { return plan_; }
-  std::size_t bytes() const;  // arena, inputs and constants
-  /// Steps with op, shapes, flops, bytes; with `profile`, one profiled run and seconds beside each op.
+  std::size_t bytes() const;  // arenas, constants and inputs that were fed; not what was bound
+  /// By op. With `profile`, of one profiled run.
+  std::map<std::string, Work> work(bool profile = false);
+  /// The same as a table, and what each pass did. A body's chunks count as full ones, for that is what most of its ops
+  /// work on.
   std::string explain(bool profile = false);
 
  private:
+  void allocate_input(std::size_t index);
+  void add_work(std::map<std::string, Work>& rows, int times) const;
+  void set_profiling(bool on);
+  double profiled_seconds() const;
   TensorView resolve(const Placement& place, const Shape& shape, Type type) const;
-  void run_steps(std::uint32_t seed, const Chunk& chunk, std::vector<double>* seconds);  // seconds: one per step
   Plan plan_;
   std::shared_ptr<States> states_;
   Buffer arena_;
   std::vector<TensorView> inputs_, constants_;
+  std::vector<std::unique_ptr<Executor>> bodies_;  // one per step, null for most
+  std::vector<double> seconds_;                    // of each step without its body, while profiling; else empty
+  std::size_t fed_bytes_ = 0;
   ChunkListener after_chunk_;
 };
 

@@ -3,13 +3,19 @@
 
 #include <array>
 #include <random>
+#include <sstream>
+#include <type_traits>
 
 #include "host/graph/map_chunks.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/nn/activation.hpp"
+#include "host/ops/nn/adam.hpp"
+#include "host/ops/nn/conv.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/reduce.hpp"
+#include "host/ops/tensor/reshape.hpp"
+#include "host/ops/tensor/resize.hpp"
 #include "host/ops/tensor/slice.hpp"
 
 namespace clerestory {
@@ -119,6 +125,59 @@ TEST(Gradient, WantsOneNumber) {
   Graph g;
   const Value x = g.input("x", {1, 1, 1, 3});
   EXPECT_THROW(gradient(x, std::span(&x, 1)), Error);
+}
+
+/// Says nothing about gradients.
+struct SilentOp : Op {
+  std::string name() const override { return "silent"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[0].shape()}}; }
+  void launch(Launch&) const override {}
+};
+
+TEST(Gradient, AnOpThatSaysNothingAboutGradientsDoesNotCompile) { EXPECT_TRUE(std::is_abstract_v<SilentOp>); }
+
+std::string message_of(const std::function<void()>& what) {
+  try {
+    what();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(Gradient, ThroughAnOpThatIsNotDifferentiableIsAnErrorThatNamesOpAndValue) {
+  Graph g;
+  const Value w = g.state("wanted", {1, 1, 4, 4}, Init::constant(1)), x = g.input("photo", {1, 1, 4, 4});
+  const Value loss = sum(resize_area(multiply(x, w), 2, 2));
+  for (const auto& [value, name] : {std::pair{w, "wanted"}, {x, "photo"}}) {
+    const std::string said = message_of([&, v = value] { gradient(loss, std::span(&v, 1)); });
+    EXPECT_NE(said.find("resize_area"), std::string::npos) << said;
+    EXPECT_NE(said.find(name), std::string::npos) << said;
+  }
+  // Beside the path, or behind a detach, it is in nobody's way.
+  const Value y = g.input("y", {1, 1, 2, 2});
+  const Value beside = add(sum(multiply(y, resize_area(x, 2, 2))), sum(multiply(y, resize_area(detach(w), 2, 2))));
+  const std::vector<Value> wrt{y, w};
+  const std::vector<Value> found = gradient(beside, wrt);
+  EXPECT_TRUE(found[0]);
+  EXPECT_FALSE(found[1]);
+}
+
+TEST(Gradient, OfAGradientIsRefused) {
+  Graph g;
+  const Value x = g.input("x", {1, 1, 2, 2});
+  const Value slope = gradient(sum(activate(x, Function::Exp)), std::span(&x, 1))[0];
+  EXPECT_THROW(gradient(sum(slope), std::span(&x, 1)), Error);
+}
+
+TEST(Gradient, AParameterWithoutOneIsNotLeftAsItIsInSilence) {
+  Graph g;
+  const Value moved = g.state("moved", {1, 1, 1, 2}, Init::constant(1));
+  const Value still = g.state("decoder.weight", {1, 1, 1, 2}, Init::constant(1));
+  const std::vector<Value> parameters{moved, still};
+  const std::vector<Value> gradients = gradient(sum(moved), parameters);
+  const std::string said = message_of([&] { adam(parameters, gradients, g.fill({}, 1e-2), g.fill({}, 1)); });
+  EXPECT_NE(said.find("decoder.weight"), std::string::npos) << said;
 }
 
 TEST(States, StartFromNameAndSeedAlone) {
@@ -259,8 +318,88 @@ TEST(MapChunks, StatesOfABodyAreTheOuterGraphs) {
   EXPECT_DOUBLE_EQ(run.fetch(scaled).real[0], 3 * input.real[0]);
 }
 
+/// A convolution inside a body, over 16 columns of 1.
+Value convolved(Graph& g, Value x) {
+  const ChunkDomain domain{1, 4, 16, 1, 16, 1};
+  return map_chunks(g, domain, std::span(&x, 1), [&](Graph& inner, std::span<const Value> in) {
+    const Value w = inner.constant(random_tensor({5, 3, 3, 3}, 9));
+    return std::vector<ChunkOutput>{{conv(take_pixels(in[0], domain.chunk_pixels), w, {}, {.pad = 1}), false}};
+  })[0];
+}
+
+std::string kernels_of(Device d, const std::function<void()>& work) {
+  d.set_profiling(true);
+  d.reset_profile();
+  work();
+  std::string names;
+  for (const KernelProfile& k : d.profile()) names += k.kernel + " ";
+  d.set_profiling(false);
+  return names;
+}
+
+TEST(MapChunks, ABodyRunsWithTheGemmOfEachPlan) {
+  Graph g;
+  const Tensor input = random_tensor({1, 3, 4, 16}, 8);
+  const Value y = convolved(g, g.input("x", input.shape));
+  std::map<std::string, std::string> kernels;
+  for (const char* gemm : {"packed", "clblast"})
+    kernels[gemm] = kernels_of(device(), [&] { evaluate(g, {y}, device(), {{"x", input}}, {.gemm = gemm}); });
+  EXPECT_NE(kernels["packed"].find("conv"), std::string::npos) << kernels["packed"];
+  EXPECT_NE(kernels["clblast"].find("im2col"), std::string::npos) << kernels["clblast"];
+  EXPECT_EQ(kernels["packed"].find("im2col"), std::string::npos) << kernels["packed"];
+}
+
+TEST(MapChunks, ABodyRunsOnTheDeviceOfEachPlan) {
+  Graph g;
+  const Tensor input = random_tensor({1, 3, 4, 16}, 8);
+  const Value y = convolved(g, g.input("x", input.shape));
+  const auto one = evaluate(g, {y}, device(), {{"x", input}});
+  Device other = Device::open();  // a context of its own: buffers of one are nothing to the other
+  std::vector<Tensor> two;
+  const std::string kernels = kernels_of(other, [&] { two = evaluate(g, {y}, other, {{"x", input}}); });
+  EXPECT_EQ(one[0].real, two[0].real);
+  EXPECT_NE(kernels.find("conv"), std::string::npos) << kernels;
+}
+
+/// GFLOP and MB of a row of explain().
+std::pair<double, double> explained(const std::string& text, const std::string& op) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string name;
+    double steps = 0, gflop = 0, mb = 0;
+    if (words >> name >> steps >> gflop >> mb && name == op) return {gflop, mb};
+  }
+  ADD_FAILURE() << "no row of " << op << " in\n" << text;
+  return {};
+}
+
+TEST(MapChunks, ExplainsWhatItsChunksDo) {
+  const Shape whole{1, 64, 64, 256};
+  const auto layer = [](Graph& g, Value x) { return conv(x, g.constant(random_tensor({64, 64, 1, 1}, 9)), {}); };
+  Graph unchunked, chunked;
+  const Value direct = layer(unchunked, unchunked.input("x", {1, 64, 64 * 256, 1}));
+  const Value x = chunked.input("x", whole);
+  const ChunkDomain domain{1, whole.h, whole.w, 1, 1024, 1};  // 16 chunks
+  const Value tiled = map_chunks(chunked, domain, std::span(&x, 1), [&](Graph& g, std::span<const Value> in) {
+    return std::vector<ChunkOutput>{{layer(g, take_pixels(in[0], domain.chunk_pixels)), false}};
+  })[0];
+  Executor one(compile(unchunked, {direct}, device())), many(compile(chunked, {tiled}, device()));
+  const auto a = explained(one.explain(), "conv"), b = explained(many.explain(), "conv");
+  EXPECT_NEAR(a.first, 2e-9 * 64 * 64 * 64 * 256, 5e-4);  // rounded to three digits
+  EXPECT_DOUBLE_EQ(b.first, a.first);
+  // What a chunk reads and writes is its part; the weights are read by each chunk again.
+  EXPECT_NEAR(b.second, a.second + 15 * 64 * 64 * 4e-6, 0.02);
+  EXPECT_GT(explained(many.explain(), "total").first, 0.13);
+  // The output and a chunk's own arena: its input and its output.
+  const std::size_t output = static_cast<std::size_t>(whole.count()) * 4, part = output / 16;
+  const std::size_t weights = 64 * 64 * 4;
+  EXPECT_GE(many.bytes(), output + 2 * part + weights);
+  EXPECT_LT(many.bytes(), output + 3 * part + weights);
+}
+
 /// Claims to write its input, a state.
-struct WriteOp : Op {
+struct WriteOp : NotDifferentiable {
   std::string name() const override { return "write"; }
   std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[0].shape()}}; }
   void launch(Launch&) const override {}

@@ -196,6 +196,20 @@ void expect_every_term_falls(RadianceLoss radiance) {
 TEST(LightTraining, StepsLowerEveryTerm) { expect_every_term_falls(RadianceLoss::Hdr); }
 TEST(LightTraining, StepsLowerEveryRelativeTerm) { expect_every_term_falls(RadianceLoss::Relative); }
 
+TEST(LightTraining, EveryParameterHasAGradientOrIsFrozen) {
+  Wall wall;
+  const auto frozen = [&](const LightLossWeights& weights) {
+    wall.options.weights = weights;
+    Graph graph;
+    return light_training(graph, small_sizes(), wall.options).frozen;
+  };
+  using Scopes = std::vector<std::string>;
+  EXPECT_EQ(frozen({1, 1, 1}), Scopes{});
+  EXPECT_EQ(frozen({1, 0, 0}), Scopes{});
+  EXPECT_EQ(frozen({0, 0, 1}), Scopes{});
+  EXPECT_EQ(frozen({0, 1, 0}), Scopes{"local"});
+}
+
 TEST(LightTraining, WhatHasNoWeightIsNotBuilt) {
   Wall wall;
   wall.options.weights = {.mixed = 0, .out_of_view = 1, .rerender = 0};

@@ -36,6 +36,29 @@ TEST(Mgnet, MapsHaveTheImagesSizeWhateverItIs) {
   }
 }
 
+TEST(Mgnet, EveryParameterHasAGradientOrIsFrozen) {
+  const auto frozen = [](LossWeights weights) {
+    Graph graph;
+    MgnetTrainingOptions options{.batch = 1, .height = 64, .width = 64};
+    options.weights = weights;
+    return mgnet_training(graph, mgnet_size("compact"), options).frozen;
+  };
+  using Scopes = std::vector<std::string>;
+  LossWeights weights;
+  EXPECT_EQ(frozen(weights), Scopes{});
+  weights.albedo = 0;
+  EXPECT_EQ(frozen(weights), Scopes{"decoder_albedo"});
+  weights.material = 0, weights.metallic = 1;
+  EXPECT_EQ(frozen(weights), Scopes{"decoder_albedo"});
+  weights.normal = weights.metallic = 0;
+  EXPECT_EQ(frozen(weights), (Scopes{"decoder_albedo", "decoder_normal", "decoder_material"}));
+  weights.depth = 0;
+  EXPECT_EQ(frozen(weights),
+            (Scopes{"decoder_albedo", "decoder_normal", "decoder_material", "decoder_depth", "encoder"}));
+  weights.depth = 1, weights.scale = 0;
+  EXPECT_EQ(frozen(weights), (Scopes{"decoder_albedo", "decoder_normal", "decoder_material", "scale"}));
+}
+
 constexpr int kBatch = 2, kHeight = 40, kWidth = 56;
 
 std::map<std::string, Tensor> golden_batch() {

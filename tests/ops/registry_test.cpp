@@ -2,6 +2,8 @@
 // list), every case has a reference, and a gradient or a reason for having none.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <regex>
@@ -61,6 +63,79 @@ TEST(Registry, EveryCaseIsComplete) {
     EXPECT_NE(c.differentiate.empty(), c.no_gradient.empty())
         << name << ": either inputs to differentiate, or the reason for none";
   }
+}
+
+/// The case's nodes, once more.
+std::deque<Node> const& built(const OpCase& c, Graph& graph, Values& values, std::vector<Value>& outputs) {
+  for (const auto& [name, tensor] : c.inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
+  outputs = c.build(graph, values);
+  for (const auto& [name, tensor] : c.states) values[name] = graph.state(name, tensor.shape, Init::fixed(0));
+  return graph.nodes();
+}
+
+// An op without any rule does not compile (Op::adjoint is pure). What it says of each input and output is what its rule
+// gives: a gradient where there is a slope, of the input's shape, and none elsewhere.
+TEST(Registry, EveryOpDeclaresItsAdjointOrThatItHasNone) {
+  for (const OpCase& c : declared_cases()) {
+    Graph graph;
+    Values values;
+    std::vector<Value> outputs;
+    const std::size_t count = built(c, graph, values, outputs).size();
+    for (std::size_t id = 0; id < count; ++id) {
+      const Node& node = graph.nodes()[id];
+      const std::string name = c.stem + "/" + c.label + ": " + node.op->name();
+      const auto slopes = [&](std::size_t i) {
+        std::vector<bool> of_input;
+        for (std::size_t o = 0; o < node.outputs.size(); ++o)
+          of_input.push_back(node.op->slope(static_cast<int>(i), static_cast<int>(o)) == Slope::Adjoint);
+        return of_input;
+      };
+      std::vector<Value> arriving(node.outputs.size());
+      for (std::size_t i = 0; i < node.inputs.size(); ++i)
+        for (std::size_t o = 0; const bool slope : slopes(i)) {
+          if (slope) {
+            EXPECT_EQ(node.outputs[o].type, Type::Real) << name << ": integers have no gradient";
+            arriving[o] = graph.fill(node.outputs[o].shape, 1);
+          }
+          ++o;
+        }
+      if (std::ranges::none_of(arriving, [](const Value& v) { return static_cast<bool>(v); })) continue;
+      const std::vector<Value> leaving = node.op->adjoint(node, arriving);
+      ASSERT_EQ(leaving.size(), node.inputs.size()) << name;
+      for (std::size_t i = 0; i < leaving.size(); ++i) {
+        const std::vector<bool> slope = slopes(i);
+        const bool declared = std::ranges::find(slope, true) != slope.end();
+        EXPECT_EQ(static_cast<bool>(leaving[i]), declared) << name << ": input " << i;
+        if (!leaving[i]) continue;
+        EXPECT_EQ(leaving[i].shape().text(), node.in_shape(static_cast<int>(i)).text()) << name << ": input " << i;
+      }
+    }
+  }
+}
+
+// Where a case gives a reason for no gradient, nobody is given one by mistake.
+TEST(Registry, WhatACaseDoesNotDifferentiateIsRefusedOrDetached) {
+  int refused = 0;
+  for (const OpCase& c : declared_cases()) {
+    if (c.no_gradient.empty() || c.states.size() > 0) continue;
+    Graph graph;
+    Values values;
+    std::vector<Value> outputs, seeds;
+    built(c, graph, values, outputs);
+    std::erase_if(outputs, [](const Value& v) { return v.type() == Type::Int; });
+    if (outputs.empty()) continue;
+    for (const Value& v : outputs) seeds.push_back(graph.fill(v.shape(), 1));
+    for (const auto& [name, value] : values) {
+      if (value.type() == Type::Int) continue;
+      try {
+        gradient(outputs, seeds, std::array{value});
+      } catch (const Error& e) {
+        EXPECT_NE(std::string(e.what()).find("no gradient reaches"), std::string::npos) << e.what();
+        ++refused;
+      }
+    }
+  }
+  EXPECT_GT(refused, 20);
 }
 
 TEST(Registry, EveryOpHasACase) {

@@ -18,7 +18,7 @@ struct FieldLayers {
 };
 
 // Inputs: points, directions, range, background, then list and count when `listed`, then a weight and a bias per layer.
-struct AskFieldOp : Op {
+struct AskFieldOp : NotDifferentiable {
   FieldOptions options;
   bool listed;
   int layers;
@@ -58,11 +58,6 @@ struct AskFieldOp : Op {
       check_layer(in[at], in[at + 1], net.width[static_cast<std::size_t>(i)], out, "ask_field");
     }
     return {{{1, 3, rays.h, rays.w}, Type::Real}};
-  }
-
-  std::vector<Value> adjoint(const Node&, std::span<const Value>) const override {
-    throw Error(ErrorKind::Failed, "is for inference and has no adjoint; march, encode, conv and composite have",
-                "ask_field");
   }
 
   std::size_t workspace(const Node& node) const override {

@@ -13,7 +13,7 @@ constexpr int kMostWidth = 512, kMostFrequencies = 256;
 
 // Inputs: rows, hit, direction, frequencies; list and count when `listed`; D_0, b_0; of each further layer W_i, b_i,
 // and D_i in between when it is `again`; W, b.
-struct AskMlpOp : Op {
+struct AskMlpOp : NotDifferentiable {
   bool listed;
   int layers, again;
   AskMlpOp(bool l, int n, int a) : listed(l), layers(n), again(a) {}
@@ -64,10 +64,6 @@ struct AskMlpOp : Op {
                   of_direction ? features : width, last ? 3 : width, "ask_mlp");
     }
     return {{{1, 3, hit.h, hit.w}, Type::Real}};
-  }
-
-  std::vector<Value> adjoint(const Node&, std::span<const Value>) const override {
-    throw Error(ErrorKind::Failed, "is for inference and has no adjoint; gather_rays, encode and conv have", "ask_mlp");
   }
 
   std::size_t workspace(const Node& node) const override {

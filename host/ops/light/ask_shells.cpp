@@ -9,7 +9,7 @@ namespace {
 constexpr auto kFile = "light/ask_shells.cl";
 
 // Inputs: shells, points, directions, range, radii, then list and count when `listed`.
-struct AskShellsOp : Op {
+struct AskShellsOp : NotDifferentiable {
   bool listed;
   explicit AskShellsOp(bool l) : listed(l) {}
   std::string name() const override { return "ask_shells"; }
@@ -24,11 +24,6 @@ struct AskShellsOp : Op {
                   in[3].shape().text(), "1x3x1x1");
     if (listed) check_list(in[5], in[6], rays, "ask_shells");
     return {{{1, 3, rays.h, rays.w}, Type::Real}};
-  }
-
-  std::vector<Value> adjoint(const Node&, std::span<const Value>) const override {
-    throw Error(ErrorKind::Failed, "is for inference and has no adjoint; look_up_shells and composite have",
-                "ask_shells");
   }
 
   std::size_t workspace(const Node& node) const override {

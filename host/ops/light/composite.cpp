@@ -8,7 +8,7 @@ namespace {
 constexpr auto kFile = "light/composite.cl";
 
 // Inputs: density, colour, length, gradients of radiance and transmittance.
-struct CompositeAdjointOp : Op {
+struct CompositeAdjointOp : NotDifferentiable {
   std::string name() const override { return "composite_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     return {{in[0].shape(), Type::Real}, {in[1].shape(), Type::Real}};
@@ -31,6 +31,7 @@ struct CompositeOp : Op {
                   "Kx1, Kx3 and Kx1 of the same rays, samples in sixteens");
     return {{{1, 3, s.h, s.w}, Type::Real}, {{1, 1, s.h, s.w}, Type::Real}};
   }
+  Slope slope(int input, int) const override { return input < 2 ? Slope::Adjoint : Slope::None; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     const auto given = [&](std::size_t output) {
       return g[output] ? g[output] : node.graph->fill(node.outputs[output].shape, 0);

@@ -9,7 +9,7 @@ constexpr int kMostLevels = 8;  // a block of 128 pixels: larger ones are seldom
 
 int halved(int size, int level) { return (size + (1 << level) - 1) >> level; }
 
-struct DepthPyramidOp : Op {
+struct DepthPyramidOp : NotDifferentiable {
   std::string name() const override { return "depth_pyramid"; }
 
   std::vector<Signature> infer(std::span<const Value> in) const override {

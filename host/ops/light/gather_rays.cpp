@@ -9,7 +9,7 @@ namespace {
 constexpr auto kFile = "light/gather_rays.cl";
 
 // Inputs: gradient of rays, order, starts.
-struct SumSegmentsOp : Op {
+struct SumSegmentsOp : NotDifferentiable {
   Shape map;
   explicit SumSegmentsOp(const Shape& m) : map(m) {}
   std::string name() const override { return "sum_segments"; }
@@ -29,6 +29,7 @@ struct GatherRaysOp : Op {
       throw Error(ErrorKind::Failed, "pixel indices are wanted", "gather_rays", in[1].shape().text());
     return {{{1, in[0].shape().c, in[1].shape().h, in[1].shape().w}, Type::Real}};
   }
+  Slope slope(int input, int) const override { return input == 0 ? Slope::Adjoint : Slope::None; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     return {scatter_rays(g[0], node.inputs[1], node.in_shape(0)), {}};
   }

@@ -36,7 +36,7 @@ struct LightOp : Op {
 };
 
 /// Gradient of the ambient. Inputs: gradient of rays and, where only misses see the ambient, their hits.
-struct AmbientAdjointOp : Op {
+struct AmbientAdjointOp : NotDifferentiable {
   Shape picture;
   explicit AmbientAdjointOp(const Shape& p) : picture(p) {}
   std::string name() const override { return "ambient_adjoint"; }
@@ -61,6 +61,7 @@ struct AmbientAdjointOp : Op {
 
 struct ImageLightOp : LightOp {
   using LightOp::LightOp;
+  Slope slope(int input, int) const override { return input < 2 ? Slope::Adjoint : Slope::None; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     const Value hit = node.inputs[2];
     return {scatter_rays(g[0], hit, picture), node.graph->make<AmbientAdjointOp>({g[0], hit}, picture), {}};
@@ -69,6 +70,9 @@ struct ImageLightOp : LightOp {
 };
 struct ConstantLightOp : LightOp {
   using LightOp::LightOp;
+  Slope slope(int input, int) const override {
+    return input == 0 ? Slope::Adjoint : Slope::Detached;
+  }  // the same for all rays
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     return {node.graph->make<AmbientAdjointOp>({g[0]}, picture), {}};
   }

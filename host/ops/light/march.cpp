@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-struct MarchOp : Op {
+struct MarchOp : NotDifferentiable {
   MarchOptions options;
   Shape picture;
   MarchOp(const MarchOptions& o, const Shape& p) : options(o), picture(p) {}

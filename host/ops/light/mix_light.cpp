@@ -7,7 +7,7 @@ namespace {
 
 constexpr auto kFile = "light/mix_light.cl";
 
-struct MixLightAdjointOp : Op {
+struct MixLightAdjointOp : NotDifferentiable {
   std::string name() const override { return "mix_light_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     return {{in[0].shape()}, {in[1].shape()}, {in[2].shape()}};

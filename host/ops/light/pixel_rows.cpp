@@ -3,7 +3,7 @@
 namespace clerestory {
 namespace {
 
-struct PixelRowsOp : Op {
+struct PixelRowsOp : NotDifferentiable {
   std::string name() const override { return "pixel_rows"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape &surface = in[0].shape(), &features = in[1].shape();
@@ -14,9 +14,6 @@ struct PixelRowsOp : Op {
       throw Error(ErrorKind::Failed, "rows of more numbers than an index holds", "pixel_rows", surface.text(),
                   "at most 2^31 - 1");
     return {{{1, 1, static_cast<int>(surface.plane()), surface.c}, Type::Real}};
-  }
-  std::vector<Value> adjoint(const Node&, std::span<const Value>) const override {
-    throw Error(ErrorKind::Failed, "is for inference and has no adjoint; gather_rays has", "pixel_rows");
   }
   void launch(Launch& l) const override {
     const Shape &surface = l.in(0).shape, &features = l.in(1).shape;

@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-struct ProjectRaysOp : Op {
+struct ProjectRaysOp : NotDifferentiable {
   Shape picture;
   explicit ProjectRaysOp(const Shape& p) : picture(p) {}
   std::string name() const override { return "project_rays"; }

@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-struct RescaleHitsOp : Op {
+struct RescaleHitsOp : NotDifferentiable {
   Shape from, to;
   RescaleHitsOp(const Shape& f, const Shape& t) : from(f), to(t) {}
   std::string name() const override { return "rescale_hits"; }

@@ -9,7 +9,7 @@ namespace {
 constexpr auto kFile = "light/select_rays.cl";
 constexpr int kBlock = 1024;  // rays that one work-item counts and places
 
-struct SelectRaysOp : Op {
+struct SelectRaysOp : NotDifferentiable {
   LightPart part;
   double epsilon;
   SelectRaysOp(LightPart p, double e) : part(p), epsilon(e) {}

@@ -13,7 +13,7 @@ void outside_of_chunks(const Launch& l, const char* op) {
 }
 
 // Inputs: points, direction, range, radii.
-struct ShellCellsOp : Op {
+struct ShellCellsOp : NotDifferentiable {
   Shape shells;
   explicit ShellCellsOp(const Shape& s) : shells(s) {}
   std::string name() const override { return "shell_cells"; }
@@ -29,7 +29,7 @@ struct ShellCellsOp : Op {
 };
 
 // Inputs: gradient, points, direction, range, radii, order, starts.
-struct SumShellsOp : Op {
+struct SumShellsOp : NotDifferentiable {
   Shape shells;
   explicit SumShellsOp(const Shape& s) : shells(s) {}
   std::string name() const override { return "sum_shells"; }
@@ -55,9 +55,12 @@ struct LookUpShellsOp : Op {
                   "Kx4xROWSxCOLUMNS, " + rays.text() + ", 1x3x1x1");
     return {{{shells.n, 4, rays.h, rays.w}, Type::Real}, {{shells.n, 1, rays.h, rays.w}, Type::Real}};
   }
+  Slope slope(int input, int output) const override {
+    if (input > 0) return Slope::None;
+    return output == 0 ? Slope::Adjoint : Slope::Detached;  // where a ray meets them does not depend on their paint
+  }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     const auto& in = node.inputs;
-    if (!g[0]) return {{}, {}, {}, {}, {}};
     const Shape shells = node.in_shape(0);
     const Value cells = node.graph->make<ShellCellsOp>({in[1], in[2], in[3], in[4]}, shells);
     const SortedRays sorted = sort_rays(cells, {1, 1, shells.n * shells.h, shells.w});

@@ -25,14 +25,11 @@ void check(std::span<const Value> in, const char* op) {
 int lamps_of(const Launch& l) { return l.in(5).shape.w; }
 int per_row(const Launch& l) { return l.in(1).shape.w == 1 && l.in(0).shape.w != 1; }
 
-struct WeighLampsOp : Op {
+struct WeighLampsOp : NotDifferentiable {
   std::string name() const override { return "weigh_lamps"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check(in, "weigh_lamps");
     return {{{in[0].shape().h, 3, 1, in[5].shape().w}}};
-  }
-  std::vector<Value> adjoint(const Node&, std::span<const Value>) const override {
-    throw Error(ErrorKind::Failed, "is the matrix of a linear problem and has no adjoint", "weigh_lamps");
   }
   void launch(Launch& l) const override {
     const RayTile t = ray_tile(l, l.in(0).shape);
@@ -51,6 +48,7 @@ struct AddLampsOp : Op {
                   in[5].shape().text());
     return {{in[0].shape()}};
   }
+  Slope slope(int input, int) const override { return input == 0 || input == 6 ? Slope::Adjoint : Slope::None; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     const std::vector<Value>& in = node.inputs;
     const Value rows = weigh_lamps(g[0], {in[1], in[2], in[3], in[4]}, in[5]);

@@ -11,7 +11,7 @@ constexpr auto kFile = "light/sort_rays.cl";
 constexpr int kDigitBits = 8, kDigits = 1 << kDigitBits;
 constexpr int kBlock = 1024;  // rays that one work-item orders by itself
 
-struct SortRaysOp : Op {
+struct SortRaysOp : NotDifferentiable {
   Shape map;
   explicit SortRaysOp(const Shape& m) : map(m) {}
   std::string name() const override { return "sort_rays"; }

@@ -20,7 +20,7 @@ void expect(const Value& value, const Shape& shape, const char* what) {
 }
 
 // Inputs: pyramid, camera, range, directions, [points, skip], [normal].
-struct SsrtOp : Op {
+struct SsrtOp : NotDifferentiable {
   Shape depth;
   SsrtOptions options;
   Origins origins;
@@ -34,6 +34,12 @@ struct SsrtOp : Op {
     Shape one = in[3].shape();
     one.c = 1;
     return {{one, Type::Int}, {one, Type::Real}, {one, Type::Real}};
+  }
+
+  /// Normals only choose which cells may be hit.
+  Slope slope(int input, int) const override {
+    const int normal = origins == Origins::Surface ? 4 : 6;
+    return facing && input == normal ? Slope::Detached : Slope::None;
   }
 
   void launch(Launch& l) const override {

@@ -6,7 +6,7 @@
 namespace clerestory {
 namespace {
 
-struct SurfacePointsOp : Op {
+struct SurfacePointsOp : NotDifferentiable {
   std::string name() const override { return "surface_points"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape& s = in[0].shape();

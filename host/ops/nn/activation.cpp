@@ -11,7 +11,7 @@ Defines defines(const Launch& l, Function f) {
   return row_defines(l.device, {{"FUNCTION", std::to_string(static_cast<int>(f))}});
 }
 
-struct ActivationAdjointOp : Op {  // dy, x -> dx
+struct ActivationAdjointOp : NotDifferentiable {  // dy, x -> dx
   Function function;
   explicit ActivationAdjointOp(Function f) : function(f) {}
   std::string name() const override { return "activation_adjoint"; }

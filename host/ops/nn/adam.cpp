@@ -13,7 +13,7 @@ namespace {
 
 constexpr auto kFile = "nn/adam.cl";
 
-struct ScheduleOp : Op {  // learning rate, step -> {1, 1, 1, 2}
+struct ScheduleOp : NotDifferentiable {  // learning rate, step -> {1, 1, 1, 2}
   AdamOptions options;
   explicit ScheduleOp(const AdamOptions& o) : options(o) {}
   std::string name() const override { return "adam_schedule"; }
@@ -41,7 +41,7 @@ TensorView item_of(TensorView view, int n) {
   return view;
 }
 
-struct AdamOp : Op {  // gradient, parameter, first moment, second moment of each parameter; schedule
+struct AdamOp : NotDifferentiable {  // gradient, parameter, first moment, second moment of each parameter; schedule
   AdamOptions options;
   int parameters;
   AdamOp(const AdamOptions& o, int p) : options(o), parameters(p) {}
@@ -111,8 +111,10 @@ void adam(std::span<const Value> parameters, std::span<const Value> gradients, V
   Graph& graph = learning_rate.graph();
   std::vector<Value> inputs;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (!gradients[i]) continue;
     const std::string& name = static_cast<const StateOp&>(*parameters[i].node->op).state_name;
+    if (!gradients[i])
+      throw Error(ErrorKind::Failed, "a parameter has no gradient: it would stay as it is", "adam: " + name, "",
+                  "a loss that depends on it, or a list of parameters without it");
     const Value m = graph.state("adam.m." + name, parameters[i].shape(), Init::fixed(0));
     const Value v = graph.state("adam.v." + name, parameters[i].shape(), Init::fixed(0));
     inputs.insert(inputs.end(), {gradients[i], parameters[i], m, v});

@@ -10,8 +10,9 @@ struct AdamOptions {
   double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
 };
 
-/// Appends one update of all parameters (states); those with an empty gradient are passed over. Learning rate and step
-/// (1 for the first) are values 1x1x1x1. The moments are states named "adam.m.<parameter>" and "adam.v.<parameter>".
+/// Appends one update of all parameters (states). Learning rate and step (1 for the first) are values 1x1x1x1. The
+/// moments are states named "adam.m.<parameter>" and "adam.v.<parameter>". Throws Error naming a parameter whose
+/// gradient is empty.
 void adam(std::span<const Value> parameters, std::span<const Value> gradients, Value learning_rate, Value step,
           const AdamOptions& options = {});
 

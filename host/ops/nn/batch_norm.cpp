@@ -15,7 +15,7 @@ void expect_shape(const Value& v, const Shape& expected, const char* what) {
                 expected.text());
 }
 
-struct MomentsAdjointOp : Op {  // dmoments, x, moments -> dx
+struct MomentsAdjointOp : NotDifferentiable {  // dmoments, x, moments -> dx
   std::string name() const override { return "channel_moments_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[1].shape(), Type::Real}}; }
   void launch(Launch& l) const override {
@@ -44,7 +44,7 @@ struct MomentsOp : Op {
 
 Defines defines(const Launch& l, bool relu) { return row_defines(l.device, {{"RELU", relu ? "1" : "0"}}); }
 
-struct NormaliseAdjointOp : Op {  // dy, x, moments, gamma, beta -> dx, dgamma, dbeta, dmoments
+struct NormaliseAdjointOp : NotDifferentiable {  // dy, x, moments, gamma, beta -> dx, dgamma, dbeta, dmoments
   bool relu;
   double epsilon;
   NormaliseAdjointOp(bool r, double e) : relu(r), epsilon(e) {}
@@ -91,7 +91,7 @@ struct NormaliseOp : Op {  // x, moments, gamma, beta -> y
   int overwrites() const override { return 0; }
 };
 
-struct RunningMomentsOp : Op {
+struct RunningMomentsOp : NotDifferentiable {
   std::string name() const override { return "running_moments"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     expect_shape(in[1], in[0].shape(), "running variance");
@@ -103,7 +103,7 @@ struct RunningMomentsOp : Op {
   }
 };
 
-struct UpdateRunningOp : Op {  // moments, running mean, running variance
+struct UpdateRunningOp : NotDifferentiable {  // moments, running mean, running variance
   double momentum;
   long count;
   UpdateRunningOp(double m, long c) : momentum(m), count(c) {}

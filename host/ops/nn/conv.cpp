@@ -38,7 +38,7 @@ struct NormAttributes {
 const SourceNorm* pointer(const std::optional<SourceNorm>& norm) { return norm ? &*norm : nullptr; }
 
 /// dx from dy and w.
-struct ConvDataOp : Op {
+struct ConvDataOp : NotDifferentiable {
   ConvSpec spec;
   Shape x;
   ConvDataOp(ConvSpec s, Shape source) : spec(s), x(source) {}
@@ -68,7 +68,7 @@ struct ConvDataOp : Op {
 };
 
 /// dw from x and dy (and moments, gamma, beta).
-struct ConvWeightsOp : Op {
+struct ConvWeightsOp : NotDifferentiable {
   ConvSpec spec;
   Shape w;
   NormAttributes norm;
@@ -94,7 +94,7 @@ struct ConvWeightsOp : Op {
 };
 
 /// db from dy.
-struct ConvBiasOp : Op {
+struct ConvBiasOp : NotDifferentiable {
   std::string name() const override { return "conv_bias"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     return {{Shape{1, in[0].shape().c, 1, 1}, Type::Real}};

@@ -10,7 +10,7 @@ namespace {
 constexpr auto kFile = "nn/encode.cl";
 
 // Inputs: x, frequencies, gradient.
-struct EncodeAdjointOp : Op {
+struct EncodeAdjointOp : NotDifferentiable {
   std::string name() const override { return "encode_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[0].shape(), Type::Real}}; }
   void launch(Launch& l) const override {
@@ -29,6 +29,7 @@ struct EncodeOp : Op {
                   fmt::format("m x {} x 1 x 1", x.c));
     return {{{x.n, 2 * b.n, x.h, x.w}, Type::Real}};
   }
+  Slope slope(int input, int) const override { return input == 0 ? Slope::Adjoint : Slope::None; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     return {node.graph->make<EncodeAdjointOp>({node.inputs[0], node.inputs[1], g[0]}), {}};
   }

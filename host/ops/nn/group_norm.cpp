@@ -10,7 +10,8 @@ constexpr auto kFile = "nn/group_norm.cl";
 
 Defines defines(const Launch& l, bool relu) { return row_defines(l.device, {{"RELU", relu ? "1" : "0"}}); }
 
-struct GroupNormAdjointOp : Op {  // dy, x, gamma, beta, moments -> dx, dgamma, dbeta (both for each picture)
+struct GroupNormAdjointOp
+    : NotDifferentiable {  // dy, x, gamma, beta, moments -> dx, dgamma, dbeta (both for each picture)
   bool relu;
   explicit GroupNormAdjointOp(bool r) : relu(r) {}
   std::string name() const override { return "group_norm_adjoint"; }
@@ -47,8 +48,8 @@ struct GroupNormOp : Op {  // x, gamma, beta -> y, moments
     return {{s, Type::Real}, {{s.n, groups, 1, 2}, Type::Real}};
   }
 
+  Slope slope(int, int output) const override { return output == 0 ? Slope::Adjoint : Slope::None; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
-    if (!g[0]) return std::vector<Value>(3);
     const Value x = node.inputs[0], gamma = node.inputs[1];
     const Value dx = x.graph().make<GroupNormAdjointOp>({g[0], x, gamma, node.inputs[2], node.value(1)}, relu);
     return {dx, sum_to(dx.node->value(1), gamma.shape()), sum_to(dx.node->value(2), gamma.shape())};

@@ -23,7 +23,7 @@ void check_shapes(std::span<const Value> in) {
     throw Error(ErrorKind::Failed, "the scale has another shape", "map_loss", in[3].shape().text(), scale.text());
 }
 
-struct MapLossAdjointOp : Op {  // dloss, share, prediction, truth, mask [, scale] -> dprediction
+struct MapLossAdjointOp : NotDifferentiable {  // dloss, share, prediction, truth, mask [, scale] -> dprediction
   Loss loss;
   explicit MapLossAdjointOp(Loss l) : loss(l) {}
   std::string name() const override { return "map_loss_adjoint"; }
@@ -49,6 +49,10 @@ struct MapLossOp : Op {  // prediction, truth, mask [, scale] -> loss, share
     return {{Shape{}, Type::Real}, {Shape{}, Type::Real}};
   }
 
+  Slope slope(int input, int output) const override {
+    if (input == 3) return Slope::Detached;  // the scale
+    return input == 0 && output == 0 ? Slope::Adjoint : Slope::None;
+  }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     std::vector<Value> inputs{g[0], node.value(1)};
     inputs.insert(inputs.end(), node.inputs.begin(), node.inputs.end());
@@ -74,7 +78,7 @@ struct MapLossOp : Op {  // prediction, truth, mask [, scale] -> loss, share
   }
 };
 
-struct ScaleOp : Op {
+struct ScaleOp : NotDifferentiable {
   std::string name() const override { return "least_squares_scale"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check_shapes(in);

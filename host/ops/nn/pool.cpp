@@ -9,7 +9,7 @@ constexpr auto kFile = "nn/pool.cl";
 
 Range per_plane(const Launch& l, const Shape& s) { return row_range(l.device, s.c, s.n); }
 
-struct AveragePoolAdjointOp : Op {  // dy -> dx
+struct AveragePoolAdjointOp : NotDifferentiable {  // dy -> dx
   Shape input;
   explicit AveragePoolAdjointOp(Shape s) : input(s) {}
   std::string name() const override { return "average_pool_adjoint"; }
@@ -36,7 +36,7 @@ struct AveragePoolOp : Op {
   }
 };
 
-struct MaxPoolAdjointOp : Op {  // dy, which -> dx
+struct MaxPoolAdjointOp : NotDifferentiable {  // dy, which -> dx
   MaxPoolSpec spec;
   Shape input;
   MaxPoolAdjointOp(const MaxPoolSpec& m, Shape s) : spec(m), input(s) {}
@@ -60,6 +60,7 @@ struct MaxPoolOp : Op {  // x -> y, which
     const Shape out{s.n, s.c, pooled(s.h), pooled(s.w)};
     return {{out, Type::Real}, {out, Type::Int}};
   }
+  Slope slope(int, int output) const override { return output == 0 ? Slope::Adjoint : Slope::None; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     return {g[0].graph().make<MaxPoolAdjointOp>({g[0], node.value(1)}, spec, node.in_shape(0))};
   }

@@ -9,7 +9,7 @@ constexpr auto kFile = "nn/unit_vector.cl";
 
 Range per_pixel(const Shape& s) { return Range::of2(size(s.plane()), size(s.n)); }
 
-struct UnitVectorAdjointOp : Op {  // dn, t -> dt
+struct UnitVectorAdjointOp : NotDifferentiable {  // dn, t -> dt
   std::string name() const override { return "unit_vector_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[1].shape(), Type::Real}}; }
   void launch(Launch& l) const override {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr auto kFile = "shade/accumulate_samples.cl";
 
-struct AccumulateSamplesAdjointOp : Op {
+struct AccumulateSamplesAdjointOp : NotDifferentiable {
   int count;
   explicit AccumulateSamplesAdjointOp(int c) : count(c) {}
   std::string name() const override { return "accumulate_samples_adjoint"; }
@@ -44,9 +44,13 @@ struct AccumulateSamplesOp : Op {
             {{1, 1, s.h, 1}, Type::Real}};
   }
 
+  Slope slope(int input, int output) const override {
+    if (output > 0) return Slope::None;
+    return input < 2 ? Slope::Adjoint
+                     : Slope::Detached;  // a pdf of 0 says that there is no sample; the rest is tallied
+  }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     std::vector<Value> result(node.inputs.size());
-    if (!g[0]) return result;
     const Value first =
         node.graph->make<AccumulateSamplesAdjointOp>({node.inputs[0], node.inputs[1], node.inputs[2], g[0]}, count);
     result[0] = first, result[1] = first.node->value(1);
@@ -69,7 +73,7 @@ struct AccumulateSamplesOp : Op {
   }
 };
 
-struct FinishSamplesOp : Op {
+struct FinishSamplesOp : NotDifferentiable {
   int count, chunks;
   FinishSamplesOp(int c, int k) : count(c), chunks(k) {}
   std::string name() const override { return "finish_samples"; }

@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-struct BounceOp : Op {
+struct BounceOp : NotDifferentiable {
   int number;
   explicit BounceOp(int n) : number(n) {}
   std::string name() const override { return "bounce"; }

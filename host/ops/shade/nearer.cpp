@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-struct NearerOp : Op {
+struct NearerOp : NotDifferentiable {
   bool difference;
   explicit NearerOp(bool d) : difference(d) {}
   std::string name() const override { return "nearer"; }
@@ -27,7 +27,7 @@ struct NearerOp : Op {
   }
 };
 
-struct NeededRaysOp : Op {
+struct NeededRaysOp : NotDifferentiable {
   std::string name() const override { return "needed_rays"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check_rays(in[0], 3, "needed_rays"), check_rays(in[1], 1, "needed_rays");

@@ -17,7 +17,7 @@ constexpr int kGridDirections = 128;
 constexpr auto kFile = "shade/sample_brdf.cl";
 
 // Inputs: camera, normal, albedo, material of evaluation, direction, pdf, gradient of the weight.
-struct SampleBrdfAdjointOp : Op {
+struct SampleBrdfAdjointOp : NotDifferentiable {
   std::string name() const override { return "sample_brdf_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape& rays = in[4].shape();
@@ -64,13 +64,19 @@ struct SampleBrdfOp : Op {
             {{1, 1, pixels, 1}, Type::Real}};
   }
 
+  int evaluation() const { return detached ? 5 : 2; }  // the first of the maps that the weight is a function of
+
+  Slope slope(int input, int output) const override {
+    if (input == 1) return Slope::None;
+    if (options.brdf == BrdfModel::Li2020 && output == 1 && input >= evaluation()) return Slope::None;
+    // Depth only says where a surface is; maps of sampling choose.
+    return output == 1 && input >= evaluation() ? Slope::Adjoint : Slope::Detached;
+  }
+
   /// Detached: through the weights alone, as f cos over a pdf that stays what it was.
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     std::vector<Value> result(node.inputs.size());
-    if (!g[1]) return result;
-    if (options.brdf == BrdfModel::Li2020)
-      throw Error(ErrorKind::Failed, "the surface model of Li et al. has no adjoint", "sample_brdf");
-    const std::size_t at = detached ? 5 : 2;
+    const auto at = static_cast<std::size_t>(evaluation());
     const Value normal = node.inputs[at], albedo = node.inputs[at + 1], material = node.inputs[at + 2];
     const Value columns = sum_samples(node.graph->make<SampleBrdfAdjointOp>(
         {node.inputs[1], normal, albedo, material, node.value(0), node.value(2), g[1]}));

@@ -6,7 +6,7 @@
 namespace clerestory {
 namespace {
 
-struct SumSamplesOp : Op {
+struct SumSamplesOp : NotDifferentiable {
   std::string name() const override { return "sum_samples"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape& s = in[0].shape();

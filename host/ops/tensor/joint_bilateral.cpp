@@ -3,7 +3,7 @@
 namespace clerestory {
 namespace {
 
-struct JointBilateralOp : Op {
+struct JointBilateralOp : NotDifferentiable {
   double falloff;  // 1 / (2 sigma^2)
   explicit JointBilateralOp(double f) : falloff(f) {}
   std::string name() const override { return "joint_bilateral"; }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr auto kFile = "tensor/pad.cl";
 
-struct PadAdjointOp : Op {  // dy -> dx
+struct PadAdjointOp : NotDifferentiable {  // dy -> dx
   Padding p;
   explicit PadAdjointOp(const Padding& padding) : p(padding) {}
   std::string name() const override { return "pad_adjoint"; }

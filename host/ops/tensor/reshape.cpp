@@ -17,8 +17,8 @@ struct ReshapeOp : Op {
     return {{shape, Type::Real}};
   }
 
+  Slope slope(int, int) const override { return detached ? Slope::Detached : Slope::Adjoint; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
-    if (detached) return {Value{}};
     return {reshape(g[0], node.in_shape(0))};
   }
 

@@ -30,7 +30,7 @@ std::vector<Signature> resized(const Value& x, int h, int w, const char* op) {
   return {{s, Type::Real}};
 }
 
-struct BilinearAdjointOp : Op {  // dy -> dx
+struct BilinearAdjointOp : NotDifferentiable {  // dy -> dx
   Shape input;
   explicit BilinearAdjointOp(Shape s) : input(s) {}
   std::string name() const override { return "resize_bilinear_adjoint"; }
@@ -71,7 +71,7 @@ struct BilinearOp : Op {
   }
 };
 
-struct SampleOp : Op {
+struct SampleOp : NotDifferentiable {
   bool area;
   int h, w;
   SampleOp(bool a, int h_, int w_) : area(a), h(h_), w(w_) {}
