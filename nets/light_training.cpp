@@ -118,6 +118,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   const auto radiance_loss = relative ? relative_loss : hdr_loss;
   std::vector<Value> mixed, far, rerender;
   for (int b = 0; b < o.batch; ++b) {
+    graph.draws(static_cast<std::uint32_t>(b) + 1);  // each picture its own directions
     const LitPicture& picture = pictures[static_cast<std::size_t>(b)];
     const auto ask = [&](Value points, Value directions, Value skip) {
       return ask_light(graph, picture, sizes, points, directions, skip);
@@ -133,6 +134,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
     }
     if (w.rerender > 0) rerender.push_back(rerender_loss(graph, shading, b, o.shade_samples, relative, ask));
   }
+  graph.draws(0);
 
   LightTraining training;
   Value total;

@@ -7,6 +7,15 @@
 namespace clerestory {
 namespace {
 
+/// The seed of a node's own draws: 32 bits of (seed, key) by SplitMix64's finaliser.
+std::uint32_t seed_of(const Node& node, std::uint32_t seed) {
+  if (node.draws == 0) return seed;
+  std::uint64_t z = (static_cast<std::uint64_t>(node.draws) << 32 | seed) + 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return static_cast<std::uint32_t>((z ^ (z >> 31)) >> 32);
+}
+
 const std::string& name_of(const Node& input) { return static_cast<const InputOp&>(*input.op).input_name; }
 
 }  // namespace
@@ -109,11 +118,12 @@ TensorView Executor::resolve(const Placement& place, const Shape& shape, Type ty
 
 void Executor::run(std::uint32_t seed, const Chunk& chunk) {
   Launch launch(plan_.device, plan_.options.precision, plan_.options.gemm);
-  launch.seed = seed, launch.chunk = chunk;
+  launch.chunk = chunk;
   if (after_chunk_) launch.after_chunk = &after_chunk_;
   for (std::size_t at = 0; at < plan_.steps.size(); ++at) {
     const Step& step = plan_.steps[at];
     const Node& node = *step.node;
+    launch.seed = seed_of(node, seed);
     launch.inputs.clear(), launch.outputs.clear();
     for (std::size_t i = 0; i < step.inputs.size(); ++i)
       launch.inputs.push_back(resolve(step.inputs[i], node.inputs[i].shape(), node.inputs[i].type()));

@@ -29,6 +29,19 @@ struct AccumulateOp : Op {
   int overwrites() const override { return 0; }
 };
 
+/// What an adjoint adds to a graph draws what its node drew.
+class DrawsOf {
+ public:
+  explicit DrawsOf(const Node& node) : graph_(*node.graph), before_(graph_.draws()) { graph_.draws(node.draws); }
+  ~DrawsOf() { graph_.draws(before_); }
+  DrawsOf(const DrawsOf&) = delete;
+  DrawsOf& operator=(const DrawsOf&) = delete;
+
+ private:
+  Graph& graph_;
+  std::uint32_t before_;
+};
+
 /// What a user knows a value by.
 std::string name_of(const Value& v) {
   if (const auto* input = dynamic_cast<const InputOp*>(v.node->op.get())) return input->input_name;
@@ -101,6 +114,7 @@ std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Valu
       }
     }
     if (std::ranges::find(wanted, true) == wanted.end()) continue;
+    const DrawsOf draws(node);
     const std::vector<Value> leaving = node.op->adjoint_for(wanted, node, arriving);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       if (!wanted[i]) continue;

@@ -26,6 +26,7 @@ Value Graph::add(std::unique_ptr<const Op> op, std::vector<Value> inputs) {
   Node& node = nodes_.emplace_back();
   node.id = static_cast<int>(nodes_.size()) - 1;
   node.graph = this;
+  node.draws = draws_;
   try {
     node.outputs = op->infer(inputs);
   } catch (...) {

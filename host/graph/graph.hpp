@@ -17,6 +17,7 @@ struct Node {
   std::unique_ptr<const Op> op;
   std::vector<Value> inputs;
   std::vector<Signature> outputs;
+  std::uint32_t draws = 0;  // see Graph::draws
 
   Value value(int output = 0) const { return {const_cast<Node*>(this), output}; }
   const Shape& in_shape(int i) const { return inputs[static_cast<std::size_t>(i)].shape(); }
@@ -53,6 +54,11 @@ class Graph {
     return add(std::make_unique<const T>(std::forward<Args>(args)...), std::move(inputs));
   }
 
+  /// Nodes made from now on draw random numbers of their own, by `key`, in each run: two parts of a graph under unlike
+  /// keys have nothing drawn in common. 0, as at first: by the run's seed alone. Adjoints draw what their nodes drew.
+  void draws(std::uint32_t key) { draws_ = key; }
+  std::uint32_t draws() const { return draws_; }
+
   const std::deque<Node>& nodes() const { return nodes_; }
   /// Trainable states in the order they were first named.
   std::vector<Value> parameters() const;
@@ -67,6 +73,7 @@ class Graph {
   std::deque<Node> nodes_;
   std::map<std::string, Value> inputs_, states_;
   std::vector<std::string> left_out_;
+  std::uint32_t draws_ = 0;
 };
 
 // Leaves. Plans know them by these types.

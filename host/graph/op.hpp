@@ -54,7 +54,7 @@ class Launch {
   Device device;
   Precision precision;
   std::string gemm;        // "packed" or "clblast": resolved before the plan was made
-  std::uint32_t seed = 0;  // of this run; random ops mix in their own salt
+  std::uint32_t seed = 0;  // of this run and this node's draws; random ops mix in their own salt
   Chunk chunk;
   const ChunkListener* after_chunk = nullptr;  // null: nobody listens, and the device is not waited for
   Executor* body = nullptr;                    // runs the op's Body, if it has one

@@ -196,6 +196,36 @@ void expect_every_term_falls(RadianceLoss radiance) {
 TEST(LightTraining, StepsLowerEveryTerm) { expect_every_term_falls(RadianceLoss::Hdr); }
 TEST(LightTraining, StepsLowerEveryRelativeTerm) { expect_every_term_falls(RadianceLoss::Relative); }
 
+// Pictures that are equal to the last bit, and rays that are: what is drawn at random for one is not what is drawn for
+// the other. Directions of the pixels that are rendered again, and places along rays through the field.
+TEST(LightTraining, PicturesOfABatchDrawTheirOwnSamples) {
+  Wall wall;
+  wall.feeds["shade_albedo"] = Tensor(wall.feeds["shade_albedo"].shape, 0.5);
+  wall.feeds["points1"] = wall.feeds["points0"], wall.feeds["directions1"] = wall.feeds["directions0"];
+  LightSizes sizes = small_sizes();
+  sizes.out_of_view.form = OutOfViewForm::Field;
+  Graph graph;
+  light_training(graph, sizes, wall.options);
+  std::vector<Value> drawn, marched;
+  for (const Node& node : graph.nodes()) {
+    if (node.op->name() == "sample_brdf") drawn.push_back(node.value());
+    if (node.op->name() == "march") marched.push_back(node.value());  // of each picture: rays, rays of its pixels
+  }
+  ASSERT_EQ(drawn.size(), 2u);
+  ASSERT_EQ(marched.size(), 4u);
+  const Device device = Device::open();
+  const auto states = std::make_shared<States>(device);
+  states->initialise(graph, 7);
+  const std::vector<Tensor> values =
+      evaluate(graph, {drawn[0], drawn[1], marched[0], marched[2]}, device, wall.feeds, {}, 5, states);
+  for (const std::size_t first : {0, 2}) {
+    const std::vector<double>&a = values[first].real, &b = values[first + 1].real;
+    std::size_t equal = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) equal += a[i] == b[i];
+    EXPECT_LT(equal, a.size() / 100) << (first ? "marched" : "drawn") << ": of " << a.size();
+  }
+}
+
 TEST(LightTraining, EveryParameterHasAGradientOrIsFrozen) {
   Wall wall;
   const auto frozen = [&](const LightLossWeights& weights) {
