@@ -9,6 +9,7 @@
 
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
+#include "host/io/nesting.hpp"
 #include "host/stopwatch.hpp"
 #include "tracer/balls.hpp"
 #include "tracer/envmaps.hpp"
@@ -70,7 +71,9 @@ void claim_folder(const GenerateOptions& o) {
   const fs::path file = o.out / "generate.json";
   const json wanted = recipe(o);
   if (fs::exists(file)) {
-    const json found = json::parse(read_file(file, 1 << 20), nullptr, false);
+    const std::string text = read_file(file, 1 << 20);
+    check_nesting(text, file.string());
+    const json found = json::parse(text, nullptr, false);
     if (found != wanted) {
       throw usage_error("the folder holds views made with other options", file.string(),
                         found.is_discarded() ? "no JSON" : found.dump(), wanted.dump());

@@ -9,6 +9,7 @@
 
 #include "host/io/config_values.hpp"
 #include "host/io/files.hpp"
+#include "host/io/nesting.hpp"
 
 namespace clerestory {
 namespace {
@@ -115,6 +116,7 @@ class Loader {
 
  private:
   static toml::table parse(std::string_view text, const std::string& name) {
+    check_nesting(text, name);
     try {
       return toml::parse(text, std::string_view(name));
     } catch (const toml::parse_error& error) {

@@ -2,16 +2,21 @@
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/nesting.hpp"
 
 namespace clerestory {
 
-nlohmann::json parse_json_object(std::string_view text, const std::string& where) {
-  nlohmann::json value;
+nlohmann::json parse_json(std::string_view text, const std::string& where) {
+  check_nesting(text, where);
   try {
-    value = nlohmann::json::parse(text);
+    return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
     throw usage_error(std::string("is no valid JSON: ") + error.what(), where);
   }
+}
+
+nlohmann::json parse_json_object(std::string_view text, const std::string& where) {
+  nlohmann::json value = parse_json(text, where);
   if (!value.is_object()) throw usage_error("wrong JSON", where, brief(value), "an object");
   return value;
 }

@@ -7,7 +7,10 @@
 
 namespace clerestory {
 
-/// Parses text that must be a JSON object. Throws usage_error naming `where` and the place of the mistake.
+/// Throws usage_error naming `where` and the place of the mistake, or of a nesting that is too deep (nesting.hpp).
+nlohmann::json parse_json(std::string_view text, const std::string& where);
+
+/// Parses text that must be a JSON object.
 nlohmann::json parse_json_object(std::string_view text, const std::string& where);
 
 /// Reads a file of at most 64 MiB that holds a JSON object.

@@ -45,12 +45,7 @@ void write_light(const fs::path& path, const Image& image, int width, int height
 }
 
 json read_list(const fs::path& path) {
-  json list;
-  try {
-    list = json::parse(read_file(path, std::uint64_t{1} << 20));
-  } catch (const json::exception& error) {
-    throw usage_error(std::string("is no valid JSON: ") + error.what(), path.string());
-  }
+  json list = parse_json(read_file(path, std::uint64_t{1} << 20), path.string());
   if (!list.is_array() || list.size() > kMostProbes)
     throw usage_error("wrong JSON", path.string(), brief(list), fmt::format("a list of at most {}", kMostProbes));
   return list;

@@ -87,6 +87,34 @@ void keep_geometry(Json& json) {
   }
 }
 
+// What a file names is read from its own folder or one below it, whatever dots, escapes and links say.
+void check_beside(const std::filesystem::path& named, const std::filesystem::path& mesh) {
+  namespace fs = std::filesystem;
+  const fs::path home = fs::weakly_canonical(mesh.has_parent_path() ? mesh.parent_path() : "."),
+                 real = fs::weakly_canonical(named);
+  if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
+    throw usage_error("names a file outside its folder", mesh.string(), named.string(), "one in " + home.string());
+}
+
+// Hands tinygltf the files that a mesh names; it has joined them to the mesh's folder and taken their escapes away.
+// Errors are thrown, through it, so that they say more than that there is no such file.
+tinygltf::FsCallbacks files_beside(const std::filesystem::path& mesh) {
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = [](const std::string&, void*) { return true; };
+  callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
+  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string& path, void* user) {
+    check_beside(path, *static_cast<const std::filesystem::path*>(user));
+    const std::string bytes = read_file(path, max_mesh_bytes);
+    out->assign(bytes.begin(), bytes.end());
+    return true;
+  };
+  callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+    return false;
+  };
+  callbacks.user_data = const_cast<std::filesystem::path*>(&mesh);
+  return callbacks;
+}
+
 tinygltf::Model load_model(const std::filesystem::path& path) {
   const std::string where = path.string();
   const std::string bytes = read_file(path, max_mesh_bytes);
@@ -96,6 +124,7 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
   std::string text = parts.json.dump(-1, ' ', true, Json::error_handler_t::replace);
 
   tinygltf::TinyGLTF loader;
+  loader.SetFsCallbacks(files_beside(path));
   tinygltf::Model model;
   std::string error, warning;
   bool loaded = false;

@@ -23,7 +23,8 @@ struct Extent {
 Extent bounds(const Mesh& mesh);
 
 /// Triangles, strips and fans are read, points and lines refused. Throws usage_error naming the file: missing, no glTF,
-/// truncated, an index or accessor out of range, a position that is not finite, no triangle, a cycle of nodes.
+/// truncated, an index or accessor out of range, a position that is not finite, no triangle, a cycle of nodes, a buffer
+/// that lies neither in the file's folder nor below it.
 Mesh read_mesh(const std::filesystem::path& path);
 
 }  // namespace clerestory

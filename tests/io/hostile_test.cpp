@@ -1,13 +1,17 @@
 // Files that lie, end early or are damaged: always an Error that names the file, never a crash, a hang, a huge
 // allocation or a picture out of thin air. The corpus is made here, so that every byte of it can be explained.
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <cstring>
 #include <random>
 
 #include "host/io/camera_file.hpp"
+#include "host/io/config.hpp"
 #include "host/io/files.hpp"
 #include "host/io/image.hpp"
+#include "host/io/json_file.hpp"
+#include "host/io/light_files.hpp"
 #include "host/io/mesh_file.hpp"
 #include "host/io/safetensors.hpp"
 #include "tests/io/testing.hpp"
@@ -52,6 +56,11 @@ class Hostile : public Scratch {
   static void mesh(const std::filesystem::path& path) { read_mesh(path); }
   static void tensors(const std::filesystem::path& path) { read_safetensors(path); }
   static void camera(const std::filesystem::path& path) { read_camera(path); }
+  static void config(const std::filesystem::path& path) {
+    Schema schema;
+    schema.integer("a", 1, "A number.");
+    load_config(path, schema);
+  }
 
   static Image small_picture() {
     Image picture(9, 7, 3);
@@ -214,6 +223,73 @@ TEST_F(Hostile, DamagedCameras) {
   expect_truncations_refused(bytes.substr(0, bytes.size() - 1), "t.json", camera);
   EXPECT_GT(damage(bytes, "d.json", camera, 500), 100);
   expect_error([&] { camera(put("deep.json", std::string(100000, '['))); }, {"deep.json"});
+}
+
+std::string repeated(const std::string& part, int times) {
+  std::string text;
+  for (int i = 0; i < times; ++i) text += part;
+  return text;
+}
+
+// Libraries go down such a file by calling themselves: without a bound the stack ends before the file does.
+constexpr int very_deep = 50'000;
+
+TEST_F(Hostile, TomlNestedFiftyThousandDeepIsRefused) {
+  for (const auto& [name, text] :
+       {std::pair<std::string, std::string>{"arrays", "a = " + repeated("[", very_deep) + repeated("]", very_deep)},
+        {"open arrays", "a = " + repeated("[", very_deep)},
+        {"tables", "a = " + repeated("{b = ", very_deep) + "1" + repeated("}", very_deep)},
+        {"dots", repeated("a.", very_deep) + "b = 1"},
+        {"quoted", repeated("\"a\" . ", very_deep) + "b = 1"},
+        {"header", "[" + repeated("a.", very_deep) + "b]\nc = 1"},
+        {"array header", "[[" + repeated("a.", very_deep) + "b]]\nc = 1"},
+        {"dots in tables", "a = " + repeated("{" + repeated("b.", 200) + "c = ", 250) + "1" + repeated("}", 250)}}) {
+    SCOPED_TRACE(name);
+    expect_error([&] { config(put("deep.toml", text)); }, {"deep.toml", "nested too deep"});
+    expect_error([&] { parse_config(text, "stored config", Schema()); }, {"stored config", "nested too deep"});
+  }
+}
+
+TEST_F(Hostile, PointsAndBracketsInTextsAreNoDepth) {
+  Schema schema;
+  schema.text("a", "", "A text.").texts("b", {}, "Texts.").reals("c", {}, "Numbers.");
+  const std::string text = "# " + repeated("[.", 500) + "\na = \"" + repeated("\\\"[.{", 500) + "\"\nb = ['" +
+                           repeated("[.", 500) + "', \"\"\"\n" + repeated("[.\"", 500) + "x\"\"\", '''" +
+                           repeated("{.'", 500) + "x''']\nc = [" + repeated("0.5, ", 500) + "1.5]\n";
+  const Config config = load_config(put("flat.toml", text), schema);
+  EXPECT_EQ(config.text("a").size(), 2000u);
+  EXPECT_EQ(config.texts("b").size(), 3u);
+  EXPECT_EQ(config.reals("c").size(), 501u);
+}
+
+TEST_F(Hostile, JsonNestedFiftyThousandDeepIsRefused) {
+  const std::string deep = repeated("[", very_deep) + repeated("]", very_deep),
+                    objects = repeated("{\"a\":", very_deep) + "1" + repeated("}", very_deep);
+  for (const std::string& text :
+       {deep, objects, "{\"width\":" + deep + "}", "{\"width\": \"\\\"\", \"fx\":" + objects + "}"})
+    expect_error([&] { camera(put("deep.json", text)); }, {"deep.json", "nested too deep"});
+  expect_error([&] { mesh(put("deep.gltf", "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + deep + "}")); },
+               {"deep.gltf", "nested too deep"});
+  const std::string header = "{\"__metadata__\":{\"a\":" + deep + "}}";
+  expect_error([&] { tensors(put("deep.safetensors", little_endian(header.size(), 8) + header)); },
+               {"deep.safetensors", "nested too deep"});
+  expect_error([&] { read_probes(put("room/000_probes.json", deep).parent_path(), "000"); },
+               {"000_probes.json", "nested too deep"});
+  // Brackets inside texts are no depth.
+  EXPECT_TRUE(parse_json_object("{\"a\": \"" + repeated("[\\\"{", 500) + "\"}", "flat").contains("a"));
+}
+
+TEST_F(Hostile, NothingIsReadFromAPipe) {
+  for (const auto& [name, reader] : {std::pair<std::string, Reader>{"p.png", image},
+                                     {"p.gltf", mesh},
+                                     {"p.safetensors", tensors},
+                                     {"p.json", camera},
+                                     {"p.toml", config}}) {
+    const auto path = folder / name;
+    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    expect_error([&] { reader(path); }, {name, "is not a regular file"});
+  }
+  expect_error([] { image("/dev/zero"); }, {"/dev/zero", "is not a regular file"});
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // glTF: the shipped Draco meshes, hand-written scenes with transforms, strips and mirrors, and broken files.
 #include "host/io/mesh_file.hpp"
 
+#include <sys/stat.h>
+
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -206,6 +208,49 @@ TEST_F(Meshes, BrokenPositionsAndIndices) {
   // A triangle of no area has no direction: its vertices get +y rather than NaN.
   const Mesh flat = read_mesh(glb({0, 0, 0, 1, 0, 0, 2, 0, 0}, {0, 1, 2}));
   expect_near(flat.normals[0], {0, 1, 0});
+}
+
+// A file that somebody sent names others: only ones beside it may be read.
+TEST_F(Meshes, BuffersAreReadFromItsOwnFolderOnly) {
+  const std::string data = raw<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  put("secret.bin", data), put("home/mesh/own.bin", data), put("home/mesh/below/own file.bin", data);
+  put("home/mesh/own%2fname.bin", data), put("home/mesh_twin/own.bin", data);
+  const std::filesystem::path home = folder / "home/mesh";
+  std::filesystem::create_symlink(folder / "secret.bin", home / "link.bin");
+  std::filesystem::create_directory_symlink(folder, home / "up");
+  std::filesystem::create_symlink("own.bin", home / "inner_link.bin");
+  ASSERT_EQ(::mkfifo((home / "pipe.bin").c_str(), 0600), 0);
+  const auto mesh = [&](const std::string& uri) {
+    return put("home/mesh/m.gltf",
+               R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":36,"uri":")" + uri +
+                   R"("}],"bufferViews":[{"buffer":0,"byteLength":36}],"accessors":[{"bufferView":0,)" +
+                   R"("componentType":5126,"count":3,"type":"VEC3"}],"meshes":[{"primitives":[)" +
+                   R"({"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]})");
+  };
+  for (const char* uri : {"own.bin", "below/own%20file.bin", "below/../own.bin", "inner_link.bin", "./own.bin"})
+    EXPECT_EQ(read_mesh(mesh(uri)).indices.size(), 1u) << uri;
+
+  const std::string absolute = (folder / "secret.bin").string();
+  for (const std::string& uri :
+       {std::string("../../secret.bin"), std::string("..%2f..%2Fsecret.bin"), std::string("%2e%2e/%2e%2e/secret.bin"),
+        std::string("below/../../../secret.bin"), std::string("link.bin"), std::string("up/secret.bin"),
+        std::string("../mesh_twin/own.bin")}) {
+    SCOPED_TRACE(uri);
+    expect_error([&] { read_mesh(mesh(uri)); }, {"m.gltf", "outside its folder"});
+  }
+  expect_error([&] { read_mesh(mesh("pipe.bin")); }, {"pipe.bin", "is not a regular file"});
+  expect_error([&] { read_mesh(mesh("below")); }, {"below", "is a folder"});
+  expect_error([&] { read_mesh(mesh("none.bin")); }, {"none.bin", "No such file"});
+  for (const std::string& uri : {absolute, "%2f" + absolute.substr(1), "file://" + absolute})
+    expect_error([&] { read_mesh(mesh(uri)); }, {"secret.bin"});
+
+  // Named without a folder, it lies in the current one, and so must its buffers.
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(home);
+  EXPECT_EQ((mesh("own.bin"), read_mesh("m.gltf").indices.size()), 1u);
+  for (const std::string& uri : {std::string("../../secret.bin"), absolute})
+    expect_error([&] { mesh(uri), read_mesh("m.gltf"); }, {"m.gltf", "outside its folder"});
+  std::filesystem::current_path(before);
 }
 
 TEST_F(Meshes, NoMesh) {

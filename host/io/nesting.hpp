@@ -1,0 +1,15 @@
+// How deep a text of brackets goes, known before a library goes down it by calling itself.
+#pragma once
+#include <string>
+#include <string_view>
+
+namespace clerestory {
+
+/// Levels of arrays, tables and dotted names that a JSON or TOML text may have.
+constexpr int max_nesting = 100;
+
+/// Throws usage_error naming `where` and the line at which JSON or TOML goes deeper than max_nesting, by brackets or by
+/// the dots of a name. Texts and comments do not count; whether the text is valid otherwise is not looked at.
+void check_nesting(std::string_view text, const std::string& where);
+
+}  // namespace clerestory
