@@ -169,7 +169,7 @@ Device Device::open(const std::string& selector) {
   const char* variable = std::getenv("CLERESTORY_DEVICE");
   const std::string wanted = !selector.empty() ? selector : variable != nullptr ? variable : "";
   const std::vector<FoundDevice> devices = find_devices();
-  if (devices.empty()) throw Error(ErrorKind::Device, describe_devices(devices));
+  if (devices.empty()) throw Error(ErrorKind::Device, why_no_device());
   const std::vector<FoundDevice> candidates = matching_devices(devices, wanted);
   if (candidates.empty())
     throw Error(ErrorKind::Device, "no such OpenCL device", selector.empty() ? "CLERESTORY_DEVICE" : "--device", wanted,

@@ -7,7 +7,7 @@
 
 namespace clerestory {
 
-/// One line per device under a heading, columns aligned, ending in a newline; how to get a driver when there is none.
+/// One line per device under a heading, columns aligned, ending in a newline.
 std::string device_table(const std::vector<DeviceInfo>& devices);
 
 }  // namespace clerestory

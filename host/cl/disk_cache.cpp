@@ -43,7 +43,8 @@ std::filesystem::path DiskCache::path(std::string_view kind, std::string_view ke
 }
 
 std::optional<std::string> DiskCache::load(std::string_view kind, std::string_view key) const {
-  if (folder_.empty()) return {};
+  std::error_code error;
+  if (folder_.empty() || !std::filesystem::is_regular_file(path(kind, key), error)) return {};
   std::ifstream stream(path(kind, key), std::ios::binary);
   const std::string file{std::istreambuf_iterator<char>(stream), {}};
   // The header says how long the content is, but what follows the key is taken as it is and has to give the same
@@ -63,9 +64,11 @@ void DiskCache::store(std::string_view kind, std::string_view key, std::string_v
   const std::filesystem::path temporary = fmt::format("{}.{}.new", target.string(), ::getpid());
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
+  if (std::filesystem::is_directory(target, error)) std::filesystem::remove(target, error);  // if it is empty
   std::ofstream stream(temporary, std::ios::binary);
   stream << header(key, content) << content;
   stream.close();
+  error.clear();
   if (stream) std::filesystem::rename(temporary, target, error);
   if (!stream || error) {
     spdlog::debug("nothing kept in {}: it cannot be written", folder_.string());

@@ -8,7 +8,8 @@
 namespace clerestory {
 
 /// Small files, each under the hash of its key: "<kind>-<hash>.bin". An entry holds its key and a checksum; one that is
-/// damaged, cut short or belongs to another key is as good as absent. A cache that cannot be written stays empty.
+/// damaged, cut short, no file or belongs to another key is as good as absent, and made again by the next store. A
+/// cache that cannot be written stays empty.
 class DiskCache {
  public:
   /// `folder` empty: $XDG_CACHE_HOME/clerestory, else ~/.cache/clerestory, else nothing is kept.

@@ -1,10 +1,18 @@
 #include "host/cl/platforms.hpp"
 
+#include <dlfcn.h>
+
 #include <CL/opencl.hpp>
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
 #include <utility>
+
+#include "host/cl/pocl_cache.hpp"
 
 namespace clerestory {
 namespace {
@@ -50,6 +58,59 @@ bool usable(const cl::Device& device) {
          device.getInfo<CL_DEVICE_TYPE>() != CL_DEVICE_TYPE_CUSTOM;
 }
 
+std::vector<cl::Platform> all_platforms() {
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error&) {
+    return {};  // the loader found no driver (-1001), or could not load any
+  }
+  return platforms;
+}
+
+/// Why this platform should not be asked for its devices; empty when it may. PoCL looks at its cache first: it ends the
+/// process on an entry that is not whole, or when the folder's name is empty, and says nothing when it cannot be made.
+std::string fault_of(const cl::Platform& platform) {
+  if (!is_pocl(platform.getInfo<CL_PLATFORM_NAME>())) return {};
+  std::string fault = pocl_cache_fault();
+  if (fault.empty()) {
+    static const int dropped = drop_broken_pocl_entries();  // once: PoCL holds on to what it has loaded
+    static_cast<void>(dropped);
+  }
+  return fault;
+}
+
+/// What the library that an .icd file names says to being loaded.
+std::string driver_fault(const std::filesystem::path& icd) {
+  std::string library;
+  std::getline(std::ifstream(icd) >> std::ws, library);
+  library = trimmed(library);
+  const std::string name = icd.filename().string() + ": ";
+  if (library.empty()) return name + "names no library";
+  void* loaded = ::dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL);
+  if (loaded == nullptr) return name + ::dlerror();
+  ::dlclose(loaded);
+  return name + library + " offers no OpenCL platform";
+}
+
+/// The loader found nothing where it looks for .icd files (ocl-icd and Khronos' loader: OCL_ICD_VENDORS names another
+/// folder).
+std::string why_no_platform() {
+  namespace fs = std::filesystem;
+  const char* named = std::getenv("OCL_ICD_VENDORS");
+  const fs::path folder = named != nullptr ? named : "/etc/OpenCL/vendors";
+  const std::string where = named != nullptr ? fmt::format("OCL_ICD_VENDORS ({})", named) : folder.string();
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) return where + " is no folder of drivers";
+  std::set<fs::path> files;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (entry->path().extension() == ".icd") files.insert(entry->path());
+  if (files.empty()) return where + " holds no .icd file";
+  std::string faults;
+  for (const fs::path& file : files) faults += (faults.empty() ? "" : "; ") + driver_fault(file);
+  return where + " names no driver that works: " + faults;
+}
+
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
@@ -59,15 +120,10 @@ std::string lower(std::string text) {
 
 std::vector<FoundDevice> find_devices() {
   std::vector<FoundDevice> found;
-  std::vector<cl::Platform> platforms;
-  try {
-    cl::Platform::get(&platforms);
-  } catch (const cl::Error&) {
-    return found;  // the loader found no driver (-1001), or could not load any
-  }
-  for (const cl::Platform& platform : platforms) {
+  for (const cl::Platform& platform : all_platforms()) {
     std::vector<cl::Device> devices;
     try {
+      if (!fault_of(platform).empty()) continue;
       platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
     } catch (const cl::Error&) {
       continue;  // a platform without devices answers with an error
@@ -106,13 +162,29 @@ std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& device
 }
 
 std::string describe_devices(const std::vector<FoundDevice>& devices) {
-  if (devices.empty())
-    return "no OpenCL device on this machine; install a driver, for a CPU: apt install pocl-opencl-icd";
   std::string text;
   for (const FoundDevice& device : devices)
     text += fmt::format("{}{}: {} ({})", text.empty() ? "" : "; ", device.info.index, device.info.name,
                         device.info.platform);
   return text;
+}
+
+bool is_pocl(const std::string& platform) { return platform.find("Portable Computing Language") != std::string::npos; }
+
+std::string why_no_device() {
+  std::string faults;
+  for (const cl::Platform& platform : all_platforms()) {
+    std::string name = "a platform", fault;
+    try {
+      name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+      fault = fault_of(platform);
+    } catch (const cl::Error& error) {
+      fault = opencl_error_name(error.err());
+    }
+    faults += fmt::format("; {}: {}", name, fault.empty() ? "no device that can be used" : fault);
+  }
+  if (!faults.empty()) return "no OpenCL device" + faults;
+  return "no OpenCL device: " + why_no_platform() + "; to install a driver, for a CPU: apt install pocl-opencl-icd";
 }
 
 std::string opencl_error_name(int code) {

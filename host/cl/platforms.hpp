@@ -22,8 +22,11 @@ std::vector<FoundDevice> find_devices();
 /// it is empty.
 std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& devices, const std::string& selector);
 
-/// "0: pthread-... (Portable Computing Language); 1: ..." or a hint how to install a driver when there is none.
+/// "0: pthread-... (Portable Computing Language); 1: ..."
 std::string describe_devices(const std::vector<FoundDevice>& devices);
+
+/// Whether a platform's name is PoCL's.
+bool is_pocl(const std::string& platform);
 
 /// "CL_OUT_OF_RESOURCES (-5)".
 std::string opencl_error_name(int code);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "host/cl/platforms.hpp"
+#include "host/cl/pocl_cache.hpp"
 #include "host/stopwatch.hpp"
 
 namespace clerestory {
@@ -38,9 +39,13 @@ std::string build_options(const Defines& defines, Precision precision) {
   return options;
 }
 
-std::string log_of(const cl::BuildError& error) {
+/// The compiler's words, and where to look when it found no mistake: PoCL says no more when it cannot write its files.
+std::string log_of(const cl::BuildError& error, bool pocl) {
   std::string log;
   for (const auto& [device, text] : error.getBuildLog()) log += text;
+  if (pocl && log.find("error") == std::string::npos)
+    log += fmt::format("PoCL compiles in its cache ({}): can everything below it be written, and is there room?",
+                       describe(pocl_cache_folder()));
   return log;
 }
 
@@ -61,6 +66,7 @@ ProgramBuilder::ProgramBuilder(cl_context context, cl_device_id device, const De
       device_(device),
       device_name_(info.name),
       fingerprint_(fingerprint),
+      pocl_(is_pocl(info.platform)),
       keep_binaries_(keep_binaries(info.platform)) {}
 
 cl_program ProgramBuilder::build(std::string_view file, const Defines& defines, Precision precision) {
@@ -96,7 +102,7 @@ cl_program ProgramBuilder::from_source(const std::string& source, const std::str
   } catch (const cl::BuildError& error) {
     throw Error(ErrorKind::Device,
                 fmt::format("{} failed with {} for \"{}\" with options \"{}\" on {}:\n{}", error.what(),
-                            opencl_error_name(error.err()), file, options, device_name_, log_of(error)));
+                            opencl_error_name(error.err()), file, options, device_name_, log_of(error, pocl_)));
   } catch (const cl::Error& error) {
     throw Error(ErrorKind::Device, fmt::format("{} failed with {} for \"{}\" with options \"{}\" on {}", error.what(),
                                                opencl_error_name(error.err()), file, options, device_name_));

@@ -32,7 +32,7 @@ class ProgramBuilder {
   cl_context context_;
   cl_device_id device_;
   std::string device_name_, fingerprint_;
-  bool keep_binaries_ = false;
+  bool pocl_ = false, keep_binaries_ = false;
   DiskCache cache_;
   double seconds_ = 0;
   int builds_ = 0, loads_ = 0;

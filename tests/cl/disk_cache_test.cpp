@@ -2,6 +2,7 @@
 #include "host/cl/disk_cache.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "tests/cl/environment.hpp"
 
@@ -49,6 +50,30 @@ TEST(DiskCache, AnyDamageMakesAnEntryAbsent) {
   EXPECT_FALSE(cache.load("program", "key"));
   folder.write(file.filename().string(), whole);
   EXPECT_EQ(cache.load("program", "key"), content);
+}
+
+TEST(DiskCache, AFolderOrAPipeInItsPlaceIsAbsentAndMadeAgain) {
+  ScopedFolder folder;
+  const DiskCache cache(folder.path());
+  const std::filesystem::path file = cache.path("program", "key");
+  std::filesystem::create_directory(file);
+  EXPECT_FALSE(cache.load("program", "key"));
+  cache.store("program", "key", content);
+  EXPECT_EQ(cache.load("program", "key"), content);
+
+  std::filesystem::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  EXPECT_FALSE(cache.load("program", "key"));
+  cache.store("program", "key", content);
+  EXPECT_EQ(cache.load("program", "key"), content);
+
+  // What is somebody's is left alone, and nothing is kept.
+  std::filesystem::remove(file);
+  folder.write(file.filename().string() + "/notes.txt", "not ours");
+  cache.store("program", "key", content);
+  EXPECT_FALSE(cache.load("program", "key"));
+  EXPECT_EQ(read_text(file / "notes.txt"), "not ours");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "a temporary was left";
 }
 
 TEST(DiskCache, AnEntryOfAnotherKeyUnderTheSameNameIsAbsent) {

@@ -51,6 +51,36 @@ class ScopedFolder {
   std::filesystem::path path_;
 };
 
+/// A folder for tests with death tests in the "threadsafe" style: their children begin the test again, and find the
+/// parent's folder through the environment. They end without destructors.
+class SharedFolder {
+ public:
+  SharedFolder() {
+    if (std::getenv(variable) == nullptr) ::setenv(variable, made_.emplace().string().c_str(), 1);
+  }
+  SharedFolder(const SharedFolder&) = delete;
+  SharedFolder& operator=(const SharedFolder&) = delete;
+  ~SharedFolder() { ::unsetenv(variable); }
+  std::filesystem::path path() const { return std::getenv(variable); }
+  /// A folder in it.
+  std::filesystem::path operator/(const std::string& name) const {
+    std::filesystem::create_directories(path() / name);
+    return path() / name;
+  }
+
+ private:
+  static constexpr const char* variable = "CLERESTORY_TEST_FOLDER";
+  std::optional<ScopedFolder> made_;
+};
+
+/// A folder of drivers with PoCL's alone, for OCL_ICD_VENDORS; false where PoCL is not installed. Asks no OpenCL: the
+/// loader and PoCL read their environment once, so a process that is to see another one must not have asked before.
+inline bool only_pocl(const std::filesystem::path& drivers) {
+  std::error_code error;
+  return std::filesystem::copy_file("/etc/OpenCL/vendors/pocl.icd", drivers / "pocl.icd",
+                                    std::filesystem::copy_options::overwrite_existing, error);
+}
+
 inline std::string read_text(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return std::string(std::istreambuf_iterator<char>(stream), {});

@@ -64,7 +64,6 @@ TEST(Platforms, TableHasALinePerDevice) {
   EXPECT_THAT(table, HasSubstr("GeForce 3"));
   EXPECT_THAT(table, HasSubstr("3.0 GiB"));
   EXPECT_THAT(table, HasSubstr("48 KiB"));
-  EXPECT_THAT(device_table({}), HasSubstr("pocl-opencl-icd"));
 }
 
 TEST(Platforms, NamesErrors) {
@@ -94,6 +93,40 @@ class Drivers : public testing::Test {
 TEST_F(Drivers, NoneAtAllIsSaidWithAWayOut) {
   ScopedFolder folder;
   EXPECT_EXIT(open_with_drivers(folder.string()), testing::ExitedWithCode(3), "no OpenCL device.*pocl-opencl-icd");
+}
+
+// The loader's folder, the file in it, the library that file names: whichever is at fault is named.
+TEST_F(Drivers, WhatIsWrongWithTheirFolderIsNamed) {
+  const SharedFolder shared;
+  const std::string empty = (shared / "empty").string(), missing = shared.path() / "missing",
+                    wrong = (shared / "wrong").string();
+  std::ofstream(wrong + "/a.icd") << "/nowhere/libmissing.so\n";
+  std::ofstream(wrong + "/b.icd") << "libm.so.6\n";
+  EXPECT_EXIT(open_with_drivers(empty), testing::ExitedWithCode(3), "OCL_ICD_VENDORS.*" + empty + ".*no .icd file");
+  EXPECT_EXIT(open_with_drivers(missing), testing::ExitedWithCode(3), "OCL_ICD_VENDORS.*" + missing + ".*no folder");
+  EXPECT_EXIT(open_with_drivers(wrong), testing::ExitedWithCode(3),
+              "OCL_ICD_VENDORS.*a.icd: .*libmissing.so.*b.icd: libm.so.6");
+}
+
+// PoCL gives no device, fails at every program, or ends the process, without a word about its cache.
+TEST_F(Drivers, ACacheThatPoclCannotUseIsNamed) {
+  const SharedFolder shared;
+  const std::string drivers = (shared / "drivers").string(), file = shared.path() / "file",
+                    fresh = shared.path() / "new";
+  if (!only_pocl(drivers)) GTEST_SKIP() << "needs PoCL";
+  std::ofstream(file) << "not a folder";
+  const auto open_with = [&](const char* variable, const std::string& value) {
+    for (const char* name : {"POCL_CACHE_DIR", "XDG_CACHE_HOME"}) ::unsetenv(name);
+    ::setenv(variable, value.c_str(), 1);
+    open_with_drivers(drivers);
+  };
+  const testing::ExitedWithCode device_trouble(3);
+  for (const std::string& place : {file, file + "/below"})
+    EXPECT_EXIT(open_with("POCL_CACHE_DIR", place), device_trouble, place + ", from POCL_CACHE_DIR");
+  EXPECT_EXIT(open_with("POCL_CACHE_DIR", ""), device_trouble, "POCL_CACHE_DIR is empty");
+  EXPECT_EXIT(open_with("XDG_CACHE_HOME", file), device_trouble, file + "/pocl/kcache, from XDG_CACHE_HOME");
+  EXPECT_EXIT(open_with("HOME", file), device_trouble, file + "/.cache/pocl/kcache, from HOME");
+  EXPECT_EXIT(open_with("POCL_CACHE_DIR", fresh), testing::ExitedWithCode(0), "opened Portable");
 }
 
 TEST_F(Drivers, ABrokenOneDoesNotHideTheOthers) {
