@@ -9,6 +9,7 @@
 #include "experiments/commands/invert.hpp"
 #include "experiments/commands/light.hpp"
 #include "experiments/commands/report.hpp"
+#include "experiments/commands/results.hpp"
 #include "experiments/commands/run.hpp"
 #include "experiments/commands/train.hpp"
 #include "experiments/commands/weights.hpp"
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   clerestory::add_report_command(line);
   clerestory::add_bench_command(line);
   clerestory::add_run_command(line);
+  clerestory::add_results_commands(line);
   clerestory::add_devices_command(line);
   return line.run(argc, argv);
 }

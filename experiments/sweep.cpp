@@ -159,7 +159,8 @@ Table stacked(const std::string& name, const Texts& keys, const std::vector<Poin
       const auto found = run->tables.find(name);
       counted = counted || found == run->tables.end();
       if (found == run->tables.end()) continue;
-      if (columns.empty()) out.title = found->second.title, columns = found->second.columns;
+      if (columns.empty())
+        out.title = found->second.title, out.note = found->second.note, columns = found->second.columns;
       if (names_of(found->second.columns) != names_of(columns))
         throw Error(ErrorKind::Failed, "tables of one name have other columns", run->folder.string() + ": " + name,
                     fmt::format("{}", fmt::join(names_of(found->second.columns), ", ")),
@@ -203,12 +204,45 @@ Table list_of(const Texts& keys, const std::vector<SweptRun>& runs) {
   return table;
 }
 
-fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& provenance) {
-  std::string names;
+std::string hash_of(const Plan& plan) {
+  std::string names;  // of folders, which hold the hashes of configs
   for (const SweptRun& run : plan.runs) names += run.folder.filename().string() + "\n";
+  return fmt::format("{:08x}", static_cast<std::uint32_t>(content_hash(names)));
+}
+
+double minutes_of(const Provenance& run) {
+  if (const auto minutes = run.figures.find("minutes"); minutes != run.figures.end()) return minutes->second;
+  const auto seconds = run.figures.find("seconds");  // a training's
+  return seconds == run.figures.end() ? 0 : seconds->second / 60;
+}
+
+/// What the runs rest on, and how long they took, those of an earlier call too. Seeds that were swept are left to the
+/// command.
+void gather(Provenance& all, const std::vector<SweptRun>& runs) {
+  std::set<std::string> kernels, swept;
+  double minutes = 0;
+  for (const SweptRun& run : runs) {
+    if (!fs::exists(run.folder / "provenance.json")) continue;
+    const Provenance one = read_provenance(run.folder / "provenance.json");
+    minutes += minutes_of(one);
+    all.device = one.device, all.facts.insert(one.facts.begin(), one.facts.end());
+    for (const auto& [key, seed] : one.seeds)
+      if (all.seeds.try_emplace(key, seed).first->second != seed) swept.insert(key);
+    if (all.rooms.seeds.empty()) all.rooms = one.rooms;
+    if (const auto hash = one.hashes.find("kernels"); hash != one.hashes.end()) kernels.insert(hash->second);
+    for (const FileRecord& input : one.inputs)
+      if (std::ranges::find(all.inputs, input.path, &FileRecord::path) == all.inputs.end()) all.inputs.push_back(input);
+  }
+  for (const std::string& key : swept) all.seeds.erase(key);
+  all.figures["minutes"] = minutes;
+  all.hashes["kernels"] = fmt::format("{}", fmt::join(kernels, ", "));
+}
+
+fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& provenance) {
   const fs::path parent = plan.runs[0].folder.parent_path();
-  const fs::path folder = parent / fmt::format("sweep-{:08x}", static_cast<std::uint32_t>(content_hash(names)));
+  const fs::path folder = parent / ("sweep-" + hash_of(plan));
   make_directories(folder);
+  fs::remove(folder / "DONE");
   HtmlReport report(parent.filename().string(), folder.filename().string());
   const auto write = [&](const std::string& name, const Table& table) {
     write_file(folder / (name + ".table.json"), table_json(table));
@@ -238,6 +272,10 @@ RunTables sweep_tables(const Texts& keys, const std::vector<SweptRun>& runs) {
   return tables;
 }
 
+std::string sweep_hash(const fs::path& config, const Schema& schema, const Texts& words, const Texts& fixed) {
+  return hash_of(plan_of(config, schema, words, fixed));
+}
+
 fs::path run_sweep(const fs::path& config, const Schema& schema, const Texts& words, const Texts& fixed,
                    const Texts& command, const SweepTask& task) {
   Plan plan = plan_of(config, schema, words, fixed);
@@ -249,10 +287,14 @@ fs::path run_sweep(const fs::path& config, const Schema& schema, const Texts& wo
     run_one(task, plan.configs[i], plan.runs[i]);
     failed += !plan.runs[i].failure.empty();
   }
+  provenance.hashes["config"] = hash_of(plan);
+  gather(provenance, plan.runs);
+  if (task.record) task.record(provenance);
   provenance.ended = utc_now();
   const fs::path folder = write_sweep(plan, task, provenance);
   if (failed > 0)
     throw Error(ErrorKind::Failed, fmt::format("{} of {} runs failed", failed, plan.runs.size()), folder.string());
+  write_file(folder / "DONE", utc_now() + "\n");
   return folder;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/io/config.hpp"
+#include "host/report/provenance.hpp"
 #include "host/report/table.hpp"
 
 namespace clerestory {
@@ -25,6 +26,8 @@ struct SweepTask {
   std::function<RunTables(const std::filesystem::path&)> results;  // of a finished run directory
   /// Last touch to each of sweep_tables(), of which the first `named` columns say what was swept. May be empty.
   std::function<Table(const Table&, std::size_t named)> finish = {};
+  /// What the sweep rests on that its runs do not say: rooms they are judged on, seeds. May be empty.
+  std::function<void(Provenance&)> record = {};
 };
 
 /// One run of a sweep.
@@ -41,11 +44,15 @@ struct SweptRun {
 /// when tables of one name have other columns.
 RunTables sweep_tables(const std::vector<std::string>& keys, const std::vector<SweptRun>& runs);
 
+/// Identity of such a sweep, eight hexadecimal digits: of the configs of all its runs.
+std::string sweep_hash(const std::filesystem::path& config, const Schema& schema, const std::vector<std::string>& words,
+                       const std::vector<std::string>& fixed);
+
 /// Runs the config for each of its variants and each element of expand_sweep(words); `fixed` overrides come after.
 /// All configs are checked before the first run. A run that fails lets the others go on. Prints the tables, and writes
-/// them with report.html and provenance.json to <root>/<experiment>/sweep-<hash>. Returns that folder. Throws Error
-/// (Failed) at the end when a run failed, Interrupted when asked to stop: the same command goes on. Throws usage_error
-/// when two runs would share a directory.
+/// them with report.html and provenance.json to <root>/<experiment>/sweep-<hash>, DONE too when no run failed. Returns
+/// that folder. Throws Error (Failed) at the end when a run failed, Interrupted when asked to stop: the same command
+/// goes on. Throws usage_error when two runs would share a directory.
 std::filesystem::path run_sweep(const std::filesystem::path& config, const Schema& schema,
                                 const std::vector<std::string>& words, const std::vector<std::string>& fixed,
                                 const std::vector<std::string>& command, const SweepTask& task);

@@ -24,7 +24,18 @@ std::string run_trainings(const RunArguments& arguments, const std::vector<std::
   return run_training_study(arguments.words[0], overrides, fixed, common.command).string();
 }
 
-std::string run(const RunArguments& arguments, const CommonOptions& common) {
+/// The command in one order, config first, whatever was typed: for provenance.
+std::vector<std::string> command_of(const RunArguments& arguments, const CommonOptions& common) {
+  std::vector<std::string> command{common.command.at(0), "run"};
+  command.insert(command.end(), arguments.words.begin(), arguments.words.end());
+  if (arguments.many) command.push_back("-m");
+  if (!common.device.empty()) command.insert(command.end(), {"--device", common.device});
+  return command;
+}
+
+std::string run(const RunArguments& arguments, const CommonOptions& given) {
+  CommonOptions common = given;
+  common.command = command_of(arguments, given);
   const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
   std::vector<std::string> fixed;
   if (!common.device.empty()) fixed.push_back("run.device=" + common.device);

@@ -7,7 +7,6 @@
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light.hpp"
 #include "experiments/applications/light_weights.hpp"
-#include "experiments/applications/predict.hpp"
 #include "experiments/evaluation/light_errors.hpp"
 #include "experiments/evaluation/metrics.hpp"
 #include "experiments/studies/compare.hpp"
@@ -138,8 +137,7 @@ class BallsStudy : public StudyRun {
       settings_.light = light_of(light);
       if (!is_learned_light(settings_.light)) continue;
       learned = true;
-      load_light_nets(settings_, config_.text("light.weights"), device_);
-      provenance_.facts["light"] = answerer_text(settings_);
+      use_light(settings_);
       answerers_.push_back({light, false});
     }
     if (answerers_.empty())
@@ -147,8 +145,7 @@ class BallsStudy : public StudyRun {
     settings_.spp = static_cast<int>(config_.integer("balls.spp"));
     if (!learned) return;
     answerers_.push_back({"image", false});  // what learned light with predicted maps must beat
-    maps_weights_ = weights_or_shipped(config_.text("maps.weights"));
-    provenance_.inputs.push_back(record_file(maps_weights_));
+    maps_weights_ = use_maps();
   }
 
   void run_view(std::size_t v, const fs::path& view, const Room& room) {

@@ -48,7 +48,7 @@ Table with_differences(const Table& table, std::size_t named) {
   };
 
   Table out;
-  out.title = table.title;
+  out.title = table.title, out.note = table.note;
   for (const Column& column : table.columns) {
     out.columns.push_back(column);
     if (column.best != Best::None)

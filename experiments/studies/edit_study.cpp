@@ -38,8 +38,7 @@ class EditStudy : public StudyRun {
     for (const std::string& light : lights_) {
       settings_.light = light_of(light);
       if (!is_learned_light(settings_.light)) continue;
-      load_light_nets(settings_, config_.text("light.weights"), device_);
-      provenance_.facts["light"] = answerer_text(settings_);
+      use_light(settings_);
     }
     settings_.spp = static_cast<int>(config_.integer("edit.spp"));
     measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) { run_room(r, seed, assets); });

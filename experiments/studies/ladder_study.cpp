@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/applications/light_weights.hpp"
-#include "experiments/applications/predict.hpp"
 #include "experiments/studies/ladder_room.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
@@ -25,10 +23,8 @@ class LadderStudy : public StudyRun {
   /// One record a room.
   void measure() override {
     options_.render.light = "net", options_.render.spp = static_cast<int>(config_.integer("ladder.spp"));
-    load_light_nets(options_.render, config_.text("light.weights"), device_);
-    provenance_.facts["light"] = answerer_text(options_.render);
-    options_.maps_weights = weights_or_shipped(config_.text("maps.weights"));
-    provenance_.inputs.push_back(record_file(options_.maps_weights));
+    use_light(options_.render);
+    options_.maps_weights = use_maps();
     options_.width = static_cast<int>(config_.integer("data.width"));
     options_.height = static_cast<int>(config_.integer("data.height"));
     options_.picture_spp = static_cast<int>(config_.integer("data.spp"));

@@ -113,8 +113,8 @@ class LightStudy : public StudyRun {
   void measure() override {
     options_ = known_light_options(config_);
     settings_.light = "net";
-    load_light_nets(settings_, config_.text("light.weights"), device_);
-    provenance_.facts["light"] = answerer_text(settings_);
+    use_light(settings_);
+    if (options_.predicted) options_.maps_weights = use_maps();
     measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
       LitRoom room(device_, assets, seed, options_);
       values_.clear();

@@ -103,6 +103,16 @@ std::string study_kind(const std::filesystem::path& config, const std::vector<st
   return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
 }
 
+Config study_config(const std::filesystem::path& config, const std::vector<std::string>& words) {
+  const bool training = study_kind(config, words) == "training";
+  return load_config(config, training ? training_study_schema() : study_schema(), expand_sweep(words)[0]);
+}
+
+std::string study_hash(const std::filesystem::path& config, const std::vector<std::string>& words, bool many) {
+  if (study_kind(config, words) == "training") return training_study_hash(config, words);
+  return many ? sweep_hash(config, study_schema(), words, {}) : config_hash(study_config(config, words));
+}
+
 std::string run_study(const Config& config, const std::vector<std::string>& command) {
   const std::string& kind = config.text("study.kind");
   if (kind == "truth") return run_truth_study(config, command);
@@ -117,7 +127,9 @@ std::string run_study(const Config& config, const std::vector<std::string>& comm
 RunTables study_tables(const std::filesystem::path& run) {
   const std::string ending = ".table.json";
   RunTables tables;
-  for (const auto& entry : std::filesystem::directory_iterator(run / "artifacts"))
+  // A sweep's lie in the folder itself.
+  const bool sweep = !std::filesystem::is_directory(run / "artifacts");
+  for (const auto& entry : std::filesystem::directory_iterator(sweep ? run : run / "artifacts"))
     if (const std::string name = entry.path().filename().string(); name.ends_with(ending))
       tables[name.substr(0, name.size() - ending.size())] =
           table_from_json(read_file(entry.path(), std::uint64_t{64} << 20), entry.path().string());

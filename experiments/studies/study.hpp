@@ -14,6 +14,13 @@ Schema study_schema();
 /// `study.kind` of a config with overrides, of which any may list values.
 std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words);
 
+/// The config of a study of any kind with overrides; of those that list values the first.
+Config study_config(const std::filesystem::path& config, const std::vector<std::string>& words);
+
+/// Identity of what `clerestory run CONFIG words...` computes, eight hexadecimal digits: config_hash(), or that of the
+/// sweep (`many`: by -m).
+std::string study_hash(const std::filesystem::path& config, const std::vector<std::string>& words, bool many);
+
 /// Runs the study that the config names into its run directory: finished ones are skipped, partial ones go on. Returns
 /// the directory.
 std::string run_study(const Config& config, const std::vector<std::string>& command);

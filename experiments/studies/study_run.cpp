@@ -1,30 +1,67 @@
 #include "experiments/studies/study_run.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/predict.hpp"
 #include "experiments/run_directory_report.hpp"
+#include "experiments/training/checkpoint.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_seed(const std::string& key) { return key.ends_with(".seed") || key.ends_with(".seeds"); }
+
+/// Seeds, and counts of seeds, that the config names.
+std::map<std::string, std::uint64_t> seeds_of(const Config& config) {
+  std::map<std::string, std::uint64_t> seeds;
+  for (const auto& [key, entry] : config.entries())
+    if (is_seed(key) && (entry.origin != "default" || key == "data.seed"))
+      seeds[key] = static_cast<std::uint64_t>(config.integer(key));
+  return seeds;
+}
+
+/// What a finished run was made with and is no longer so, for people.
+std::string changes_since(const Provenance& made) {
+  std::vector<std::string> changed;
+  const auto kernels = made.hashes.find("kernels");
+  if (kernels != made.hashes.end() && kernels->second != kernels_hash()) changed.push_back("the kernels");
+  for (const FileRecord& input : made.inputs)
+    if (!fs::exists(input.path) || file_hash(input.path) != input.hash) changed.push_back(input.path);
+  return fmt::format("{}", fmt::join(changed, ", "));
+}
+
+}  // namespace
 
 StudyRun::StudyRun(const Config& config, const std::vector<std::string>& command)
     : config_(config),
       run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
            static_cast<std::uint64_t>(config.integer("run.seed"))),
       device_(Device::open(config.text("run.device"))),
-      provenance_(begin_provenance(command, device_.fingerprint())) {}
+      provenance_(begin_provenance(command, device_.fingerprint())) {
+  provenance_.hashes = {{"config", config_hash(config_)}, {"kernels", kernels_hash()}};
+  provenance_.seeds = seeds_of(config_);
+}
 
 std::string StudyRun::run() {
   if (run_.done()) {
     say("study: done before, skipped: " + run_.path().string());
+    const std::string changes = changes_since(read_provenance(run_ / "provenance.json"));
+    if (!changes.empty())
+      say("study: since then these have changed: " + changes + "; without that folder it runs again");
     return run_.path().string();
   }
   catch_interrupts();
-  records_ = read_metrics(run_.metrics_path());
+  go_on();
   measure();
   conclude();
+  provenance_.figures["minutes"] = metrics_->seconds() / 60;
   provenance_.ended = utc_now();
   write_provenance(run_ / "provenance.json", provenance_);
   run_.finish();
@@ -32,15 +69,62 @@ std::string StudyRun::run() {
   return run_.path().string();
 }
 
+/// Records of an interrupted run stand, if it was made with what is here now.
+void StudyRun::go_on() {
+  records_ = read_metrics(run_.metrics_path());
+  const fs::path provenance = run_ / "provenance.json";
+  if (!records_.empty() && fs::exists(provenance)) earlier_ = read_provenance(provenance);
+  if (earlier_ && earlier_->hashes.contains("kernels") && earlier_->hashes["kernels"] != provenance_.hashes["kernels"])
+    throw usage_error("this run was begun with other kernels", run_.path().string(), provenance_.hashes["kernels"],
+                      earlier_->hashes["kernels"] + ", or a new run.variant");
+  if (config_.schema().find("data.list")) use(config_.text("data.list"));
+  metrics_.emplace(run_.metrics_path());
+}
+
+void StudyRun::use(const fs::path& file) {
+  const FileRecord record = record_file(file);
+  const auto same_path = [&](const FileRecord& other) { return other.path == record.path; };
+  if (std::ranges::any_of(provenance_.inputs, same_path)) return;
+  if (earlier_) {
+    const auto before = std::ranges::find_if(earlier_->inputs, same_path);
+    if (before != earlier_->inputs.end() && before->hash != record.hash)
+      throw usage_error("this run was begun with other contents of this file", record.path, record.hash,
+                        before->hash + ", or a new run.variant");
+  }
+  provenance_.inputs.push_back(record);
+}
+
+void StudyRun::use_light(RenderSettings& settings) {
+  load_light_nets(settings, config_.text("light.weights"), device_);
+  provenance_.facts["light"] = answerer_text(settings);
+  if (!settings.nets) return;
+  for (const fs::path& file : weights_files(settings.nets->note)) use(file);
+}
+
+fs::path StudyRun::use_maps() {
+  const fs::path file = weights_or_shipped(config_.text("maps.weights"));
+  use(file);
+  return file;
+}
+
+/// From here on there may be records: what they rest on is kept beside them.
+void StudyRun::record_rooms(Setting setting, std::vector<std::uint64_t> seeds) {
+  provenance_.rooms = {setting == Setting::HeldOut ? "held_out" : "training", std::move(seeds)};
+  write_provenance(run_ / "provenance.json", provenance_);
+}
+
 void StudyRun::measure_rooms(
-    const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room) const {
+    const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room) {
   const RoomAssets assets = load_assets(default_assets(), Setting::Training);
   const std::int64_t rooms = config_.integer("data.rooms");
   const auto done = static_cast<std::int64_t>(records_.size());
-  const Random seeds(static_cast<std::uint64_t>(config_.integer("data.seed")));
+  const Random random(static_cast<std::uint64_t>(config_.integer("data.seed")));
+  std::vector<std::uint64_t> seeds;
+  for (std::int64_t r = 0; r < rooms; ++r) seeds.push_back(random.fork(static_cast<std::uint64_t>(r)).bits());
+  record_rooms(Setting::Training, seeds);
   Progress progress("study", rooms, "rooms", done);
   for (std::int64_t r = done; r < rooms; ++r) {
-    measure_room(r, seeds.fork(static_cast<std::uint64_t>(r)).bits(), assets);
+    measure_room(r, seeds[static_cast<std::size_t>(r)], assets);
     progress.advance();
   }
 }
@@ -58,6 +142,9 @@ GenerateOptions StudyRun::view_options() const {
 }
 
 std::vector<std::filesystem::path> StudyRun::make_views(const GenerateOptions& options) {
+  std::vector<std::uint64_t> seeds;
+  for (int r = 0; r < options.rooms; ++r) seeds.push_back(room_seed(options, r));
+  record_rooms(options.setting, std::move(seeds));
   generate(device_, options);
   std::vector<std::filesystem::path> views;
   for (const std::string& room : list_rooms(options.out, "test")) views.push_back(options.out / room / "000");
@@ -70,7 +157,7 @@ void StudyRun::write_table(const std::string& name, const Table& table) const {
 }
 
 void StudyRun::add_record(MetricRecord record) {
-  MetricsWriter(run_.metrics_path()).write(record.step, record.values);
+  metrics_->write(record.step, record.values);
   records_.push_back(std::move(record));
 }
 

@@ -12,6 +12,7 @@
 #include "host/report/metrics.hpp"
 #include "host/report/run_directory.hpp"
 #include "host/report/table.hpp"
+#include "nets/scene_light.hpp"
 #include "tracer/generate.hpp"
 
 namespace clerestory {
@@ -32,11 +33,19 @@ class StudyRun {
 
   /// Calls `measure_room` for each of data.rooms rooms that has no record yet, with the room's seed.
   void measure_rooms(
-      const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room) const;
+      const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room);
   /// Generated rooms of one view each, as the config's section `data` asks.
   GenerateOptions view_options() const;
   std::vector<std::filesystem::path> make_views(const GenerateOptions& options);
   void write_table(const std::string& name, const Table& table) const;  // also to stdout
+
+  /// Whatever file results rest on becomes an input of the provenance, with its hash. Throws ErrorKind::Usage when the
+  /// run was begun with another one of that name.
+  void use(const std::filesystem::path& file);
+  /// Nets of `light.weights` for the settings' learned light, used from now on. Throws what load_light_nets() throws.
+  void use_light(RenderSettings& settings);
+  /// MGNet's weights by `maps.weights`, used from now on.
+  std::filesystem::path use_maps();
 
   /// Into the run's metrics, then to records_.
   void add_record(MetricRecord record);
@@ -50,6 +59,13 @@ class StudyRun {
   Device device_;
   Provenance provenance_;
   std::vector<MetricRecord> records_;  // of this run, and of those that were interrupted before
+
+ private:
+  void go_on();
+  void record_rooms(Setting setting, std::vector<std::uint64_t> seeds);
+
+  std::optional<Provenance> earlier_;     // what the interrupted run was made with
+  std::optional<MetricsWriter> metrics_;  // keeps the time
 };
 
 }  // namespace clerestory

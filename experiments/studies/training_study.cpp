@@ -52,6 +52,15 @@ void make_rooms(const Config& config) {
   }
 }
 
+/// The rooms that trainings are judged on, and all seeds.
+void record_rooms(Provenance& provenance, const Config& config) {
+  const GenerateOptions judged = rooms_of(config, "test");
+  provenance.rooms.setting = "training";
+  for (int r = 0; r < judged.rooms; ++r) provenance.rooms.seeds.push_back(room_seed(judged, r));
+  for (const char* key : {"ablation.data_seed", "ablation.seeds"})
+    provenance.seeds[key] = static_cast<std::uint64_t>(config.integer(key));
+}
+
 LightMeasuring measuring_of(const Config& c) {
   return {data_folder(c, "test"),
           static_cast<int>(c.integer("model.width")),
@@ -124,6 +133,32 @@ Schema training_study_schema() {
   return schema;
 }
 
+namespace {
+
+/// Overrides as the sweep takes them: seeds are added, and the folders of the rooms.
+struct SweepWords {
+  Texts words, fixed;
+};
+
+SweepWords sweep_words_of(const Config& config, const Texts& words, const Texts& fixed) {
+  SweepWords all{words, fixed};
+  const auto is_seed = [](const std::string& word) { return word.starts_with("run.seed="); };
+  if (std::ranges::none_of(words, is_seed))
+    all.words.push_back(fmt::format("run.seed=range(1,{})", config.integer("ablation.seeds") + 1));
+  const auto folder = [&](const char* split) { return "[\"" + data_folder(config, split).string() + "\"]"; };
+  all.fixed.insert(all.fixed.end(), {"data.train=" + folder("train"), "data.validation=" + folder("test"),
+                                     "data.validation_split=test"});
+  return all;
+}
+
+}  // namespace
+
+std::string training_study_hash(const fs::path& path, const Texts& words) {
+  const Schema schema = training_study_schema();
+  const SweepWords all = sweep_words_of(load_config(path, schema, expand_sweep(words)[0]), words, {});
+  return sweep_hash(path, schema, all.words, all.fixed);
+}
+
 fs::path run_training_study(const fs::path& path, const Texts& words, const Texts& fixed, const Texts& command) {
   const Schema schema = training_study_schema();
   const Config config = load_config(path, schema, expand_sweep(words)[0]).with(fixed);
@@ -134,14 +169,7 @@ fs::path run_training_study(const fs::path& path, const Texts& words, const Text
   catch_interrupts();
   make_rooms(config);
 
-  Texts all = words;
-  const auto is_seed = [](const std::string& word) { return word.starts_with("run.seed="); };
-  if (std::ranges::none_of(words, is_seed))
-    all.push_back(fmt::format("run.seed=range(1,{})", config.integer("ablation.seeds") + 1));
-  Texts last = fixed;
-  const auto folder = [&](const char* split) { return "[\"" + data_folder(config, split).string() + "\"]"; };
-  last.insert(last.end(),
-              {"data.train=" + folder("train"), "data.validation=" + folder("test"), "data.validation_split=test"});
+  const SweepWords all = sweep_words_of(config, words, fixed);
   Ablation ablation(command);
   // A training leaves tables of its own beside these.
   const auto results = [&](const fs::path& run) {
@@ -151,8 +179,9 @@ fs::path run_training_study(const fs::path& path, const Texts& words, const Text
     });
     return tables;
   };
-  return run_sweep(path, schema, all, last, command,
-                   {[&](const Config& c) { ablation.run(c); }, results, with_differences});
+  return run_sweep(path, schema, all.words, all.fixed, command,
+                   {[&](const Config& c) { ablation.run(c); }, results, with_differences,
+                    [&](Provenance& provenance) { record_rooms(provenance, config); }});
 }
 
 }  // namespace clerestory

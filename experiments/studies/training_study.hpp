@@ -23,4 +23,7 @@ std::filesystem::path run_training_study(const std::filesystem::path& config, co
                                          const std::vector<std::string>& fixed,
                                          const std::vector<std::string>& command);
 
+/// Identity of what it would run: sweep_hash() of its variants, seeds and `words`.
+std::string training_study_hash(const std::filesystem::path& config, const std::vector<std::string>& words);
+
 }  // namespace clerestory

@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 
-#include "experiments/applications/light_weights.hpp"
 #include "experiments/evaluation/detection.hpp"
 #include "experiments/studies/known_light.hpp"
 #include "experiments/studies/study_run.hpp"
@@ -31,8 +30,8 @@ class UncertaintyStudy : public StudyRun {
     options_ = known_light_options(config_);
     RenderSettings settings;
     settings.light = "net";
-    load_light_nets(settings, config_.text("light.weights"), device_);
-    provenance_.facts["light"] = answerer_text(settings);
+    use_light(settings);
+    if (options_.predicted) options_.maps_weights = use_maps();
     const LightNets& nets = *settings.nets;
     const Size views{options_.width, options_.height};
     if (std::max(views.width, views.height) != nets.longer_side)

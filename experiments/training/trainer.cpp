@@ -109,6 +109,7 @@ void Trainer::prepare() {
   Device device = Device::open(options_.device);
   provenance_ = begin_provenance(command_, device.fingerprint());
   provenance_.seeds["run.seed"] = options_.seed;
+  provenance_.hashes["kernels"] = kernels_hash();
   states_ = std::make_shared<States>(device);
   task_ = options_.kind == "light" ? light_task(device, options_, states_) : maps_task(device, options_, states_);
   const double views = static_cast<double>(task_->views().size());

@@ -23,11 +23,11 @@ enum class Precision { Single, Double };
 inline std::size_t real_size(Precision p) { return p == Precision::Single ? 4 : 8; }
 
 struct DeviceInfo {
-  int index = 0;                 // position in `clerestory devices`
+  int index = 0;  // position in `clerestory devices`
   std::string platform, name, vendor, version, driver;
   bool cpu = false, fp64 = false, unified_memory = false;
   int compute_units = 0;
-  std::size_t max_group = 0;     // work-items
+  std::size_t max_group = 0;                                     // work-items
   std::size_t memory = 0, max_allocation = 0, local_memory = 0;  // bytes
 };
 
@@ -84,8 +84,7 @@ class Arg {
  public:
   Arg(const Buffer& b) : buffer_(b.handle()), is_buffer_(true) {}
   template <class T>
-    requires std::is_trivially_copyable_v<T> && (sizeof(T) <= 64)
-  Arg(const T& value) : size_(sizeof(T)) {
+  requires std::is_trivially_copyable_v<T> &&(sizeof(T) <= 64) Arg(const T& value) : size_(sizeof(T)) {
     __builtin_memcpy(data_.data(), &value, sizeof(T));
   }
   static Arg local(std::size_t bytes) {
@@ -115,9 +114,10 @@ struct KernelProfile {
 
 class Device {
  public:
-  /// Opens the device whose index equals `selector`, or whose platform or name contains it (letter case ignored); empty:
-  /// the environment variable CLERESTORY_DEVICE, else the first device. Only one that passes the probe is opened, of
-  /// several the first that does. Throws ErrorKind::Device, with the devices there are or why they were refused.
+  /// Opens the device whose index equals `selector`, or whose platform or name contains it (letter case ignored);
+  /// empty: the environment variable CLERESTORY_DEVICE, else the first device. Only one that passes the probe is
+  /// opened, of several the first that does. Throws ErrorKind::Device, with the devices there are or why they were
+  /// refused.
   static Device open(const std::string& selector = {});
 
   const DeviceInfo& info() const;
@@ -158,8 +158,8 @@ class Device {
   std::vector<KernelProfile> profile();
   void reset_profile();
 
-  /// Seconds spent building programs so far, and how many were built from source. Some drivers (PoCL) do the larger part
-  /// of compiling at the first launch with a new local size; that part is not in it.
+  /// Seconds spent building programs so far, and how many were built from source. Some drivers (PoCL) do the larger
+  /// part of compiling at the first launch with a new local size; that part is not in it.
   double build_seconds() const;
   int builds() const;
 
@@ -174,5 +174,7 @@ class Device {
 std::string kernel_source(std::string_view file);
 /// Names of all embedded sources ("nn/conv.cl", "lib/ggx.clh"), sorted.
 std::vector<std::string> kernel_files();
+/// Identity of all sources together, as 16 hexadecimal digits: of those in the binary, or in CLERESTORY_KERNELS.
+std::string kernels_hash();
 
 }  // namespace clerestory

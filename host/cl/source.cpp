@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "host/cl/device.hpp"
+#include "host/cl/disk_cache.hpp"
 
 namespace clerestory {
 
@@ -138,6 +139,15 @@ std::vector<std::string> kernel_files() {
   std::vector<std::string> files;
   for (int i = 0; i < embedded_kernel_count; ++i) files.emplace_back(embedded_kernels[i].first);
   return files;  // the generated table is sorted
+}
+
+std::string kernels_hash() {
+  const Sources sources;
+  std::uint64_t hash = hash_text({});
+  // Lengths keep "ab" + "c" and "a" + "bc" apart.
+  const auto add = [&](const std::string& text) { hash = hash_text(fmt::format("{} {}", text.size(), text), hash); };
+  for (const std::string& file : kernel_files()) add(file), add(sources.text(file, "kernels_hash"));
+  return fmt::format("{:016x}", hash);
 }
 
 }  // namespace clerestory

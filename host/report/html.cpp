@@ -213,7 +213,8 @@ HtmlReport& HtmlReport::compare(const std::string& before_title, const Image& be
 }
 
 HtmlReport& HtmlReport::table(const Table& table, const std::string& caption) {
-  const std::string title = table.title.empty() ? "" : "<b>" + escaped(table.title) + ".</b> ";
+  std::string title = table.title.empty() ? "" : "<b>" + escaped(table.title) + ".</b> ";
+  if (!table.note.empty()) title += escaped(table.note) + " ";
   body_ += "<figure><div class=\"wide\">" + table_html(table) + "</div>";
   if (!title.empty() || !caption.empty()) body_ += "<figcaption>" + title + escaped(caption) + "</figcaption>";
   body_ += "</figure>\n";

@@ -15,6 +15,7 @@ namespace {
 constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"};
 constexpr const char* kInk = "#5b6066";  // html.cpp lets these two follow the page's colours
 constexpr const char* kGrid = "#d9dadc";
+constexpr double kLeastOfBar = 1e-3;  // of its value, where a bar on a log axis would reach below zero
 
 /// Single-quoted: gnuplot expands nothing in it, no escapes and no commands.
 std::string quoted(const std::string& text) {
@@ -43,7 +44,7 @@ std::string data_block(const Plot& plot, const Series& series, std::size_t& draw
     }
     const double e = series.error.empty() || !std::isfinite(series.error[i]) ? 0 : series.error[i];
     // On a log axis the lower end may lie beyond zero: the bar then goes far down, but stays a number.
-    const double low = plot.log_y ? std::max(y - e, y * 1e-3) : y - e;
+    const double low = plot.log_y ? std::max(y - e, y * kLeastOfBar) : y - e;
     text += fmt::format("{} {} {} {}\n", x, y, low, y + e);
     gap = false;
     ++drawn;
@@ -78,17 +79,23 @@ std::string range_command(const char* axis, const std::optional<std::pair<double
   return range ? fmt::format("set {}range [{}:{}]\n", axis, range->first, range->second) : "";
 }
 
-std::string script_of(const Plot& plot) {
+/// What all plots have; `grid`: the axis whose tics have lines across the picture.
+std::string style_commands(const std::string& title, int width, int height, const char* grid) {
   std::string script = fmt::format(
       "set terminal svg noenhanced dynamic size {},{} font 'sans-serif,12' linewidth 1\n"
       "set encoding utf8\n"
       "set border 3 linewidth 0.8 linecolor rgb '{}'\n"
       "set tics nomirror out scale 0.5 textcolor rgb '{}'\n"
-      "set grid ytics linewidth 0.6 linetype 1 linecolor rgb '{}'\n"
-      "set key top right samplen 2 spacing 1.2 textcolor rgb '{}' noenhanced\n"
+      "set grid {}tics linewidth 0.6 linetype 1 linecolor rgb '{}'\n"
       "set rmargin 3\n",
-      plot.width, plot.height, kInk, kInk, kGrid, kInk);
-  if (!plot.title.empty()) script += fmt::format("set title {} textcolor rgb '{}'\n", quoted(plot.title), kInk);
+      width, height, kInk, kInk, grid, kGrid);
+  if (!title.empty()) script += fmt::format("set title {} textcolor rgb '{}'\n", quoted(title), kInk);
+  return script;
+}
+
+std::string script_of(const Plot& plot) {
+  std::string script = style_commands(plot.title, plot.width, plot.height, "y");
+  script += fmt::format("set key top right samplen 2 spacing 1.2 textcolor rgb '{}' noenhanced\n", kInk);
   script += fmt::format("set xlabel {} textcolor rgb '{}'\nset ylabel {} textcolor rgb '{}'\n", quoted(plot.x_label),
                         kInk, quoted(plot.y_label), kInk);
   if (plot.log_x) script += "set logscale x\n";
@@ -112,6 +119,32 @@ std::string script_of(const Plot& plot) {
   return script + commands + "\n";
 }
 
+constexpr int kRowHeight = 20, kAroundRows = 90;  // pixels: of a row of a dot plot, and of title and axis
+
+std::string script_of(const DotPlot& plot) {
+  std::string rows, data;
+  for (std::size_t i = 0; i < plot.dots.size(); ++i) {
+    const auto& [label, value, error] = plot.dots[i];
+    rows += fmt::format("{}{} {}", i ? ", " : "", quoted(label), i);
+    if (!std::isfinite(value) || (plot.log_x && value <= 0)) continue;
+    const double e = std::isfinite(error) ? error : 0;
+    const double low = plot.log_x ? std::max(value - e, value * kLeastOfBar) : value - e;
+    data += fmt::format("{} {} {} {}\n", value, i, low, value + e);
+  }
+  if (data.empty()) throw usage_error("nothing to draw", "plot " + plot.title);
+  const auto count = static_cast<int>(plot.dots.size());
+  std::string script = style_commands(plot.title, plot.width, kAroundRows + kRowHeight * count, "y");
+  script += fmt::format("set grid xtics\nset xlabel {} textcolor rgb '{}'\n", quoted(plot.x_label), kInk);
+  if (plot.log_x) script += "set logscale x\n";
+  script += fmt::format("set ytics ({})\nset yrange [{}:-0.5]\nset offsets graph 0.03, graph 0.03, 0, 0\n", rows,
+                        count - 0.5);
+  script += fmt::format("$data << END_OF_DATA\n{}END_OF_DATA\nplot ", data);
+  script += fmt::format("$data using 3:2:($4-$3):(0) with vectors nohead linewidth 1.4 linecolor rgb '{}' notitle, ",
+                        kColours[0]);
+  return script +
+         fmt::format("$data using 1:2 with points pointtype 7 pointsize 0.6 linecolor rgb '{}' notitle\n", kColours[0]);
+}
+
 /// gnuplot titles every picture "Gnuplot", which browsers show as a hint: put our title there.
 std::string with_own_title(std::string svg, const std::string& title) {
   const auto from = svg.find("<title>"), to = svg.find("</title>");
@@ -121,16 +154,19 @@ std::string with_own_title(std::string svg, const std::string& title) {
   return svg.replace(from + 7, to - from - 7, escaped);
 }
 
-}  // namespace
-
-std::string plot_svg(const Plot& plot) {
-  const std::string script = script_of(plot);
+std::string drawn(const std::string& script, const std::string& title) {
   const ChildResult result = run_child({"gnuplot", "-"}, script);
   if (result.status != 0 || result.out.find("</svg>") == std::string::npos)
-    throw Error(ErrorKind::Failed, "gnuplot failed: " + result.errors, "plot " + plot.title,
+    throw Error(ErrorKind::Failed, "gnuplot failed: " + result.errors, "plot " + title,
                 fmt::format("exit status {}", result.status));
-  return with_own_title(result.out, plot.title);
+  return with_own_title(result.out, title);
 }
+
+}  // namespace
+
+std::string plot_svg(const Plot& plot) { return drawn(script_of(plot), plot.title); }
+
+std::string plot_svg(const DotPlot& plot) { return drawn(script_of(plot), plot.title); }
 
 void write_plot(const std::filesystem::path& path, const Plot& plot) { write_file(path, plot_svg(plot)); }
 

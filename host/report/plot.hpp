@@ -1,4 +1,4 @@
-// Line plots as SVG, drawn by gnuplot.
+// Line plots and dot plots as SVG, drawn by gnuplot.
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -29,5 +29,22 @@ struct Plot {
 /// with nothing to draw. Points a log axis cannot show (<= 0) are left out.
 std::string plot_svg(const Plot& plot);
 void write_plot(const std::filesystem::path& path, const Plot& plot);
+
+/// A number by name.
+struct Dot {
+  std::string label;
+  double value = 0, error = 0;  // half length of the bar; 0: none
+};
+
+/// Dots with their error bars, one row each, the first on top.
+struct DotPlot {
+  std::string title, x_label;
+  bool log_x = false;
+  std::vector<Dot> dots;  // a value that cannot be drawn leaves its row empty
+  int width = 640;
+};
+
+/// Throws what plot_svg(Plot) throws.
+std::string plot_svg(const DotPlot& plot);
 
 }  // namespace clerestory

@@ -131,6 +131,8 @@ std::string provenance_json(const Provenance& p) {
                      {"cpu", p.cpu},
                      {"device", p.device},
                      {"environment", p.environment},
+                     {"hashes", p.hashes},
+                     {"rooms", {{"setting", p.rooms.setting}, {"seeds", p.rooms.seeds}}},
                      {"seeds", p.seeds},
                      {"facts", p.facts},
                      {"figures", p.figures},
@@ -160,6 +162,11 @@ Provenance read_provenance(const std::filesystem::path& path) {
     json.at("cpu").get_to(p.cpu);
     json.at("device").get_to(p.device);
     json.at("environment").get_to(p.environment);
+    if (json.contains("hashes")) json.at("hashes").get_to(p.hashes);  // runs of earlier versions lack these two
+    if (json.contains("rooms")) {
+      json.at("rooms").at("setting").get_to(p.rooms.setting);
+      json.at("rooms").at("seeds").get_to(p.rooms.seeds);
+    }
     json.at("seeds").get_to(p.seeds);
     json.at("facts").get_to(p.facts);
     json.at("figures").get_to(p.figures);

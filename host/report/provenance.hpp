@@ -29,12 +29,20 @@ struct FileRecord {
   std::uintmax_t bytes = 0;
 };
 
+/// Generated rooms that figures were measured on.
+struct RoomsRecord {
+  std::string setting;               // training | held_out
+  std::vector<std::uint64_t> seeds;  // one a room
+};
+
 struct Provenance {
   std::vector<std::string> command;  // argv
   Build build;
   std::string host, cpu;
   std::string device;                              // Device::fingerprint()
   std::map<std::string, std::string> environment;  // POCL_*, CLBLAST_*, CLERESTORY_*, OCL_*
+  std::map<std::string, std::string> hashes;       // of what is no file: "config", "kernels"
+  RoomsRecord rooms;
   std::map<std::string, std::uint64_t> seeds;
   std::map<std::string, std::string> facts;  // solvers, chosen options, scale of depth, NaN drop rate...
   std::map<std::string, double> figures;     // seconds of each stage, peak memory

@@ -122,6 +122,7 @@ std::string table_text(const Table& table) {
     }
   }
   std::string text = table.title.empty() ? "" : table.title + "\n";
+  if (!table.note.empty()) text += table.note + "\n";
   for (std::size_t r = 0; r < cells.size(); ++r) {
     std::string line;
     for (std::size_t c = 0; c < columns; ++c) {
@@ -141,6 +142,7 @@ std::string table_markdown(const Table& table) {
     return bold ? " **" + text + "** |" : " " + text + " |";
   };
   std::string text = table.title.empty() ? "" : "**" + table.title + "**\n\n";
+  if (!table.note.empty()) text += table.note + "\n\n";
   text += "|";
   for (const Column& column : table.columns) text += cell(heading(column), false);
   text += "\n|";
@@ -154,7 +156,9 @@ std::string table_markdown(const Table& table) {
 }
 
 std::string table_json(const Table& table) {
-  Json json = {{"title", table.title}, {"columns", Json::array()}, {"rows", Json::array()}};
+  Json json = {{"title", table.title}};
+  if (!table.note.empty()) json["note"] = table.note;
+  json["columns"] = Json::array(), json["rows"] = Json::array();
   for (const Column& column : table.columns)
     json["columns"].push_back({{"name", column.name},
                                {"unit", column.unit},
@@ -173,6 +177,7 @@ Table table_from_json(const std::string& text, const std::string& name) {
     const Json json = Json::parse(text);
     Table table;
     table.title = json.at("title").get<std::string>();
+    table.note = json.value("note", "");
     for (const Json& column : json.at("columns")) {
       const auto best = std::ranges::find(kBest, column.at("best").get<std::string>());
       if (best == std::end(kBest)) throw usage_error("unknown direction in a table", name, column.at("best").dump());

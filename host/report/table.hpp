@@ -36,6 +36,7 @@ struct Table {
   std::string title;
   std::vector<Column> columns;
   std::vector<std::vector<Cell>> rows;  // each as long as `columns`
+  std::string note = {};  // sentences below the title: which maps, clamp, epsilon, what the spread is over
 
   void add(std::vector<Cell> row);  // throws when the length differs
 };

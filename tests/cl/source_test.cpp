@@ -49,6 +49,18 @@ TEST(KernelSource, LineMarksCountTheLinesOfTheIncludingFile) {
                                        a + "\"\nint third;\n");
 }
 
+TEST(KernelSource, TheHashIsOfAllThatIsRead) {
+  const std::string embedded = kernels_hash();
+  EXPECT_EQ(embedded.size(), 16u);
+  ScopedFolder folder;
+  std::filesystem::copy(std::filesystem::path(CLERESTORY_SOURCE_DIR) / "kernels", folder.path(),
+                        std::filesystem::copy_options::recursive);
+  ScopedVariable variable("CLERESTORY_KERNELS", folder.string());
+  EXPECT_EQ(kernels_hash(), embedded);
+  folder.write("lib/rng.clh", read_text(folder.path() / "lib/rng.clh") + " ");
+  EXPECT_NE(kernels_hash(), embedded);
+}
+
 TEST(KernelSource, TakesAHeaderWithPragmaOnceOnce) {
   ScopedFolder folder;
   folder.write(

@@ -198,6 +198,15 @@ struct LitStudies : LadderRoomTest {
     }
     return records;
   }
+  /// Names of the files that a run says it rests on.
+  static std::vector<std::string> inputs_of(const fs::path& run) {
+    std::vector<std::string> names;
+    for (const FileRecord& input : read_provenance(run / "provenance.json").inputs) {
+      EXPECT_EQ(input.hash, file_hash(input.path));
+      names.push_back(fs::path(input.path).filename().string());
+    }
+    return names;
+  }
   /// Goes on after the first room and ends as the whole run did.
   static void expect_resumed(const Config& c, const fs::path& run) {
     const std::vector<MetricRecord> whole = without_seconds(run);
@@ -222,6 +231,12 @@ TEST_F(LitStudies, LadderEndToEndAndResumed) {
   EXPECT_TRUE(fs::exists(run / "report.html"));
   EXPECT_TRUE(fs::exists(run / "artifacts/room0_render_tracer_then_rungs.png"));
   expect_resumed(c, run);
+  EXPECT_THAT(inputs_of(run), ElementsAre("light_local.safetensors", "light_global.safetensors", "maps.safetensors"));
+  const Provenance provenance = read_provenance(run / "provenance.json");
+  EXPECT_EQ(provenance.rooms.seeds.size(), 2u);
+  EXPECT_EQ(provenance.hashes.at("config"), config_hash(c));
+  EXPECT_GT(provenance.figures.at("minutes"), 0);
+  EXPECT_GT(read_metrics(run / "metrics.jsonl")[1].seconds, 0.1) << "records keep the time of the whole run";
 }
 
 TEST_F(LitStudies, BallsEndToEndAndResumed) {
@@ -237,6 +252,26 @@ TEST_F(LitStudies, BallsEndToEndAndResumed) {
   EXPECT_EQ(centre.rows.size(), 2 * 7u);
   for (const auto& row : centre.rows) EXPECT_GE(std::get<Measure>(row[2]).mean, 0);
   expect_resumed(c, run);
+  EXPECT_THAT(inputs_of(run), ElementsAre("light_local.safetensors", "light_global.safetensors", "maps.safetensors"));
+}
+
+TEST_F(LitStudies, OtherWeightsDoNotGoOnWithARun) {
+  const Config c = config("edit.toml", {"data.rooms=2", "edit.spp=4", "edit.seeds=1", "edit.lights=[net]"});
+  const fs::path run = run_study(c, {"clerestory"});
+  EXPECT_THAT(inputs_of(run), ElementsAre("light_local.safetensors", "light_global.safetensors"));
+  fs::remove(run / "DONE");
+  cut_metrics(run / "metrics.jsonl", 1);
+  std::string text = read_file(run / "provenance.json");
+  const std::string hash = read_provenance(run / "provenance.json").inputs[0].hash;
+  text.replace(text.find(hash), hash.size(), "0123456789abcdef");
+  write_file(run / "provenance.json", text);
+  try {
+    run_study(c, {"clerestory"});
+    ADD_FAILURE() << "rooms under two lights in one table";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Usage);
+    EXPECT_THAT(error.what(), testing::HasSubstr("light_local.safetensors"));
+  }
 }
 
 TEST_F(LitStudies, WithoutWeightsTheySayWhichAreMissing) {

@@ -247,6 +247,10 @@ TEST_F(LightStudies, WhoAnswersAndGoesOnWhereItStopped) {
     EXPECT_GE(value(record, "probe distance/v0p0"), 0.15);
     EXPECT_TRUE(std::isfinite(value(record, "gap closed, misses/view 0")));
   }
+  const std::vector<FileRecord> inputs = read_provenance(whole / "provenance.json").inputs;
+  ASSERT_EQ(inputs.size(), 2u) << "maps are true: the light's weights alone";
+  EXPECT_EQ(inputs[0].hash, file_hash(weights() / "light_local.safetensors"));
+  EXPECT_EQ(inputs[1].hash, file_hash(weights() / "light_global.safetensors"));
   const RunTables tables = study_tables(whole);
   EXPECT_EQ(tables.at("1_ablation").rows.size(), 18u);
   EXPECT_EQ(tables.at("2_differences").rows.size(), 15u);

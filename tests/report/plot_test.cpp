@@ -56,6 +56,14 @@ TEST_F(PlotTest, UnfitDataIsRefused) {
   EXPECT_THROW(plot_svg(plot), Error);
 }
 
+TEST_F(PlotTest, DotsStandInRowsUnderTheirNames) {
+  const DotPlot plot{"Errors", "relMSE", true, {{"ours", 0.1, 0.02}, {"it's `date`", 3, 0}, {"none", NAN, 0}}};
+  const std::string svg = plot_svg(plot);
+  for (const char* part : {"<title>Errors</title>", ">ours<", "`date`", ">none<", "relMSE"})
+    EXPECT_NE(svg.find(part), std::string::npos) << part;
+  EXPECT_THROW(plot_svg(DotPlot{"Errors", "", true, {{"a", 0, 0}}}), Error) << "a log axis does not show 0";
+}
+
 TEST_F(PlotTest, MissingGnuplotIsSaid) {
   const std::string path = getenv("PATH");
   setenv("PATH", folder_.c_str(), 1);

@@ -29,6 +29,8 @@ TEST_F(ProvenanceTest, RoundTrip) {
   put(folder_ / "photo.png", "abc");
   Provenance p = begin_provenance({"clerestory", "invert", "my photo.png"}, "PoCL");
   p.seeds["render"] = 18446744073709551615u;
+  p.hashes["kernels"] = "0123";
+  p.rooms = {"held_out", {18446744073709551615u, 3}};
   p.facts["light"] = "image";
   p.figures["seconds: network"] = 1.0 / 3;
   p.inputs.push_back(record_file(folder_ / "photo.png"));
@@ -38,6 +40,7 @@ TEST_F(ProvenanceTest, RoundTrip) {
   const Provenance back = read_provenance(folder_ / "provenance.json");
   EXPECT_EQ(provenance_json(back), provenance_json(p));
   EXPECT_EQ(back.seeds.at("render"), 18446744073709551615u);
+  EXPECT_EQ(back.rooms.seeds, p.rooms.seeds);
   EXPECT_EQ(back.figures.at("seconds: network"), 1.0 / 3);
   EXPECT_EQ(back.inputs[0].bytes, 3u);
   EXPECT_EQ(back.left_out[0].saved, "2 kernels");

@@ -27,6 +27,15 @@ TEST(TableTest, MeanAndDeviationOfSamples) {
   EXPECT_THROW(measure_of({}), Error);
 }
 
+TEST(TableTest, ANoteStandsBelowTheTitle) {
+  Table table = example();
+  EXPECT_EQ(table_json(table).find("note"), std::string::npos);
+  table.note = "Clamp 1; spread over 5 seeds.";
+  EXPECT_EQ(table_markdown(table).find("**Layer study**\n\nClamp 1; spread over 5 seeds.\n\n| sampler |"), 0u);
+  EXPECT_EQ(table_text(table).find("Layer study\nClamp 1; spread over 5 seeds.\nsampler"), 0u);
+  EXPECT_EQ(table_from_json(table_json(table), "t").note, table.note);
+}
+
 TEST(TableTest, CellsAsText) {
   const Column column{"x", "", Best::None, 3};
   EXPECT_EQ(cell_text({}, column), "-");
