@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,9 +26,10 @@ struct RenderSettings {
   std::string ssrt = "hierarchical";  // dda | hierarchical
   std::string delta = "linear";       // linear | window
   std::string light = "image";        // image | constant | panorama | net | out_of_view
-  std::shared_ptr<const LightNets> nets;  // of net and out_of_view
-  std::vector<SoftLamp> lamps;            // added to any light (fit_lamps)
-  std::string brdf = "ggx";               // ggx | li2020
+  std::shared_ptr<const LightNets> nets;          // of net and out_of_view
+  std::optional<std::array<double, 3>> constant;  // radiance of `constant`; none: ambient_of() the scene
+  std::vector<SoftLamp> lamps;                    // added to any light (fit_lamps)
+  std::string brdf = "ggx";                       // ggx | li2020
   std::uint32_t seed = 0;
   int chunk_rays = 0;    // rays at once; 0: as many as the light allows
   bool profile = false;  // fill Rendering::kernels

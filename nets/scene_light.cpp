@@ -36,8 +36,11 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
   if (settings.light == "image")
     return without_nets({v.photo, v.ambient}, true,
                         [](const AskedRays& rays, Asked in) { return photograph_radiance(in[0], in[1], rays.hits); });
+  const auto given = [&](const std::array<double, 3>& radiance) {
+    return graph.constant(Tensor({1, 3, 1, 1}, std::vector<double>(radiance.begin(), radiance.end())));
+  };
   if (settings.light == "constant")  // the photograph only says how large a picture is
-    return without_nets({v.photo, v.ambient}, false,
+    return without_nets({v.photo, settings.constant ? given(*settings.constant) : v.ambient}, false,
                         [](const AskedRays& rays, Asked in) { return constant_light(in[1], rays.direction, in[0]); });
   return without_nets({v.photo, v.ambient}, false, [](const AskedRays& rays, Asked in) {
     return panorama_light(in[0], in[1], rays.camera, rays.direction);

@@ -187,7 +187,7 @@ Problem problem_of(const Explained& e, std::size_t channel, std::size_t unknowns
   for (std::size_t i = 0; i < n; ++i) {
     if (e.counts.data[i] == 0) continue;
     const auto seen = static_cast<double>(photo[i]), lit = static_cast<double>(e.radiance[channel * n + i]);
-    const double weight = 1 / (seen + kFloor * whole / count);
+    const double weight = weight_of_pixel(seen, whole / count);
     const float* shares = e.shares.data() + (i * 3 + channel) * unknowns;
     for (std::size_t k = 0; k < unknowns; ++k) p.rows.push_back(weight * static_cast<double>(shares[k]));
     p.target.push_back(weight * (seen - lit));
@@ -209,6 +209,8 @@ std::vector<SoftLamp> that_matter(const std::vector<SoftLamp>& all) {
 }
 
 }  // namespace
+
+double weight_of_pixel(double seen, double mean) { return 1 / (seen + kFloor * mean); }
 
 SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp>& lamps) {
   if (lamps.empty()) return light;

@@ -23,6 +23,9 @@ struct SoftLamp {
 /// `light` and the lamps. It traces, for lamps shine only where a ray leaves what is seen.
 SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp>& lamps);
 
+/// What multiplies a pixel's error in a fit to the photograph: 1 / (seen + half the mean of all that count).
+double weight_of_pixel(double seen, double mean);
+
 /// Lamps that explain what the photograph's surfaces send beyond what settings.light makes them send, and how well.
 struct LampFit {
   std::vector<SoftLamp> lamps;      // none: the light is bright enough everywhere

@@ -62,6 +62,7 @@ json recipe(const GenerateOptions& o) {
            {"split", o.split},
            {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
            {"box_rooms", o.box_rooms}};
+  if (!o.room_seeds.empty()) all["room_seeds"] = o.room_seeds;
   if (o.light) all["light_spp"] = o.light_spp, all["probes"] = o.probes;
   return all;
 }
@@ -269,6 +270,7 @@ std::string room_name(const GenerateOptions& options, int index) {
 }
 
 std::uint64_t room_seed(const GenerateOptions& options, int index) {
+  if (!options.room_seeds.empty()) return options.room_seeds.at(static_cast<std::size_t>(index));
   return Random::mix(Random::mix(options.seed + 1) ^ static_cast<std::uint64_t>(index)) ^
          (options.setting == Setting::HeldOut ? 1 : 0);
 }

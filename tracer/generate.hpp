@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "host/cl/device.hpp"
 #include "tracer/room.hpp"
@@ -14,9 +15,10 @@ struct GenerateOptions {
   std::filesystem::path out;
   int rooms = 1, views = 5;  // views per room
   int width = 160, height = 120, spp = 64;
-  double clamp = 0;           // most one indirect contribution adds, in units of the picture's white; 0: no bound
-  std::uint64_t seed = 0;     // rooms of different seeds share nothing
-  int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
+  double clamp = 0;        // most one indirect contribution adds, in units of the picture's white; 0: no bound
+  std::uint64_t seed = 0;  // rooms of different seeds share nothing
+  std::vector<std::uint64_t> room_seeds;  // one a room, in place of those that follow from `seed`; or empty
+  int shard = 0, shards = 1;              // this run makes rooms shard, shard + shards, ...
   bool balls = false;
   bool light = true;   // environment maps and probes (host/io/light_files.hpp)
   int light_spp = 16;  // samples of a texel of an environment map; a probe's takes four times as many

@@ -5,15 +5,12 @@
 
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
+#include "nets/constant_light.hpp"
 
 namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kLamps = "+lamps";
-
-bool has_lamps(const std::string& name) { return name.ends_with(kLamps); }
 
 fs::path shipped_folder() {
   const char* set = std::getenv("CLERESTORY_LIGHT_WEIGHTS");
@@ -57,13 +54,17 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
   record.figures["seconds: lamps"] = fit.seconds, record.figures["lamps"] = static_cast<double>(fit.lamps.size());
 }
 
-std::string light_of(const std::string& name) {
-  return has_lamps(name) ? name.substr(0, name.size() - kLamps.size()) : name;
-}
+std::string light_of(const std::string& name) { return name.substr(0, name.find('+')); }
 
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
   base.light = light_of(name);
-  if (has_lamps(name)) base.lamps = fit_lamps(device, scene, base).lamps;
+  const std::string fitted = name.substr(base.light.size());
+  if (fitted == "+lamps")
+    base.lamps = fit_lamps(device, scene, base).lamps;
+  else if (fitted == "+fit" && base.light == "constant")
+    base.constant = fit_constant(device, scene, base);
+  else if (!fitted.empty())
+    throw usage_error("nothing of that name is fitted to a light", name, fitted, "LIGHT+lamps or constant+fit");
   return base;
 }
 

@@ -29,10 +29,10 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
 /// Throws usage_error when there are none, or what load_light() throws.
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);
 
-/// Lights as studies name them: a name of light_names(), or "net+lamps" for one with lamps fitted to its scene.
-/// The light alone, "net".
+/// Lights as studies name them: a name of light_names(); "net+lamps", one with lamps fitted to its scene;
+/// "constant+fit", the constant that is fitted to it (nets/constant_light.hpp). The light alone, "net".
 std::string light_of(const std::string& name);
-/// `base` under a light so named.
+/// `base` under a light so named. Throws usage_error on another name.
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene);
 
 /// "image", or the name of a learned light and its weights: for provenance and report.

@@ -48,21 +48,28 @@ const char* PairedDifference::verdict() const {
   return mean < 0 ? "lower" : "higher";
 }
 
-PairedDifference paired_difference(const std::vector<std::vector<double>>& ours,
-                                   const std::vector<std::vector<double>>& theirs) {
+Measure over_rooms(const std::vector<std::vector<double>>& values) {
   std::vector<double> rooms, seeds;
-  for (std::size_t r = 0; r < ours.size(); ++r) {
-    std::vector<double> differences;
-    for (std::size_t s = 0; s < ours[r].size(); ++s) differences.push_back(ours[r][s] - theirs.at(r).at(s));
-    if (!std::ranges::all_of(differences, [](double d) { return std::isfinite(d); })) continue;
-    rooms.push_back(mean(differences));
-    seeds.resize(differences.size(), 0);
-    for (std::size_t s = 0; s < differences.size(); ++s) seeds.at(s) += differences[s];
+  for (const std::vector<double>& room : values) {
+    if (room.empty() || !std::ranges::all_of(room, [](double v) { return std::isfinite(v); })) continue;
+    rooms.push_back(mean(room));
+    seeds.resize(room.size(), 0);
+    for (std::size_t s = 0; s < room.size(); ++s) seeds.at(s) += room[s];
   }
-  if (rooms.empty()) throw Error(ErrorKind::Failed, "no room has both sides of a difference", "paired difference");
+  if (rooms.empty()) throw Error(ErrorKind::Failed, "no room has such a value", "mean over rooms");
   const auto n = static_cast<double>(rooms.size());
   for (double& sum_of_rooms : seeds) sum_of_rooms /= n;
-  return {mean(rooms), std::max(standard_deviation(seeds), standard_deviation(rooms) / std::sqrt(n))};
+  return {mean(rooms), std::max(standard_deviation(seeds), standard_deviation(rooms) / std::sqrt(n)),
+          static_cast<int>(rooms.size())};
+}
+
+PairedDifference paired_difference(const std::vector<std::vector<double>>& ours,
+                                   const std::vector<std::vector<double>>& theirs) {
+  std::vector<std::vector<double>> differences = ours;
+  for (std::size_t r = 0; r < ours.size(); ++r)
+    for (std::size_t s = 0; s < ours[r].size(); ++s) differences[r][s] -= theirs.at(r).at(s);
+  const Measure all = over_rooms(differences);
+  return {all.mean, all.deviation};
 }
 
 }  // namespace clerestory

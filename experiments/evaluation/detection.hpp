@@ -3,6 +3,8 @@
 #pragma once
 #include <vector>
 
+#include "host/report/table.hpp"
+
 namespace clerestory {
 
 /// Area under the receiver's operating characteristic: the chance that one of the `positive` scores higher than one of
@@ -19,12 +21,14 @@ std::vector<ReliabilityBin> reliability_bins(const std::vector<double>& score, c
 /// Mean over all scores of |mean score - share of positives| of their bin. NaN without any.
 double calibration_error(const std::vector<ReliabilityBin>& bins);
 
-/// Ours less theirs over equal rooms and seeds, [room][seed].
+/// The one rule of studies for a figure and its spread. Values [room][seed]; rooms with one that is not finite are left
+/// out. Mean over rooms and seeds; deviation: the larger of the standard deviation over seeds of the mean over rooms
+/// and the standard error over rooms of the mean over seeds; count: rooms. Throws Error when no room is left.
+Measure over_rooms(const std::vector<std::vector<double>>& values);
+
+/// Ours less theirs over equal rooms and seeds, [room][seed], by that rule.
 struct PairedDifference {
-  double mean = 0;
-  /// The larger of: standard deviation over seeds of the mean over rooms; standard error over rooms of the mean over
-  /// seeds.
-  double spread = 0;
+  double mean = 0, spread = 0;
   /// "lower" or "higher" when the mean is more than two spreads from 0, else "none".
   const char* verdict() const;
 };

@@ -4,52 +4,31 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include "host/error.hpp"
 #include "host/math/statistics.hpp"
 
 namespace clerestory {
-namespace {
-
-/// The value at which the running sum of weights reaches a share of it. `order` sorts `values`.
-double weighted_quantile(const std::vector<double>& values, const std::vector<double>& weights,
-                         const std::vector<std::size_t>& order, double q) {
-  const double wanted = q * sum(weights);
-  double reached = 0;
-  for (const std::size_t i : order)
-    if ((reached += weights[i]) >= wanted) return values[i];
-  return values[order.back()];
-}
-
-}  // namespace
-
 KnownRays::KnownRays(std::vector<std::array<float, 3>> truth, std::vector<double> weights)
     : truth_(std::move(truth)), weights_(std::move(weights)) {
   if (!weights_.empty() && weights_.size() != truth_.size())
     throw Error(ErrorKind::Failed, "rays and weights of unlike number", "light errors");
 }
 
-template <class Relative, class Logarithmic>
-LightError KnownRays::error_of(const Relative& relative, const Logarithmic& logarithmic, const Used& used) const {
-  double squares = 0, logs = 0, weights = 0;
-  for (const std::size_t i : used) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double t = truth(c, i), d = relative(c, i) - t,
-                   l = std::log((std::max(logarithmic(c, i), 0.0) + kLightFloor) / (t + kLightFloor));
-      squares += weight(i) * (d * d / (t * t + kLightFloor)), logs += weight(i) * (l * l);
-    }
-    weights += 3 * weight(i);
-  }
-  return {squares / weights, std::sqrt(logs / weights), 1};
+template <class Answer>
+RadianceError KnownRays::error_of(const Answer& answer, const Used& used) const {
+  RadianceErrorSums sums;
+  for (const std::size_t i : used)
+    for (std::size_t c = 0; c < 3; ++c) sums.add(answer(c, i), truth(c, i), weight(i));
+  return sums.error();
 }
 
-LightError KnownRays::error(const std::vector<float>& planar, const Used& used) const {
-  const auto answer = [&](std::size_t c, std::size_t i) { return static_cast<double>(planar[c * truth_.size() + i]); };
-  return error_of(answer, answer, used);
+RadianceError KnownRays::error(const std::vector<float>& planar, const Used& used) const {
+  return error_of([&](std::size_t c, std::size_t i) { return static_cast<double>(planar[c * truth_.size() + i]); },
+                  used);
 }
 
-LightError KnownRays::best_constant(const Used& used) const {
+RadianceError KnownRays::best_constant(const Used& used) const {
   std::array<double, 3> weighted{}, weights{}, logs{};
   double all = 0;
   for (const std::size_t i : used) {
@@ -59,8 +38,10 @@ LightError KnownRays::best_constant(const Used& used) const {
     }
     all += weight(i);
   }
-  return error_of([&](std::size_t c, std::size_t) { return weighted[c] / weights[c]; },
-                  [&](std::size_t c, std::size_t) { return std::exp(logs[c] / all) - kLightFloor; }, used);
+  RadianceError error =
+      error_of([&](std::size_t c, std::size_t) { return std::exp(logs[c] / all) - kLightFloor; }, used);
+  error.relmse = error_of([&](std::size_t c, std::size_t) { return weighted[c] / weights[c]; }, used).relmse;
+  return error;
 }
 
 double KnownRays::noise(const std::vector<float>& variance, const Used& used) const {
@@ -93,15 +74,12 @@ double log_intensity_range(const std::vector<float>& planar, const std::vector<d
   const std::size_t count = weights.size();
   std::vector<double> values(count);
   for (std::size_t i = 0; i < count; ++i) values[i] = luminance(planar[i], planar[count + i], planar[2 * count + i]);
-  std::vector<std::size_t> order(count);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
-  return std::log((weighted_quantile(values, weights, order, 0.99) + kLightFloor) /
-                  (weighted_quantile(values, weights, order, 0.01) + kLightFloor));
+  return std::log((weighted_quantile(values, weights, 0.99) + kLightFloor) /
+                  (weighted_quantile(values, weights, 0.01) + kLightFloor));
 }
 
-double gap_closed(double photo, double ours, double noise) {
-  return photo > noise ? (photo - ours) / (photo - noise) : std::numeric_limits<double>::quiet_NaN();
+double way_gone(double simple, double ours, double noise) {
+  return simple > noise ? (simple - ours) / (simple - noise) : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace clerestory

@@ -4,17 +4,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "experiments/evaluation/radiance_error.hpp"
+
 namespace clerestory {
-
-/// What keeps relative errors and logarithms finite in the dark; pictures have their 95th percentile at 0.9.
-inline constexpr double kLightFloor = 0.01;
-
-/// relMSE: mean over rays and channels of d^2 / (truth^2 + 0.01); log-RGB RMSE: root of the mean of
-/// ln((y + 0.01) / (truth + 0.01))^2, y at least 0. `views`: how many the means are over.
-struct LightError {
-  double relmse = 0, log_rmse = 0;
-  int views = 0;
-};
 
 /// Rays with known light. Answers are planar {3, count}; `used` lists the rays that count and is not empty.
 class KnownRays {
@@ -25,9 +17,10 @@ class KnownRays {
   explicit KnownRays(std::vector<std::array<float, 3>> truth, std::vector<double> weights = {});
   std::size_t count() const { return truth_.size(); }
 
-  LightError error(const std::vector<float>& planar, const Used& used) const;
-  /// Of the constants, one a channel, that make each of the two errors least.
-  LightError best_constant(const Used& used) const;
+  RadianceError error(const std::vector<float>& planar, const Used& used) const;
+  /// An oracle, which reads the truth: of the constants, one a channel, that make relMSE least; all other errors are
+  /// those of the constants that make the log-RGB RMSE least.
+  RadianceError best_constant(const Used& used) const;
   /// relMSE that noise of the truth adds to every answer: mean of variance / (truth^2 + 0.01); `variance` planar.
   double noise(const std::vector<float>& variance, const Used& used) const;
   /// Mean angle between answer and truth as vectors of RGB, degrees; black has an angle of 90 to all.
@@ -36,8 +29,8 @@ class KnownRays {
  private:
   double truth(std::size_t c, std::size_t i) const { return static_cast<double>(truth_[i][c]); }
   double weight(std::size_t i) const { return weights_.empty() ? 1 : weights_[i]; }
-  template <class Relative, class Logarithmic>
-  LightError error_of(const Relative& relative, const Logarithmic& logarithmic, const Used& used) const;
+  template <class Answer>
+  RadianceError error_of(const Answer& answer, const Used& used) const;
 
   std::vector<std::array<float, 3>> truth_;
   std::vector<double> weights_;
@@ -47,8 +40,8 @@ class KnownRays {
 /// of weights reaches a share of it.
 double log_intensity_range(const std::vector<float>& planar, const std::vector<double>& weights);
 
-/// Share of the gap from the photograph to the truth that an answer closes, (photo - ours) / (photo - noise) of relMSE;
-/// NaN where the photograph is no further from the truth than the truth's own noise.
-double gap_closed(double photo, double ours, double noise);
+/// Share of the way from a simple answer's error to that of the truth's own noise that an answer goes,
+/// (simple - ours) / (simple - noise) of relMSE; NaN where the simple one is no further off than the noise.
+double way_gone(double simple, double ours, double noise);
 
 }  // namespace clerestory

@@ -170,7 +170,7 @@ class BallsStudy : public StudyRun {
   /// Predicted maps whose depth is right at the foot of the ball; empty when nobody asks for them.
   Scene predicted_at(const Scene& truth, const InsertedObject& ball) {
     if (maps_weights_.empty()) return {};
-    Scene scene = predicted_scene(device_, maps_weights_, truth);
+    Scene scene = predicted_scene(device_, maps_weights_, truth.photo, truth.camera, false);
     const auto& c = *ball.at_point;
     const Vec3 foot = Vec3(c[0], c[1], c[2]) - *ball.radius * truth.camera.direction_to_camera({0, 1, 0});
     if (const auto at = truth.camera.project(foot)) scale_depth(scene, *at, -foot.z);
@@ -203,7 +203,7 @@ class BallsStudy : public StudyRun {
 
   static void note(MetricRecord& record, const std::string& key, const Image& picture, const Image& truth,
                    const std::vector<bool>& shows, const Image& mask, double seconds) {
-    const PictureError e = picture_error(picture, truth, shows);
+    const RadianceError e = picture_error(picture, truth, shows);
     record.values.insert(record.values.end(),
                          {{key + "/relmse", e.relmse},
                           {key + "/psnr", e.psnr},
@@ -217,7 +217,7 @@ class BallsStudy : public StudyRun {
   }
   static void note_around(MetricRecord& record, const std::string& ball, const std::string& key, const Image& picture,
                           const Image& truth, const std::vector<bool>& near) {
-    const PictureError e = picture_error(picture, truth, near);
+    const RadianceError e = picture_error(picture, truth, near);
     record.values.emplace_back(around_key(ball, key, "relmse"), e.relmse);
     record.values.emplace_back(around_key(ball, key, "psnr"), e.psnr);
   }
@@ -319,7 +319,7 @@ class BallsStudy : public StudyRun {
         if (errors.empty()) continue;
         std::vector<double> closed;
         for (std::size_t i = 0; i < photo.size(); ++i)
-          if (const double gap = gap_closed(photo[i], errors[i], noise[i]); std::isfinite(gap)) closed.push_back(gap);
+          if (const double gap = way_gone(photo[i], errors[i], noise[i]); std::isfinite(gap)) closed.push_back(gap);
         table.add({who.key(), region, Measure{median(errors)}, Measure{median(noise)},
                    closed.empty() || who.light == "image" ? Cell() : Cell(Measure{median(closed)}),
                    Measure{static_cast<double>(who.light == "image" ? errors.size() : closed.size())}});

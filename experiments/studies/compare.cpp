@@ -1,7 +1,9 @@
 #include "experiments/studies/compare.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "host/error.hpp"
 #include "host/math/statistics.hpp"
@@ -15,26 +17,11 @@ constexpr int kScales = 240;  // steps of a factor of 64: 1.7 % each
 
 double rounding(double a, double b) { return kRounding * std::max(std::abs(a), std::abs(b)); }
 
-/// Sums over the compared pixels of one channel scaled by `scale`: of relative and of clipped squared differences.
-struct Sums {
-  double relative = 0, clipped = 0;
-};
-Sums channel_sums(const Image& picture, const Image& truth, const std::vector<bool>& used, int c, double scale) {
-  Sums sums;
+void add_channel(RadianceErrorSums& sums, const Image& picture, const Image& truth, const std::vector<bool>& used,
+                 int c, double scale) {
   const float *ours = picture.plane(c), *theirs = truth.plane(c);
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) continue;
-    const double value = scale * ours[i], wanted = theirs[i];
-    const double d = value - wanted, e = std::min(value, 1.0) - std::min(wanted, 1.0);
-    sums.relative += d * d / (wanted * wanted + 0.01), sums.clipped += e * e;
-  }
-  return sums;
-}
-
-PictureError error_of(const Sums& sums, const std::vector<bool>& used) {
-  const double values = 3 * static_cast<double>(std::count(used.begin(), used.end(), true));
-  if (values == 0) throw Error(ErrorKind::Failed, "no pixel to compare", "picture error");
-  return {sums.relative / values, -10 * std::log10(std::max(sums.clipped / values, 1e-12))};
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i]) sums.add(scale * static_cast<double>(ours[i]), static_cast<double>(theirs[i]));
 }
 
 }  // namespace
@@ -92,26 +79,39 @@ double share_by_stated(const std::vector<double>& ours, const std::vector<double
   return within / values;
 }
 
-PictureError picture_error(const Image& picture, const Image& truth, const std::vector<bool>& used) {
-  Sums all;
-  for (int c = 0; c < 3; ++c) {
-    const Sums s = channel_sums(picture, truth, used, c, 1);
-    all.relative += s.relative, all.clipped += s.clipped;
-  }
-  return error_of(all, used);
+RadianceError picture_error(const Image& picture, const Image& truth, const std::vector<bool>& used) {
+  RadianceErrorSums sums;
+  for (int c = 0; c < 3; ++c) add_channel(sums, picture, truth, used, c, 1);
+  return sums.error();
 }
 
-PictureError best_scaled_error(const Image& picture, const Image& truth, const std::vector<bool>& used) {
-  Sums all;
+RadianceError best_scaled_error(const Image& picture, const Image& truth, const std::vector<bool>& used) {
+  // Figures are means over channels, or decibels of one, so that each channel has a scale of its own.
+  struct Figure {
+    double RadianceError::*of;
+    double sign;  // -1: more is better
+    double least = std::numeric_limits<double>::infinity(), scale = 1;
+    RadianceErrorSums sums{};
+  };
+  std::array<Figure, 4> figures{{{&RadianceError::smape, 1},
+                                 {&RadianceError::relmse, 1},
+                                 {&RadianceError::psnr, -1},
+                                 {&RadianceError::shown_psnr, -1}}};
   for (int c = 0; c < 3; ++c) {
-    Sums best = channel_sums(picture, truth, used, c, 1);
+    for (Figure& f : figures) f.least = std::numeric_limits<double>::infinity();
     for (int k = 0; k <= kScales; ++k) {
-      const Sums s = channel_sums(picture, truth, used, c, 0.125 * std::pow(64.0, static_cast<double>(k) / kScales));
-      best.relative = std::min(best.relative, s.relative), best.clipped = std::min(best.clipped, s.clipped);
+      const double scale = 0.125 * std::pow(64.0, static_cast<double>(k) / kScales);
+      RadianceErrorSums channel;
+      add_channel(channel, picture, truth, used, c, scale);
+      const RadianceError e = channel.means();
+      for (Figure& f : figures)
+        if (f.sign * e.*f.of < f.least) f.least = f.sign * e.*f.of, f.scale = scale;
     }
-    all.relative += best.relative, all.clipped += best.clipped;
+    for (Figure& f : figures) add_channel(f.sums, picture, truth, used, c, f.scale);
   }
-  return error_of(all, used);
+  RadianceError error = figures[0].sums.error();
+  for (const Figure& f : figures) error.*f.of = f.sums.means().*f.of;
+  return error;
 }
 
 }  // namespace clerestory

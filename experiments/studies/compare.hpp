@@ -2,6 +2,7 @@
 #pragma once
 #include <vector>
 
+#include "experiments/evaluation/radiance_error.hpp"
 #include "host/io/image.hpp"
 
 namespace clerestory {
@@ -34,12 +35,10 @@ double share_by_stated(const std::vector<double>& ours, const std::vector<double
                        const std::vector<double>& theirs, const std::vector<double>& their_variance,
                        const std::vector<bool>& used, double level);
 
-struct PictureError {
-  double relmse = 0;  // mean of d^2 / (truth^2 + 0.01)
-  double psnr = 0;    // dB, of pictures clipped at 1
-};
-PictureError picture_error(const Image& picture, const Image& truth, const std::vector<bool>& used);
-/// Of the best multiple of each channel of `picture`, for either figure by itself.
-PictureError best_scaled_error(const Image& picture, const Image& truth, const std::vector<bool>& used);
+/// Over the channels of `used` pixels.
+RadianceError picture_error(const Image& picture, const Image& truth, const std::vector<bool>& used);
+/// An oracle, which reads the truth: of the best multiple of each channel of `picture`, for each of relmse, smape, psnr
+/// and shown_psnr by itself. The logarithms' are those of the multiple that is best in smape.
+RadianceError best_scaled_error(const Image& picture, const Image& truth, const std::vector<bool>& used);
 
 }  // namespace clerestory

@@ -41,16 +41,17 @@ class EditStudy : public StudyRun {
       use_light(settings_);
     }
     settings_.spp = static_cast<int>(config_.integer("edit.spp"));
-    measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) { run_room(r, seed, assets); });
+    measure_rooms([this](const ListedRoom& listed) { run_room(listed); });
   }
 
-  void run_room(std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
-    TracedRoom view(device_, assets, seed, static_cast<int>(config_.integer("data.width")),
+  void run_room(const ListedRoom& listed) {
+    const std::int64_t r = listed.index;
+    TracedRoom view(device_, listed, static_cast<int>(config_.integer("data.width")),
                     static_cast<int>(config_.integer("data.height")));
     const World& world = view.room.scene;
     Scene& scene = view.scene;
     const int spp = static_cast<int>(config_.integer("data.spp"));
-    const auto tracer_seed = static_cast<std::uint32_t>(Random(seed).fork(1).bits());
+    const auto tracer_seed = static_cast<std::uint32_t>(Random(listed.seed).fork(1).bits());
     scene.photo = view.traced.picture(view.camera, spp, tracer_seed).mean;
     const auto exposure = static_cast<float>(exposure_of(scene.photo.data));
     for (float& v : scene.photo.data) v *= exposure;
@@ -99,7 +100,7 @@ class EditStudy : public StudyRun {
     if (std::none_of(others.begin(), others.end(), [](bool o) { return o; })) return;
     const auto note = [&](const std::string& picture, std::int64_t seed, const Image& image, double seconds) {
       for (const auto& [region, used] : {std::pair{"edited", &edited}, {"others", &others}}) {
-        const PictureError e = picture_error(image, truth, *used);
+        const RadianceError e = picture_error(image, truth, *used);
         const std::string key = fmt::format("{}/{}/{}/s{}/", edit.key, picture, region, seed);
         record.values.insert(record.values.end(),
                              {{key + "relmse", e.relmse}, {key + "psnr", e.psnr}, {key + "seconds", seconds}});

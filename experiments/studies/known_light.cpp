@@ -68,13 +68,13 @@ KnownLightOptions known_light_options(const Config& c) {
   return o;
 }
 
-LitRoom::LitRoom(const Device& device, const RoomAssets& assets, std::uint64_t seed, const KnownLightOptions& options)
+LitRoom::LitRoom(const Device& device, const ListedRoom& listed, const KnownLightOptions& options)
     : device_(device),
       options_(options),
-      seed_(seed),
-      room_(make_room(seed, Setting::Training, assets)),
+      seed_(listed.seed),
+      room_(listed.make()),
       traced_(device, room_.scene),
-      cameras_(choose_views(traced_, room_, options.views, options.width, options.height, Random(seed).fork(100))) {}
+      cameras_(choose_views(traced_, room_, options.views, options.width, options.height, Random(seed_).fork(100))) {}
 
 /// The bound on indirect light is stated against white, so a few samples find the exposure first.
 float LitRoom::most_indirect(const Camera& camera, const Random& random) {

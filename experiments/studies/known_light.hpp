@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "experiments/evaluation/light_errors.hpp"
+#include "experiments/studies/room_list.hpp"
 #include "experiments/training/light_batches.hpp"
 #include "host/io/config.hpp"
 #include "nets/scene.hpp"
-#include "tracer/room.hpp"
 #include "tracer/trace_scene.hpp"
 
 namespace clerestory {
@@ -40,7 +40,7 @@ struct KnownView {
 /// One room on the device. Everything is a function of its seed and the options.
 class LitRoom {
  public:
-  LitRoom(const Device& device, const RoomAssets& assets, std::uint64_t seed, const KnownLightOptions& options);
+  LitRoom(const Device& device, const ListedRoom& listed, const KnownLightOptions& options);
   /// Draws are those of draw_rays(): tiles of the environment maps, and probes. The truth of a ray from a surface
   /// leaves the true surface of its pixel, also where the maps are predicted.
   KnownView view(int v);

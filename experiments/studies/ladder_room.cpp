@@ -4,6 +4,7 @@
 #include <map>
 
 #include "experiments/studies/compare.hpp"
+#include "experiments/studies/crop.hpp"
 #include "experiments/studies/predicted_scene.hpp"
 #include "experiments/studies/traced_room.hpp"
 #include "host/math/statistics.hpp"
@@ -67,33 +68,6 @@ struct Job {
   }
 };
 
-/// The part of a camera's picture that holds all of some pixels.
-struct Crop {
-  Camera camera;
-  int x = 0, y = 0;
-};
-Crop crop_to(const Camera& camera, const std::vector<bool>& pixels) {
-  int low_x = camera.width, low_y = camera.height, high_x = -1, high_y = -1;
-  for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      if (!pixels[static_cast<std::size_t>(y) * camera.width + x]) continue;
-      low_x = std::min(low_x, x), high_x = std::max(high_x, x), low_y = std::min(low_y, y),
-      high_y = std::max(high_y, y);
-    }
-  Crop crop{camera, low_x, low_y};
-  crop.camera.width = high_x - low_x + 1, crop.camera.height = high_y - low_y + 1;
-  crop.camera.cx -= low_x, crop.camera.cy -= low_y;
-  return crop;
-}
-
-void paste(const Image& part, const Crop& crop, const std::vector<bool>& pixels, Image& to) {
-  for (int c = 0; c < 3; ++c)
-    for (int y = 0; y < part.height; ++y)
-      for (int x = 0; x < part.width; ++x)
-        if (pixels[static_cast<std::size_t>(crop.y + y) * to.width + crop.x + x])
-          to.at(c, crop.y + y, crop.x + x) = part.at(c, y, x);
-}
-
 /// Only the pixels where `keep` is set are left to be shaded.
 Scene only(Scene maps, const std::vector<bool>& keep) {
   for (std::size_t i = 0; i < keep.size(); ++i)
@@ -103,14 +77,14 @@ Scene only(Scene maps, const std::vector<bool>& keep) {
 
 class RoomLadder {
  public:
-  RoomLadder(Device& device, const RoomAssets& assets, std::uint64_t seed, const LadderOptions& options)
-      : device_(device), options_(options), seed_(seed), view_(device, assets, seed, options.width, options.height) {
-    photo_ = traced_halves(view_.traced, view_.camera, options.picture_spp, 1, Random(seed).fork(1).bits());
+  RoomLadder(Device& device, const ListedRoom& room, const LadderOptions& options)
+      : device_(device), options_(options), seed_(room.seed), view_(device, room, options.width, options.height) {
+    photo_ = traced_halves(view_.traced, view_.camera, options.picture_spp, 1, Random(seed_).fork(1).bits());
     exposure_ = exposure_of(mean_of(photo_[0], photo_[1]).data);
     for (Image& half : photo_)
       for (float& v : half.data) v = static_cast<float>(v * exposure_);
     view_.scene.photo = mean_of(photo_[0], photo_[1]);
-    place_ = place_ball(view_.traced, view_.camera, Random(seed).fork(200));
+    place_ = place_ball(view_.traced, view_.camera, Random(seed_).fork(200));
     lit_[1] = std::make_unique<Lit>(device, view_.scene, options.render);
     lit_[0] = predicted();
   }
@@ -130,7 +104,7 @@ class RoomLadder {
  private:
   std::unique_ptr<Lit> predicted() {
     const Stopwatch watch;
-    Scene scene = predicted_scene(device_, options_.maps_weights, view_.scene);
+    Scene scene = predicted_scene(device_, options_.maps_weights, view_.scene.photo, view_.camera, false);
     const double seconds = watch.seconds();
     if (place_) {
       const Vec3 foot = place_->center - kBallLift * place_->radius * view_.camera.direction_to_camera({0, 1, 0});
@@ -226,7 +200,7 @@ class RoomLadder {
         note("relmse", key, s, relmse_of_pair(one, other, job.truth[0], job.truth[1], job.used));
         note("psnr", key, s, picture_error(one, truth, job.used).psnr), note("seconds", key, s, row.seconds[s]);
         if (key != plain_key("constant", true)) continue;
-        const PictureError best = best_scaled_error(one, truth, job.used);
+        const RadianceError best = best_scaled_error(one, truth, job.used);
         note("relmse", kBestConstant, s, best.relmse), note("psnr", kBestConstant, s, best.psnr);
         note("seconds", kBestConstant, s, row.seconds[s]);
       }
@@ -285,8 +259,8 @@ double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Imag
   return sum.value() / values;
 }
 
-LadderRoom climb_ladder(Device& device, const RoomAssets& assets, std::uint64_t seed, const LadderOptions& options) {
-  return RoomLadder(device, assets, seed, options).climb();
+LadderRoom climb_ladder(Device& device, const ListedRoom& room, const LadderOptions& options) {
+  return RoomLadder(device, room, options).climb();
 }
 
 }  // namespace clerestory

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "experiments/studies/linked_light.hpp"
-#include "tracer/room.hpp"
+#include "experiments/studies/room_list.hpp"
 
 namespace clerestory {
 
@@ -39,7 +39,7 @@ struct LadderRoom {
   /// By job: the tracer's picture, then one a rung.
   std::vector<std::pair<std::string, std::vector<Image>>> strips;
 };
-LadderRoom climb_ladder(Device& device, const RoomAssets& assets, std::uint64_t seed, const LadderOptions& options);
+LadderRoom climb_ladder(Device& device, const ListedRoom& room, const LadderOptions& options);
 
 /// relMSE (eps 0.01) of the picture of which x and y are independent estimates, as a and b are of the truth: mean of
 /// the products of their differences over the square of the truth's mean + 0.01. Its expectation holds no variance, so

@@ -30,8 +30,9 @@ class LadderStudy : public StudyRun {
     options_.picture_spp = static_cast<int>(config_.integer("data.spp"));
     options_.emission_spp = static_cast<int>(config_.integer("ladder.emission_spp"));
     options_.seeds = static_cast<int>(config_.integer("ladder.seeds"));
-    measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
-      LadderRoom room = climb_ladder(device_, assets, seed, options_);
+    measure_rooms([this](const ListedRoom& listed) {
+      LadderRoom room = climb_ladder(device_, listed, options_);
+      const std::int64_t r = listed.index;
       for (const auto& [job, strip] : room.strips)
         if (r < kMostStrips) write_strip(run_.artifact(fmt::format("room{}_{}_tracer_then_rungs.png", r, job)), strip);
       add_record({r + 1, 0, std::move(room.values)});

@@ -95,15 +95,15 @@ class Measuring {
                      {"photograph", "relMSE", Best::None, 3},
                      {"photograph", "log-RGB RMSE", Best::None, 3}};
     add_cost_columns(table);
-    const auto cell = [](const LightError& e, double LightError::*error) {
+    const auto cell = [](const RadianceError& e, double RadianceError::*error) {
       return e.views > 0 ? Cell(Measure{e.*error}) : Cell();
     };
     for (const auto& [name, rays] :
          {std::pair{"hit", LightSummary::Hits}, {"miss", LightSummary::Misses}, {"all", LightSummary::All}}) {
-      const LightError &net = s.of(rays, LightAnswerer::Full), &photo = s.of(rays, LightAnswerer::Photograph);
+      const RadianceError &net = s.of(rays, LightAnswerer::Full), &photo = s.of(rays, LightAnswerer::Photograph);
       add_row(table,
-              {name, cell(net, &LightError::relmse), cell(net, &LightError::log_rmse), cell(photo, &LightError::relmse),
-               cell(photo, &LightError::log_rmse)},
+              {name, cell(net, &RadianceError::relmse), cell(net, &RadianceError::log_rmse),
+               cell(photo, &RadianceError::relmse), cell(photo, &RadianceError::log_rmse)},
               costs_);
     }
     return table;
@@ -154,7 +154,7 @@ class Measuring {
           used[i] =
               scene.depth.data[i] > 0 && scene.material.data[2 * n + i] == 0 && bins[b].holds(scene.material.data[i]);
         if (std::ranges::count(used, true) < kLeastPixels) continue;
-        const PictureError e = picture_error(again.radiance, truth, used);
+        const RadianceError e = picture_error(again.radiance, truth, used);
         relmse[b].push_back(e.relmse), psnr[b].push_back(e.psnr);
       }
     }

@@ -115,14 +115,14 @@ class LightStudy : public StudyRun {
     settings_.light = "net";
     use_light(settings_);
     if (options_.predicted) options_.maps_weights = use_maps();
-    measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
-      LitRoom room(device_, assets, seed, options_);
+    measure_rooms([this](const ListedRoom& listed) {
+      LitRoom room(device_, listed, options_);
       values_.clear();
       for (int v = 0; v < options_.views; ++v) {
         stop_if_interrupted("study");
-        measure_view(r, v, room.view(v));
+        measure_view(listed.index, v, room.view(v));
       }
-      MetricRecord record{r + 1, 0, {}};
+      MetricRecord record{listed.index + 1, 0, {}};
       for (const auto& [key, list] : values_) record.values.emplace_back(key, mean(list));
       add_record(std::move(record));
     });
@@ -170,8 +170,8 @@ class LightStudy : public StudyRun {
     return some;
   }
 
-  static LightError error_of(const std::string& who, const KnownRays& truth, const Used& used,
-                             const ViewAnswers& answers) {
+  static RadianceError error_of(const std::string& who, const KnownRays& truth, const Used& used,
+                                const ViewAnswers& answers) {
     return who == "constant" ? truth.best_constant(used) : truth.error(answers.radiance.at(who), used);
   }
 
@@ -190,7 +190,7 @@ class LightStudy : public StudyRun {
                                                                static_cast<double>(draw.size()));
   }
 
-  void note(const std::string& where, const std::string& who, const LightError& e) {
+  void note(const std::string& where, const std::string& who, const RadianceError& e) {
     values_["relMSE, " + where + "/" + who].push_back(e.relmse);
     values_["log-RGB RMSE, " + where + "/" + who].push_back(e.log_rmse);
   }
@@ -228,8 +228,8 @@ class LightStudy : public StudyRun {
     for (const Named& kind : ray_kinds()) {
       const Used used = of_kind(kind.key, all, answers.pixel);
       if (used.empty()) continue;
-      const double share = gap_closed(error_of("photo", truth, used, answers).relmse,
-                                      error_of("net", truth, used, answers).relmse, truth.noise(rays.noise, used));
+      const double share = way_gone(error_of("photo", truth, used, answers).relmse,
+                                    error_of("net", truth, used, answers).relmse, truth.noise(rays.noise, used));
       values_[fmt::format("gap closed, {}/view {}", kind.key, v)].push_back(share);
     }
   }
@@ -386,7 +386,7 @@ class LightStudy : public StudyRun {
         for (std::size_t i = 0; i < truth.size(); ++i)
           truth[i] = {probe.plane(0)[i], probe.plane(1)[i], probe.plane(2)[i]};
         const KnownRays known(std::move(truth), weights);
-        const LightError e = known.error(others, texels);
+        const RadianceError e = known.error(others, texels);
         of_room["relMSE"].push_back(e.relmse), of_room["log-RGB RMSE"].push_back(e.log_rmse);
         of_room["angle"].push_back(known.angle(others, texels));
         of_room["range"].push_back(log_intensity_range(others, weights));

@@ -7,10 +7,21 @@
 
 namespace clerestory {
 
-Scene predicted_scene(Device& device, const std::filesystem::path& weights, const Scene& truth) {
-  Prediction maps = predict_maps(device, weights, truth.photo, {});
-  Scene scene{truth.camera, truth.photo, maps.albedo, maps.normal, maps.depth, maps.material};
-  std::fill_n(scene.material.plane(2), scene.material.pixels(), 0.0f);
+Image camera_picture(const Image& exposed) {
+  Image picture = exposed;
+  for (float& v : picture.data) {
+    const double shown = std::round(255 * std::pow(std::clamp(static_cast<double>(v), 0.0, 1.0), 1 / 2.2));
+    v = static_cast<float>(std::pow(shown / 255, 2.2));
+  }
+  return picture;
+}
+
+Scene predicted_scene(Device& device, const std::filesystem::path& weights, const Image& photo, const Camera& camera,
+                      bool clipped) {
+  Prediction maps = predict_maps(device, weights, photo, {});
+  Scene scene{camera, photo, maps.albedo, maps.normal, maps.depth, maps.material};
+  const Image flags = clipped ? emission_flags(photo) : Image(photo.width, photo.height, 1);
+  std::ranges::copy(flags.data, scene.material.plane(2));
   const double factor = maps.scene_scale / scene.scale();
   for (float& d : scene.depth.data) d = static_cast<float>(d * factor);
   return scene;

@@ -1,4 +1,4 @@
-// Generated views as people meet pictures: their maps predicted by MGNet in place of the true ones.
+// Generated views as people meet pictures: a photograph that a camera clips, maps predicted by MGNet.
 #pragma once
 #include <filesystem>
 
@@ -7,9 +7,13 @@
 
 namespace clerestory {
 
-/// The scene of `truth`'s photograph and camera with all maps predicted as `invert` does: depth in metres by the
-/// predicted scale, no pixel flagged as emitting, for a picture in linear units has no white.
-Scene predicted_scene(Device& device, const std::filesystem::path& weights, const Scene& truth);
+/// What a camera makes of exposed radiance: clamped to [0, 1], in 256 steps of the curve 1/2.2, linear again.
+Image camera_picture(const Image& exposed);
+
+/// The scene of a photograph and its camera with all maps predicted as `invert` does, depth in metres by the predicted
+/// scale. `clipped`: by a camera, so that white means emission; a picture in linear units flags no pixel.
+Scene predicted_scene(Device& device, const std::filesystem::path& weights, const Image& photo, const Camera& camera,
+                      bool clipped);
 
 /// Brings the depth to `metres` at an image position, as `invert --known` does. Nothing is known there: no change.
 void scale_depth(Scene& scene, const Vec2& at, double metres);

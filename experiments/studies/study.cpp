@@ -8,6 +8,7 @@
 #include "experiments/studies/training_study.hpp"
 #include "experiments/studies/truth_study.hpp"
 #include "experiments/studies/uncertainty_study.hpp"
+#include "experiments/studies/user_study.hpp"
 #include "experiments/training/schema.hpp"
 #include "host/io/files.hpp"
 
@@ -32,7 +33,7 @@ void add_run_keys(Schema& schema) {
 void add_study_keys(Schema& schema) {
   schema.section("study", "What is compared.")
       .text("study.kind", "layer", "Which study",
-            {"layer", "truth", "balls", "edit", "training", "light", "uncertainty", "ladder"})
+            {"layer", "truth", "balls", "edit", "training", "light", "uncertainty", "ladder", "user"})
       .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
@@ -44,6 +45,13 @@ void add_study_keys(Schema& schema) {
       .integer("truth.picture_spp", 1024, "Samples a pixel of one of the tracer's", {1, 65536})
       .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
       .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
+  schema.section("user", "What a user gets (kind user).")
+      .integer("user.spp", 64, "Samples a pixel of the layer", {2, 65536})
+      .integer("user.truth_spp", 1024, "Samples a pixel of the tracer's pictures that judge", {2, 65536})
+      .integer("user.probes", 4, "Points in free air; fewer where there is no place for them", {0, 100})
+      .integer("user.probe_spp", 64, "Paths of a texel in each of two estimates of their light", {1, 65536})
+      .texts("user.lights", {"net+lamps", "net", "constant+fit", "constant+lamps", "constant", "image"},
+             "Who answers, the first against the others; +lamps: lamps fitted, constant+fit: a fitted constant");
   schema.section("balls", "Balls put into rooms (kind balls).")
       .integer("balls.spp", 256, "Samples a pixel", {2, 65536})
       .texts("balls.lights", {"image", "panorama"},
@@ -77,7 +85,7 @@ void add_study_keys(Schema& schema) {
       .integers("uncertainty.constants", {1, 3, 10, 30, 100}, "Constants of u = tanh(constant delta)", {1, 100000})
       .real("uncertainty.footprints", 1.5, "A hit is real up to so many footprints of its pixel off", {0, 1000})
       .integer("uncertainty.bins", 10, "Bins of the reliability curve", {1, 1000});
-  schema.section("data", "Generated rooms, one view each.")
+  schema.section("data", "Generated rooms of a list, one view each.")
       .text("data.maps", "true",
             "Maps (kinds light, uncertainty); predicted ones have their median depth from the truth",
             {"true", "predicted"})
@@ -85,7 +93,8 @@ void add_study_keys(Schema& schema) {
       .integer("data.width", 160, "Pixels", {16, 4096})
       .integer("data.height", 120, "Pixels", {16, 4096})
       .integer("data.spp", 64, "Samples a pixel of the pictures", {1, 65536})
-      .integer("data.seed", 9000, "Seed of the rooms");
+      .text("data.list", "experiments/rooms/judged.txt", "List of rooms (experiments/rooms)")
+      .integer("data.seed", 0, "Which of them: 0 the first, else so many drawn from the list by this seed");
 }
 
 }  // namespace
@@ -116,6 +125,7 @@ std::string study_hash(const std::filesystem::path& config, const std::vector<st
 std::string run_study(const Config& config, const std::vector<std::string>& command) {
   const std::string& kind = config.text("study.kind");
   if (kind == "truth") return run_truth_study(config, command);
+  if (kind == "user") return run_user_study(config, command);
   if (kind == "balls") return run_balls_study(config, command);
   if (kind == "ladder") return run_ladder_study(config, command);
   if (kind == "edit") return run_edit_study(config, command);

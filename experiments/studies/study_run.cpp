@@ -41,6 +41,8 @@ std::string changes_since(const Provenance& made) {
 
 StudyRun::StudyRun(const Config& config, const std::vector<std::string>& command)
     : config_(config),
+      rooms_(rooms_of(read_room_list(config.text("data.list")), static_cast<std::size_t>(config.integer("data.rooms")),
+                      static_cast<std::uint64_t>(config.integer("data.seed")))),
       run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
            static_cast<std::uint64_t>(config.integer("run.seed"))),
       device_(Device::open(config.text("run.device"))),
@@ -77,7 +79,7 @@ void StudyRun::go_on() {
   if (earlier_ && earlier_->hashes.contains("kernels") && earlier_->hashes["kernels"] != provenance_.hashes["kernels"])
     throw usage_error("this run was begun with other kernels", run_.path().string(), provenance_.hashes["kernels"],
                       earlier_->hashes["kernels"] + ", or a new run.variant");
-  if (config_.schema().find("data.list")) use(config_.text("data.list"));
+  use(rooms_.file);
   metrics_.emplace(run_.metrics_path());
 }
 
@@ -108,43 +110,37 @@ fs::path StudyRun::use_maps() {
 }
 
 /// From here on there may be records: what they rest on is kept beside them.
-void StudyRun::record_rooms(Setting setting, std::vector<std::uint64_t> seeds) {
-  provenance_.rooms = {setting == Setting::HeldOut ? "held_out" : "training", std::move(seeds)};
+void StudyRun::record_rooms() {
+  provenance_.rooms = {rooms_.setting == Setting::HeldOut ? "held_out" : "training", rooms_.seeds};
   write_provenance(run_ / "provenance.json", provenance_);
 }
 
-void StudyRun::measure_rooms(
-    const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room) {
-  const RoomAssets assets = load_assets(default_assets(), Setting::Training);
-  const std::int64_t rooms = config_.integer("data.rooms");
-  const auto done = static_cast<std::int64_t>(records_.size());
-  const Random random(static_cast<std::uint64_t>(config_.integer("data.seed")));
-  std::vector<std::uint64_t> seeds;
-  for (std::int64_t r = 0; r < rooms; ++r) seeds.push_back(random.fork(static_cast<std::uint64_t>(r)).bits());
-  record_rooms(Setting::Training, seeds);
+void StudyRun::measure_rooms(const std::function<void(const ListedRoom& room)>& measure_room) {
+  const RoomAssets assets = load_assets(default_assets(), rooms_.setting);
+  const auto rooms = static_cast<std::int64_t>(rooms_.seeds.size()), done = static_cast<std::int64_t>(records_.size());
+  record_rooms();
   Progress progress("study", rooms, "rooms", done);
   for (std::int64_t r = done; r < rooms; ++r) {
-    measure_room(r, seeds[static_cast<std::size_t>(r)], assets);
+    measure_room({r, rooms_.seeds[static_cast<std::size_t>(r)], rooms_.setting, assets});
     progress.advance();
   }
 }
 
 GenerateOptions StudyRun::view_options() const {
   GenerateOptions options;
-  options.out = run_ / "data", options.rooms = static_cast<int>(config_.integer("data.rooms")), options.views = 1;
+  options.out = run_ / "data", options.room_seeds = rooms_.seeds, options.rooms = static_cast<int>(rooms_.seeds.size()),
+  options.views = 1;
+  options.setting = rooms_.setting;
   options.width = static_cast<int>(config_.integer("data.width"));
   options.height = static_cast<int>(config_.integer("data.height"));
   options.spp = static_cast<int>(config_.integer("data.spp"));
-  options.seed = static_cast<std::uint64_t>(config_.integer("data.seed"));
   options.light = false;  // studies ask the tracer itself
   options.split = "test", options.interrupted = [] { return interrupted(); };
   return options;
 }
 
 std::vector<std::filesystem::path> StudyRun::make_views(const GenerateOptions& options) {
-  std::vector<std::uint64_t> seeds;
-  for (int r = 0; r < options.rooms; ++r) seeds.push_back(room_seed(options, r));
-  record_rooms(options.setting, std::move(seeds));
+  record_rooms();
   generate(device_, options);
   std::vector<std::filesystem::path> views;
   for (const std::string& room : list_rooms(options.out, "test")) views.push_back(options.out / room / "000");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/studies/room_list.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/config.hpp"
 #include "host/report/metrics.hpp"
@@ -31,9 +32,8 @@ class StudyRun {
   /// Tables and facts from records_.
   virtual void conclude() = 0;
 
-  /// Calls `measure_room` for each of data.rooms rooms that has no record yet, with the room's seed.
-  void measure_rooms(
-      const std::function<void(std::int64_t room, std::uint64_t seed, const RoomAssets& assets)>& measure_room);
+  /// Calls `measure_room` for each of the first data.rooms rooms of data.list that has no record yet.
+  void measure_rooms(const std::function<void(const ListedRoom& room)>& measure_room);
   /// Generated rooms of one view each, as the config's section `data` asks.
   GenerateOptions view_options() const;
   std::vector<std::filesystem::path> make_views(const GenerateOptions& options);
@@ -55,6 +55,7 @@ class StudyRun {
   std::vector<double> values_of(const std::string& key) const;
 
   Config config_;
+  RoomList rooms_;
   RunDirectory run_;
   Device device_;
   Provenance provenance_;
@@ -62,7 +63,7 @@ class StudyRun {
 
  private:
   void go_on();
-  void record_rooms(Setting setting, std::vector<std::uint64_t> seeds);
+  void record_rooms();
 
   std::optional<Provenance> earlier_;     // what the interrupted run was made with
   std::optional<MetricsWriter> metrics_;  // keeps the time

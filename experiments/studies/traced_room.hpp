@@ -1,15 +1,16 @@
 // A generated room as studies use it: its first view, and what the tracer sees there.
 #pragma once
+#include "experiments/studies/room_list.hpp"
 #include "experiments/studies/truth_study.hpp"
 #include "tracer/views.hpp"
 
 namespace clerestory {
 
 struct TracedRoom {
-  TracedRoom(const Device& device, const RoomAssets& assets, std::uint64_t seed, int width, int height)
-      : room(make_room(seed, Setting::Training, assets)),
+  TracedRoom(const Device& device, const ListedRoom& listed, int width, int height)
+      : room(listed.make()),
         traced(device, room.scene),
-        camera(choose_views(traced, room, 1, width, height, Random(seed).fork(100)).at(0)),
+        camera(choose_views(traced, room, 1, width, height, Random(listed.seed).fork(100)).at(0)),
         maps(traced.maps(camera)),
         scene(scene_of(maps, camera)) {}
   Room room;

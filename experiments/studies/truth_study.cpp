@@ -60,17 +60,18 @@ class TruthStudy : public StudyRun {
  private:
   /// One record a room.
   void measure() override {
-    measure_rooms([this](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) { run_room(r, seed, assets); });
+    measure_rooms([this](const ListedRoom& listed) { run_room(listed); });
   }
 
-  void run_room(std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
-    TracedRoom room(device_, assets, seed, static_cast<int>(config_.integer("data.width")),
+  void run_room(const ListedRoom& listed) {
+    TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
                     static_cast<int>(config_.integer("data.height")));
     const TruthOptions options{
         static_cast<int>(config_.integer("truth.batches")), static_cast<int>(config_.integer("truth.layer_spp")),
-        static_cast<int>(config_.integer("truth.picture_spp")), config_.real("truth.level"), seed};
+        static_cast<int>(config_.integer("truth.picture_spp")), config_.real("truth.level"), listed.seed};
     TruthComparison compared = compare_with_tracer(device_, room.traced, room.scene, options);
-    MetricRecord record{r + 1, 0, {{"whole/stated", compared.whole_by_stated}, {"dropped", compared.dropped}}};
+    MetricRecord record{
+        listed.index + 1, 0, {{"whole/stated", compared.whole_by_stated}, {"dropped", compared.dropped}}};
     for (const auto& [name, a] : {std::pair{"reflected/", compared.reflected}, {"whole/", compared.whole}})
       for (const auto& [what, value] : {std::pair{"pixels", a.pixels},
                                         {"values", a.values},
@@ -78,13 +79,12 @@ class TruthStudy : public StudyRun {
                                         {"difference", a.difference},
                                         {"error", a.error}})
         record.values.emplace_back(std::string(name) + what, value);
-    compare_lights(r, room, compared, seed, record);
+    compare_lights(listed, room, compared, record);
     add_record(std::move(record));
   }
 
   /// From here on pictures have the exposure of generated views: the 95th percentile of luminance is 0.9.
-  void compare_lights(std::int64_t r, TracedRoom& room, TruthComparison& compared, std::uint64_t seed,
-                      MetricRecord& record) {
+  void compare_lights(const ListedRoom& listed, TracedRoom& room, TruthComparison& compared, MetricRecord& record) {
     const auto exposure = static_cast<float>(exposure_of(compared.tracer.data));
     const auto exposed = [exposure](Image image) {
       for (float& v : image.data) v *= exposure;
@@ -94,7 +94,7 @@ class TruthStudy : public StudyRun {
     const Image truth = exposed(compared.tracer);
     scene.photo = truth;
     RenderSettings settings;
-    settings.spp = static_cast<int>(config_.integer("truth.light_spp")), settings.seed = seed_of(seed, 1);
+    settings.spp = static_cast<int>(config_.integer("truth.light_spp")), settings.seed = seed_of(listed.seed, 1);
 
     // Emitting pixels are shown as they are in every picture.
     const auto shown = [&](Image picture) {
@@ -103,7 +103,7 @@ class TruthStudy : public StudyRun {
       return picture;
     };
     std::vector<Image> strip{truth, shown(exposed(compared.layer))};
-    const auto note = [&](const std::string& key, const PictureError& e, double seconds) {
+    const auto note = [&](const std::string& key, const RadianceError& e, double seconds) {
       record.values.emplace_back(key + "/relmse", e.relmse);
       record.values.emplace_back(key + "/psnr", e.psnr);
       record.values.emplace_back(key + "/seconds", seconds);
@@ -121,7 +121,7 @@ class TruthStudy : public StudyRun {
       if (settings.light == "constant")
         note("best", best_scaled_error(rendered.radiance, truth, compared.used), rendered.seconds);
     }
-    write_strip(run_.artifact(fmt::format("room{}_tracer_truth_image_panorama_constant.png", r)), strip);
+    write_strip(run_.artifact(fmt::format("room{}_tracer_truth_image_panorama_constant.png", listed.index)), strip);
   }
 
   double value(std::size_t room, const std::string& key) const {

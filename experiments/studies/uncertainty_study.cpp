@@ -40,8 +40,8 @@ class UncertaintyStudy : public StudyRun {
                         fmt::format("{} along the longer side", nets.longer_side));
     LightPredictor predictor(device_, nets.sizes, views.width, views.height, options_.rows, options_.samples,
                              nets.states, "auto");
-    measure_rooms([&](std::int64_t r, std::uint64_t seed, const RoomAssets& assets) {
-      LitRoom room(device_, assets, seed, options_);
+    measure_rooms([&](const ListedRoom& listed) {
+      LitRoom room(device_, listed, options_);
       values_.clear(), counts_.clear();
       for (int v = 0; v < options_.views; ++v) {
         const KnownView known = room.view(v);
@@ -50,7 +50,7 @@ class UncertaintyStudy : public StudyRun {
           measure_draw(room, known, s, predictor);
         }
       }
-      MetricRecord record{r + 1, 0, {}};
+      MetricRecord record{listed.index + 1, 0, {}};
       for (const auto& [key, list] : values_) record.values.emplace_back(key, mean(list));
       for (const auto& [key, count] : counts_) record.values.emplace_back(key, count);
       add_record(std::move(record));
@@ -80,7 +80,7 @@ class UncertaintyStudy : public StudyRun {
       const std::vector<float> mixed =
           mixed_light(answers.in_view, answers.out_of_view, answers.delta, answers.pixel, static_cast<double>(k));
       for (const auto& [kind, used] : {std::pair{"hits", &hits}, {"all", &all}}) {
-        const LightError e = truth.error(mixed, *used);
+        const RadianceError e = truth.error(mixed, *used);
         values_[fmt::format("relMSE, {}/{} {}", kind, k, seed)].push_back(e.relmse);
         values_[fmt::format("log-RGB RMSE, {}/{} {}", kind, k, seed)].push_back(e.log_rmse);
       }

@@ -71,13 +71,13 @@ Table light_table(const LightSummary& s) {
   table.title = "Incident light on validation views";
   for (const char* name : {"rays", "error", "full", "out of view alone", "photograph", "best constant"})
     table.columns.push_back({name, "", Best::None, 4});
-  const auto row = [&](const char* rays, LightSummary::Rays kind, const char* name, double LightError::*error) {
+  const auto row = [&](const char* rays, LightSummary::Rays kind, const char* name, double RadianceError::*error) {
     std::vector<Cell> cells{std::string(rays), std::string(name)};
     for (int who = 0; who < light_answerers; ++who) cells.push_back(Measure{s.errors[kind][who].*error});
     table.add(std::move(cells));
   };
   for (const auto& [name, error] :
-       {std::pair{"relMSE", &LightError::relmse}, std::pair{"log-RGB RMSE", &LightError::log_rmse}}) {
+       {std::pair{"relMSE", &RadianceError::relmse}, std::pair{"log-RGB RMSE", &RadianceError::log_rmse}}) {
     row("that hit", LightSummary::Hits, name, error), row("that miss", LightSummary::Misses, name, error);
     row("all", LightSummary::All, name, error);
   }

@@ -73,18 +73,14 @@ LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& 
     }
     for (int kind = 0; kind < LightSummary::kinds; ++kind) {
       if (used[kind].empty()) continue;
-      const LightError each[light_answerers] = {
+      const RadianceError each[light_answerers] = {
           known.error(answers.full, used[kind]), known.error(answers.out_of_view, used[kind]),
           known.error(answers.photograph, used[kind]), known.best_constant(used[kind])};
-      for (int who = 0; who < light_answerers; ++who) {
-        LightError& sum = summary.errors[kind][who];
-        sum.relmse += each[who].relmse, sum.log_rmse += each[who].log_rmse, ++sum.views;
-      }
+      for (int who = 0; who < light_answerers; ++who) summary.errors[kind][who].add(each[who]);
     }
   }
   for (auto& kind : summary.errors)
-    for (LightError& e : kind)
-      if (e.views > 0) e.relmse /= e.views, e.log_rmse /= e.views;
+    for (RadianceError& e : kind) e.divide_by_views();
   return summary;
 }
 
@@ -92,7 +88,7 @@ HistoryPoint LightSummary::point() const {
   HistoryPoint point;
   double logs = 0;
   int known = 0;
-  const auto add = [&](double LightError::*error) {
+  const auto add = [&](double RadianceError::*error) {
     for (const Rays rays : {Hits, Misses, All}) {
       const bool any = of(rays, LightAnswerer::Full).views > 0;
       const double ours = of(rays, LightAnswerer::Full).*error;
@@ -102,7 +98,7 @@ HistoryPoint LightSummary::point() const {
       if (any && trivial > 0) logs += std::log(std::max(ours / trivial, 1e-6)), ++known;
     }
   };
-  add(&LightError::relmse), add(&LightError::log_rmse);
+  add(&RadianceError::relmse), add(&RadianceError::log_rmse);
   point.score = known > 0 ? std::exp(logs / known) : 1;
   return point;
 }

@@ -17,9 +17,9 @@ inline constexpr int light_answerers = 4;
 /// Errors of each answerer over each class of rays: means over views that have such rays.
 struct LightSummary {
   enum Rays { Hits, Misses, All, kinds };
-  LightError errors[kinds][light_answerers];
+  RadianceError errors[kinds][light_answerers];
   int views = 0;
-  const LightError& of(Rays rays, LightAnswerer who) const { return errors[rays][static_cast<int>(who)]; }
+  const RadianceError& of(Rays rays, LightAnswerer who) const { return errors[rays][static_cast<int>(who)]; }
   /// Errors in the order of error_names("light"); ratios to the better of photograph and constant.
   HistoryPoint point() const;
 };

@@ -35,7 +35,7 @@ TEST(LightErrors, ByHand) {
   const std::vector<std::array<float, 3>> truth{{1, 1, 1}, {0, 1, 1}};
   const std::vector<float> answer{2, -0.5f, 1, 1, 1, 1};
   const KnownRays rays(truth, {1, 3}), alike(truth);
-  const LightError e = rays.error(answer, {0, 1});
+  const RadianceError e = rays.error(answer, {0, 1});
   const double first = 1 / 1.01, second = 0.25 / 0.01, l = std::log(2.01 / 1.01);  // a negative answer counts as 0
   EXPECT_NEAR(e.relmse, (first + 3 * second) / 12, kRounding);
   EXPECT_NEAR(e.log_rmse, std::sqrt(l * l / 12), kRounding);
@@ -53,7 +53,7 @@ TEST(LightErrors, NoConstantIsBetterThanTheBest) {
     truth.push_back({0.1f * t, 0.05f * t * t, 1 / (1 + t)}), weights.push_back(1 + 0.3 * std::sin(t)), all.push_back(i);
   }
   const KnownRays rays(truth, weights);
-  const LightError best = rays.best_constant(all);
+  const RadianceError best = rays.best_constant(all);
   const auto constant = [&](std::array<double, 3> rgb) {
     std::vector<float> planar;
     for (const double v : rgb) planar.insert(planar.end(), truth.size(), static_cast<float>(v));
@@ -63,7 +63,7 @@ TEST(LightErrors, NoConstantIsBetterThanTheBest) {
   for (double r = 0; r < 1; r += 0.02)
     for (double g = 0; g < 3; g += 0.05)
       for (double b = 0; b < 1; b += 0.02) {
-        const LightError e = constant({r, g, b});
+        const RadianceError e = constant({r, g, b});
         relmse = std::min(relmse, e.relmse), log_rmse = std::min(log_rmse, e.log_rmse);
       }
   EXPECT_LE(best.relmse, relmse);
@@ -91,10 +91,10 @@ TEST(LightErrors, AnglesAndRanges) {
 }
 
 TEST(LightErrors, ShareOfTheGap) {
-  EXPECT_NEAR(gap_closed(1.1, 0.6, 0.1), 0.5, kRounding);
-  EXPECT_NEAR(gap_closed(1.1, 0.1, 0.1), 1, kRounding) << "nothing but the noise is left";
-  EXPECT_LT(gap_closed(1.1, 1.5, 0.1), 0) << "further away than the photograph";
-  EXPECT_TRUE(std::isnan(gap_closed(0.1, 0.05, 0.1)));
+  EXPECT_NEAR(way_gone(1.1, 0.6, 0.1), 0.5, kRounding);
+  EXPECT_NEAR(way_gone(1.1, 0.1, 0.1), 1, kRounding) << "nothing but the noise is left";
+  EXPECT_LT(way_gone(1.1, 1.5, 0.1), 0) << "further away than the photograph";
+  EXPECT_TRUE(std::isnan(way_gone(0.1, 0.05, 0.1)));
 }
 
 TEST(Detection, AreaUnderTheCurve) {
@@ -319,7 +319,7 @@ TEST_F(LightStudies, KnownLightIsTheTracersAndTheSameAgain) {
   const RoomAssets assets = load_assets(default_assets(), Setting::Training);
   KnownLightOptions o = known_light_options(config("light", "unused"));
   o.seeds = 2, o.probe_spp = 8;
-  LitRoom room(Device::open(), assets, 77, o);
+  LitRoom room(Device::open(), {0, 77, Setting::Training, assets}, o);
   const KnownView known = room.view(0), again = room.view(0);
   EXPECT_EQ(known.view.image.data, again.view.image.data);
   ASSERT_EQ(known.draws.size(), 2u);
@@ -347,7 +347,7 @@ TEST_F(LightStudies, KnownLightIsTheTracersAndTheSameAgain) {
 
   // Predicted maps and a picture as a camera has it: the truth stays as it is, and leaves the true surfaces.
   o.predicted = o.clipped = true;
-  LitRoom guessed(Device::open(), assets, 77, o);
+  LitRoom guessed(Device::open(), {0, 77, Setting::Training, assets}, o);
   const KnownView predicted = guessed.view(0);
   EXPECT_NE(predicted.view.depth.data, known.view.depth.data);
   EXPECT_EQ(predicted.view.true_depth.data, known.view.true_depth.data);

@@ -104,7 +104,7 @@ TEST(Compare, PictureErrors) {
   Image truth(2, 1, 3, 0.5f), picture(2, 1, 3, 0.25f);
   truth.data[1] = 100, picture.data[1] = -7;  // pixel 1 is not compared
   const std::vector<bool> used{true, false};
-  const PictureError e = picture_error(picture, truth, used);
+  const RadianceError e = picture_error(picture, truth, used);
   EXPECT_NEAR(e.relmse, 0.0625 / 0.26, 1e-12);
   EXPECT_NEAR(e.psnr, -10 * std::log10(0.0625), 1e-9);
   // The best multiple is found to half a step of 1.75 %.

@@ -1,0 +1,44 @@
+// How far radiance is from the truth, of pictures and of light along rays alike. What nets are trained with (logarithms
+// and relative errors) is one part of it; the others are measures that nothing was trained with.
+#pragma once
+#include <vector>
+
+namespace clerestory {
+
+/// What keeps relative errors and logarithms finite in the dark; pictures have their 95th percentile at 0.9.
+inline constexpr double kLightFloor = 0.01;
+
+/// Over values y (channels of pixels or rays; at least 0 in logarithms) and truths t:
+struct RadianceError {
+  double relmse = 0;      // mean of (y - t)^2 / (t^2 + 0.01)
+  double log_rmse = 0;    // root of the mean of ln((y + 0.01) / (t + 0.01))^2
+  double smape = 0;       // mean of |y - t| / (|y| + t + 0.01), 0 to 1
+  double psnr = 0;        // dB, of linear values clipped at 1
+  double shown_psnr = 0;  // dB, of what a screen shows: clamp(y, 0, 1)^(1/2.2)
+  double median_log = 0;  // median of ln((y + 0.01) / (t + 0.01)): below 0 too dark, above it too bright
+  int views = 0;          // how many the means are over
+
+  /// Sums over views, then their means.
+  void add(const RadianceError& view);
+  void divide_by_views();
+};
+
+/// Adds up values of one picture or one set of rays.
+class RadianceErrorSums {
+ public:
+  void add(double answer, double truth, double weight = 1);
+  bool empty() const { return weights_.empty(); }
+  /// Throws Error when nothing was added.
+  RadianceError error() const;
+  /// The same without the median, which takes a sort.
+  RadianceError means() const;
+
+ private:
+  double weight_ = 0, relative_ = 0, symmetric_ = 0, clipped_ = 0, shown_ = 0, squared_logs_ = 0;
+  std::vector<double> logs_, weights_;
+};
+
+/// The value at which the running sum of weights reaches a share `q` of it.
+double weighted_quantile(const std::vector<double>& values, const std::vector<double>& weights, double q);
+
+}  // namespace clerestory

@@ -1,0 +1,227 @@
+#include "experiments/studies/user_room.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/applications/insert.hpp"
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/evaluation/light_errors.hpp"
+#include "experiments/studies/compare.hpp"
+#include "experiments/studies/crop.hpp"
+#include "experiments/studies/predicted_scene.hpp"
+#include "experiments/studies/traced_room.hpp"
+#include "host/math/panorama.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/progress.hpp"
+#include "nets/scene_radiance.hpp"
+#include "tracer/balls.hpp"
+#include "tracer/probes.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kBounces = 2;  // scatterings at a ball that are followed
+constexpr double kNear = 3;  // radii from a ball's centre within which a surface is around it
+/// Streams of a room's random numbers.
+enum Stream : std::uint64_t { kPhoto = 1, kTruth, kBall, kProbes, kLayer };
+
+struct TrueBall {
+  std::string name;
+  InsertedObject object;
+  Image picture;                  // the tracer's, right where either list is set
+  std::vector<bool> shows, near;  // the ball; the room around it
+};
+
+/// The light at free points.
+struct TrueAir {
+  Rays rays;
+  std::vector<std::array<float, 3>> radiance;
+  std::vector<double> weights;
+};
+
+class UserRoomMeasurement {
+ public:
+  UserRoomMeasurement(Device& device, const ListedRoom& room, const UserOptions& options)
+      : device_(device), options_(options), random_(room.seed), view_(device, room, options.width, options.height) {
+    const Image linear = view_.traced.picture(view_.camera, options.photo_spp, seed_of(kPhoto)).mean;
+    exposure_ = static_cast<float>(exposure_of(linear.data));
+    view_.scene.photo = camera_picture(exposed(linear));
+    truth_ = exposed(view_.traced.picture(view_.camera, options.truth_spp, seed_of(kTruth)).mean);
+    const std::size_t n = truth_.pixels();
+    for (std::size_t i = 0; i < n; ++i)
+      used_.push_back(view_.scene.depth.data[i] > 0 && view_.scene.material.data[2 * n + i] == 0);
+    make_balls();
+    make_air();
+  }
+
+  UserRoom measure(const MapSet* means) {
+    const Scene predicted =
+        predicted_scene(device_, options_.maps_weights, view_.scene.photo, view_.camera, /*clipped=*/true);
+    result_.maps = judge_maps(predicted, means);
+    result_.ball = !balls_.empty();
+    result_.strip = {view_.scene.photo};
+    if (!balls_.empty()) result_.strip.push_back(balls_[0].picture);
+    for (const auto& [maps, scene] : {std::pair{&kPredictedMaps, &predicted}, {&kTrueMaps, &view_.scene}}) {
+      maps_ = *maps;
+      for (const std::string& light : options_.lights) measure_light(light, *scene);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  std::uint32_t seed_of(std::uint64_t stream) const { return static_cast<std::uint32_t>(random_.fork(stream).bits()); }
+  Image exposed(Image image) const {
+    for (float& v : image.data) v *= exposure_;
+    return image;
+  }
+
+  // --- The truth --------------------------------------------------------------------------------------------------
+
+  void make_balls() {
+    const std::optional<BallPlace> place = place_ball(view_.traced, view_.camera, random_.fork(kBall));
+    if (!place) return;
+    for (const BallKind& kind : ball_kinds()) {
+      TraceScene with(device_, with_ball(view_.room.scene, view_.camera, *place, kind));
+      const TraceMaps maps = with.maps(view_.camera);
+      TrueBall ball{kind.name, {}, truth_, {}, {}};
+      const auto albedo = static_cast<double>(kind.albedo);
+      ball.object.at_point = {place->center.x, place->center.y, place->center.z};
+      ball.object.radius = place->radius, ball.object.albedo = {albedo, albedo, albedo};
+      ball.object.roughness = static_cast<double>(kind.roughness);
+      ball.object.metallic = static_cast<double>(kind.metallic);
+      const auto first = static_cast<int>(view_.room.scene.triangles.size());  // the ball's are the last
+      for (const int triangle : maps.triangle) ball.shows.push_back(triangle >= first);
+      if (std::ranges::find(ball.shows, true) == ball.shows.end()) continue;
+      ball.near = around(*place, ball.shows);
+      std::vector<bool> wanted = ball.near;
+      for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = wanted[i] || ball.shows[i];
+      const Crop crop = crop_to(view_.camera, wanted);
+      paste(exposed(with.picture(crop.camera, options_.truth_spp, seed_of(kTruth)).mean), crop, wanted, ball.picture);
+      balls_.push_back(std::move(ball));
+    }
+  }
+
+  /// Where a ball throws its shadow and its light.
+  std::vector<bool> around(const BallPlace& place, const std::vector<bool>& shows) const {
+    std::vector<bool> is(shows.size());
+    for (std::size_t i = 0; i < is.size(); ++i) {
+      const auto x = static_cast<double>(i % static_cast<std::size_t>(options_.width)),
+                 y = static_cast<double>(i / static_cast<std::size_t>(options_.width));
+      is[i] = !shows[i] && used_[i] &&
+              glm::distance(view_.camera.unproject(x + 0.5, y + 0.5, view_.scene.depth.data[i]), place.center) <
+                  kNear * place.radius;
+    }
+    return is;
+  }
+
+  void make_air() {
+    Random random = random_.fork(kProbes);
+    RadianceQuery query;
+    query.spp = options_.probe_spp;
+    for (Probe& probe :
+         place_probes(view_.traced, view_.room.scene, view_.camera, view_.maps, options_.probes, random.fork(0))) {
+      const auto first = static_cast<std::uint32_t>(random.bits()), second = static_cast<std::uint32_t>(random.bits());
+      trace_probe_twice(view_.traced, view_.camera, probe, query, {first, second});
+      for (int y = 0; y < probe_height; ++y)
+        for (int x = 0; x < probe_width; ++x) {
+          air_.rays.points.push_back(probe.center);
+          air_.rays.directions.push_back(panorama_direction(x, y, probe_width, probe_height));
+          air_.radiance.push_back({exposure_ * probe.radiance.at(0, y, x), exposure_ * probe.radiance.at(1, y, x),
+                                   exposure_ * probe.radiance.at(2, y, x)});
+          air_.weights.push_back(panorama_solid_angle(y, probe_width, probe_height));
+        }
+    }
+  }
+
+  // --- Answers ----------------------------------------------------------------------------------------------------
+
+  ViewResult judge_maps(const Scene& predicted, const MapSet* means) const {
+    const int w = options_.width, h = options_.height;
+    RoomView truth;
+    truth.image = view_.scene.photo, truth.albedo = view_.scene.albedo, truth.depth = view_.scene.depth;
+    truth.normal = view_.scene.normal, truth.material = view_.scene.material;
+    truth.mask = Image(w, h, 1), truth.emission = Image(w, h, 3);
+    for (std::size_t i = 0; i < truth.mask.pixels(); ++i) {
+      truth.mask.data[i] = truth.depth.data[i] > 0;
+      for (int c = 0; c < 3; ++c) truth.emission->plane(c)[i] = truth.material.plane(2)[i];
+    }
+    const PreparedView prepared = prepare_view(truth, w, h);
+    MapSet maps{predicted.albedo, predicted.normal, predicted.depth, Image(w, h, 2)};
+    std::copy_n(predicted.material.data.begin(), maps.material.data.size(), maps.material.data.begin());
+    const double scale = scene_scale(maps.depth.data, "predicted depth");
+    for (float& d : maps.depth.data) d = static_cast<float>(d / scale);
+    ViewResult result = trivial_errors("room", prepared, means);
+    judge(result, prepared, maps, std::log(scale));
+    return result;
+  }
+
+  void note(const std::string& light, const std::string& job, int seed, const RadianceError& error) {
+    result_.errors.push_back({maps_, light, job, seed, error});
+  }
+
+  void measure_light(const std::string& light, const Scene& scene) {
+    stop_if_interrupted("study");
+    RenderSettings settings = under_light(options_.render, light, device_, scene);
+    for (int s = 0; s < options_.seeds; ++s) {
+      settings.seed = seed_of(kLayer + static_cast<std::uint64_t>(s));
+      const Rendering again = render_scene(device_, scene, settings);
+      note(light, "render", s, picture_error(again.radiance, truth_, used_));
+      if (light == "constant") note(kOracle, "render", s, best_scaled_error(again.radiance, truth_, used_));
+      const bool shown = s == 0 && maps_ == kPredictedMaps;
+      if (shown && light == options_.lights[0]) result_.seconds = again.seconds;
+      if (shown) result_.strip.push_back(again.radiance);
+      for (const TrueBall& ball : balls_) {
+        const Insertion made = insert_into(device_, scene, {resting_on(scene, ball.object)}, settings, kBounces);
+        note(light, ball.name, s, picture_error(made.composite, ball.picture, ball.shows));
+        note(light, "around " + ball.name, s, picture_error(made.composite, ball.picture, ball.near));
+        if (shown && &ball == &balls_[0]) result_.strip.push_back(made.composite);
+      }
+    }
+    measure_air(light, scene, settings);
+  }
+
+  /// The ball on the surface that the scene's depth says is there, as large as it looks in the picture: what --at does.
+  InsertedObject resting_on(const Scene& scene, InsertedObject ball) const {
+    auto& c = *ball.at_point;
+    const Vec3 foot = Vec3(c[0], c[1], c[2]) - *ball.radius * view_.camera.direction_to_camera({0, 1, 0});
+    const std::optional<Vec2> at = view_.camera.project(foot);
+    if (!at || at->x < 0 || at->y < 0 || at->x >= options_.width || at->y >= options_.height) return ball;
+    const auto x = static_cast<int>(at->x), y = static_cast<int>(at->y);
+    const auto predicted = static_cast<double>(scene.depth.at(0, y, x)),
+               known = static_cast<double>(view_.scene.depth.at(0, y, x));
+    if (!(predicted > 0 && known > 0)) return ball;
+    for (double& v : c) v *= predicted / known;
+    *ball.radius *= predicted / known;
+    return ball;
+  }
+
+  void measure_air(const std::string& light, const Scene& scene, const RenderSettings& settings) {
+    if (air_.radiance.empty()) return;
+    const KnownRays known(air_.radiance, air_.weights);
+    KnownRays::Used all(known.count());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+    SceneRadiance asked(device_, scene, settings, known.count());
+    note(light, "air", 0, known.error(asked.radiance(air_.rays).radiance, all));
+    if (light == "constant") note(kOracle, "air", 0, known.best_constant(all));
+  }
+
+  Device& device_;
+  const UserOptions& options_;
+  Random random_;
+  TracedRoom view_;  // its photograph is the camera's
+  float exposure_ = 1;
+  Image truth_;
+  std::vector<bool> used_;  // pixels of re-renders that are compared
+  std::vector<TrueBall> balls_;
+  TrueAir air_;
+  std::string maps_;
+  UserRoom result_;
+};
+
+}  // namespace
+
+UserRoom measure_user_room(Device& device, const ListedRoom& room, const UserOptions& options, const MapSet* means) {
+  return UserRoomMeasurement(device, room, options).measure(means);
+}
+
+}  // namespace clerestory

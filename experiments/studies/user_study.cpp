@@ -1,0 +1,272 @@
+#include "experiments/studies/user_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/predict.hpp"
+#include "experiments/evaluation/detection.hpp"
+#include "experiments/studies/strip.hpp"
+#include "experiments/studies/study_run.hpp"
+#include "experiments/studies/user_room.hpp"
+#include "experiments/training/checkpoint.hpp"
+#include "host/math/statistics.hpp"
+#include "tracer/balls.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kMostStrips = 4;  // rooms shown
+
+/// A figure of RadianceError as tables name it.
+struct Figure {
+  const char* key;
+  const char* name;
+  const char* unit;
+  Best best;
+  int digits;
+  double RadianceError::*value;
+};
+constexpr Figure kShown{"shown_psnr", "PSNR as shown", "dB", Best::Highest, 3, &RadianceError::shown_psnr};
+constexpr Figure kSmape{"smape", "SMAPE", "eps 0.01", Best::Lowest, 3, &RadianceError::smape};
+constexpr Figure kBias{"median_log", "median ln", "answer / truth", Best::None, 2, &RadianceError::median_log};
+constexpr Figure kRelative{"relmse", "relMSE", "eps 0.01", Best::Lowest, 3, &RadianceError::relmse};
+constexpr Figure kLog{"log_rmse", "log-RGB RMSE", "eps 0.01", Best::Lowest, 3, &RadianceError::log_rmse};
+constexpr std::array kFigures{kShown, kSmape, kBias, kRelative, kLog};
+
+struct Job {
+  std::string key, name;
+};
+std::vector<Job> jobs() {
+  std::vector<Job> all{{"render", "re-render"}, {"air", "light in free air"}};
+  for (const BallKind& kind : ball_kinds()) all.push_back({kind.name, kind.name + " ball"});
+  for (const BallKind& kind : ball_kinds())
+    all.push_back({"around " + kind.name, "room around the " + kind.name + " ball"});
+  return all;
+}
+
+std::string label_of(const std::string& light) {
+  if (light == "net+lamps") return "Clerestory: learned light, lamps fitted";
+  if (light == "net") return "learned light alone";
+  if (light == "constant+fit") return "one constant, fitted as lamps are";
+  if (light == "constant+lamps") return "mean colour, lamps fitted";
+  if (light == "constant") return "mean colour of the photograph";
+  if (light == "image") return "the photograph as light";
+  if (light == kOracle) return "oracle: the best constant, which reads the truth";
+  return light;
+}
+
+std::string key_of(const std::string& maps, const std::string& light, const std::string& job, const char* figure,
+                   int seed) {
+  return fmt::format("{}/{}/{}/{}/{}", maps, light, job, figure, seed);
+}
+std::string map_key(const MapErrorInfo& error, const char* who) { return fmt::format("maps/{}/{}", error.key, who); }
+
+class UserStudy : public StudyRun {
+ public:
+  using StudyRun::StudyRun;
+
+ private:
+  /// One record a room.
+  void measure() override {
+    prepare();
+    measure_rooms([this](const ListedRoom& listed) {
+      const UserRoom room = measure_user_room(device_, listed, options_, means_ ? &*means_ : nullptr);
+      MetricRecord record{listed.index + 1, 0, {{"ball", room.ball}, {"seconds", room.seconds}}};
+      for (const UserError& e : room.errors)
+        for (const Figure& f : kFigures)
+          record.values.emplace_back(key_of(e.maps, e.light, e.job, f.key, e.seed), e.error.*f.value);
+      for (int m = 0; m < map_error_count; ++m) add_map_errors(record, room.maps, static_cast<MapError>(m));
+      if (room.maps.log_scale_error) record.values.emplace_back("maps/scale", *room.maps.log_scale_error);
+      if (listed.index < kMostStrips)
+        write_strip(run_.artifact(fmt::format("room{}_photo_tracers_ball_then_lights.png", listed.index)), room.strip);
+      add_record(std::move(record));
+    });
+  }
+
+  void prepare() {
+    const auto whole = [&](const char* key) { return static_cast<int>(config_.integer(key)); };
+    options_.width = whole("data.width"), options_.height = whole("data.height"),
+    options_.photo_spp = whole("data.spp");
+    options_.truth_spp = whole("user.truth_spp"), options_.probes = whole("user.probes");
+    options_.probe_spp = whole("user.probe_spp"), options_.seeds = whole("study.seeds");
+    options_.lights = config_.texts("user.lights"), options_.render.spp = whole("user.spp");
+    for (const std::string& light : options_.lights) {
+      options_.render.light = light_of(light);
+      load_light_nets(options_.render, config_.text("light.weights"), device_);
+      if (is_learned_light(options_.render.light)) provenance_.facts["light"] = answerer_text(options_.render);
+    }
+    options_.maps_weights = weights_or_shipped(config_.text("maps.weights"));
+    provenance_.inputs.push_back(record_file(options_.maps_weights));
+    if (const LoadedWeights weights = load_weights(options_.maps_weights, device_); weights.means)
+      means_ = weights.means->maps(options_.width, options_.height);
+  }
+
+  static void add_map_errors(MetricRecord& record, const ViewResult& result, MapError error) {
+    const auto add = [&](const char* who, const MapErrors& errors) {
+      if (const auto& e = errors[static_cast<std::size_t>(error)])
+        record.values.emplace_back(map_key(info(error), who), *e);
+    };
+    add("ours", result.ours), add("mean map", result.mean_map), add("picture", result.picture);
+    add("constant", result.constant);
+  }
+
+  /// [room][seed]; rooms without it are left out.
+  std::vector<std::vector<double>> values(const std::string& maps, const std::string& light, const std::string& job,
+                                          const Figure& figure) const {
+    std::vector<std::vector<double>> rooms;
+    for (std::size_t r = 0; r < records_.size(); ++r) {
+      std::vector<double> seeds;
+      for (int s = 0; s < static_cast<int>(config_.integer("study.seeds")); ++s)
+        if (const auto v = value_of(r, key_of(maps, light, job, figure.key, s))) seeds.push_back(*v);
+      if (!seeds.empty()) rooms.push_back(std::move(seeds));
+    }
+    return rooms;
+  }
+  Cell cell(const std::string& maps, const std::string& light, const std::string& job, const Figure& figure) const {
+    const auto rooms = values(maps, light, job, figure);
+    return rooms.empty() ? Cell() : Cell(over_rooms(rooms));
+  }
+
+  std::vector<std::string> rows() const {
+    std::vector<std::string> lights = config_.texts("user.lights");
+    if (std::ranges::find(lights, "constant") != lights.end()) lights.push_back(kOracle);
+    return lights;
+  }
+
+  /// What every table of the study says of itself.
+  std::string conditions() const {
+    return fmt::format(
+        "{} rooms of {} ({}), one photograph of {}x{} each, clipped at white and stored in 8 bits; mean over rooms and "
+        "{} seeds of the layer, ± the larger of the spread over seeds and the standard error over rooms; {} samples a "
+        "pixel, truth by {}, nothing clamped",
+        records_.size(), rooms_.file.filename().string(),
+        rooms_.setting == Setting::HeldOut ? "content kept out of training" : "content of the training",
+        config_.integer("data.width"), config_.integer("data.height"), config_.integer("study.seeds"),
+        config_.integer("user.spp"), config_.integer("user.truth_spp"));
+  }
+
+  Table user_table() const {
+    Table table;
+    table.title =
+        "What a user gets: " + conditions() +
+        ". Lamps and the fitted constant are fitted to the picture that the re-render is judged by; air, balls "
+        "and the room around them are not";
+    table.columns = {{"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
+    struct Shown {
+      std::string job, column;
+      Figure figure;
+    };
+    std::vector<Shown> shown{{"render", "re-render", kShown},
+                             {"render", "re-render", kSmape},
+                             {"air", "light in free air", kSmape},
+                             {"air", "light in free air", kBias}};
+    for (const BallKind& kind : ball_kinds()) shown.push_back({kind.name, kind.name + " ball", kShown});
+    shown.push_back({"around diffuse", "room around the diffuse ball", kShown});
+    for (const Shown& s : shown)
+      table.columns.push_back(
+          {s.column, fmt::format("{}, {}", s.figure.name, s.figure.unit), Best::None, s.figure.digits});
+    for (const std::string& maps : {kPredictedMaps, kTrueMaps})
+      for (const std::string& light : rows()) {
+        std::vector<Cell> row{maps, label_of(light)};
+        for (const Shown& s : shown) row.push_back(cell(maps, light, s.job, s.figure));
+        table.add(std::move(row));
+      }
+    return table;
+  }
+
+  Table all_figures_table() const {
+    Table table;
+    table.title = "The same by every measure: " + conditions();
+    table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
+    for (const Figure& f : kFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
+    table.columns.push_back({"rooms", "", Best::None, 3});
+    for (const Job& job : jobs())
+      for (const std::string& maps : {kPredictedMaps, kTrueMaps})
+        for (const std::string& light : rows()) {
+          const auto rooms = values(maps, light, job.key, kShown);
+          if (rooms.empty()) continue;
+          std::vector<Cell> row{job.name, maps, label_of(light)};
+          for (const Figure& f : kFigures) row.push_back(cell(maps, light, job.key, f));
+          row.push_back(Measure{static_cast<double>(rooms.size())});
+          table.add(std::move(row));
+        }
+    return table;
+  }
+
+  /// The first light less the others, over equal rooms and seeds.
+  Table differences_table() const {
+    Table table;
+    const std::string& ours = config_.texts("user.lights").at(0);
+    table.title = fmt::format(
+        "{} less the others, room by room: a difference of at most two spreads is none; spread is the larger of that "
+        "over seeds and the standard error over rooms",
+        label_of(ours));
+    table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"less", "", Best::None, 3}};
+    for (const Figure& f : {kShown, kSmape}) {
+      table.columns.push_back({f.name, f.unit, Best::None, f.digits});
+      table.columns.push_back({"ours is", "", Best::None, 3});
+    }
+    for (const Job& job : jobs())
+      for (const std::string& maps : {kPredictedMaps, kTrueMaps})
+        for (const std::string& light : rows()) {
+          if (light == ours || values(maps, light, job.key, kShown).empty()) continue;
+          std::vector<Cell> row{job.name, maps, label_of(light)};
+          for (const Figure& f : {kShown, kSmape}) {
+            const PairedDifference d =
+                paired_difference(values(maps, ours, job.key, f), values(maps, light, job.key, f));
+            row.insert(row.end(), {Measure{d.mean, d.spread, 2}, std::string(d.verdict())});
+          }
+          table.add(std::move(row));
+        }
+    return table;
+  }
+
+  Table maps_table() const {
+    Table table;
+    table.title = "Maps predicted from these photographs: mean over rooms ± its standard error";
+    table.columns = {{"map", "", Best::None, 3},
+                     {"error", "", Best::None, 3},
+                     {"predicted", "", Best::None, 3},
+                     {"mean map of the training", "", Best::None, 3},
+                     {"the picture as albedo", "", Best::None, 3},
+                     {"oracle: the view's best constant", "", Best::None, 3}};
+    for (int m = 0; m < map_error_count; ++m) {
+      const MapErrorInfo& error = info(static_cast<MapError>(m));
+      std::vector<Cell> row{std::string(error.name), std::string(error.unit)};
+      for (const char* who : {"ours", "mean map", "picture", "constant"}) row.push_back(of_rooms(map_key(error, who)));
+      table.add(std::move(row));
+    }
+    table.add({"scale of depth", "|ln predicted / true|", of_rooms("maps/scale"), Cell{}, Cell{}, Cell{}});
+    return table;
+  }
+  Cell of_rooms(const std::string& key) const {
+    std::vector<std::vector<double>> rooms;
+    for (const double v : values_of(key)) rooms.push_back({v});
+    return rooms.empty() ? Cell() : Cell(over_rooms(rooms));
+  }
+
+  void conclude() override {
+    for (const auto& [name, table] : {std::pair{"1_user", user_table()},
+                                      {"2_maps", maps_table()},
+                                      {"3_differences", differences_table()},
+                                      {"4_all_figures", all_figures_table()}}) {
+      write_table(name, table);
+      std::fputs("\n", stdout);
+    }
+    provenance_.figures["rooms with a ball"] = sum(values_of("ball"));
+    provenance_.figures["seconds: a re-render, median"] = median(values_of("seconds"));
+  }
+
+  UserOptions options_;
+  std::optional<MapSet> means_;
+};
+
+}  // namespace
+
+std::string run_user_study(const Config& config, const std::vector<std::string>& command) {
+  return UserStudy(config, command).run();
+}
+
+}  // namespace clerestory
