@@ -1,6 +1,7 @@
 // How far radiance is from the truth, of pictures and of light along rays alike. What nets are trained with (logarithms
 // and relative errors) is one part of it; the others are measures that nothing was trained with.
 #pragma once
+#include <array>
 #include <vector>
 
 namespace clerestory {
@@ -22,6 +23,20 @@ struct RadianceError {
   void add(const RadianceError& view);
   void divide_by_views();
 };
+
+/// A figure of a RadianceError as records and tables name it.
+struct RadianceFigure {
+  const char *key, *name, *unit;
+  int digits;
+  double RadianceError::*value;
+};
+inline constexpr RadianceFigure kShownPsnr{"shown_psnr", "PSNR as shown", "dB", 3, &RadianceError::shown_psnr};
+inline constexpr RadianceFigure kSmape{"smape", "SMAPE", "eps 0.01", 3, &RadianceError::smape};
+inline constexpr RadianceFigure kMedianLog{"median_log", "median ln", "answer / truth", 2, &RadianceError::median_log};
+inline constexpr RadianceFigure kRelMse{"relmse", "relMSE", "eps 0.01", 3, &RadianceError::relmse};
+inline constexpr RadianceFigure kLogRmse{"log_rmse", "log-RGB RMSE", "eps 0.01", 3, &RadianceError::log_rmse};
+/// Nothing was trained with the first three; nets of the light are trained with the last two or what is close to them.
+inline constexpr std::array kRadianceFigures{kShownPsnr, kSmape, kMedianLog, kRelMse, kLogRmse};
 
 /// Adds up values of one picture or one set of rays.
 class RadianceErrorSums {

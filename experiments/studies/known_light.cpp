@@ -46,7 +46,8 @@ LightView view_of(const TraceMaps& maps, const Camera& camera) {
 std::string predict(Device& device, LightView& view, const std::filesystem::path& weights, bool clipped) {
   Prediction p = predict_maps(device, weights_or_shipped(weights), view.image, {});
   const std::string note = p.note;
-  see_predicted(view, {std::move(p.albedo), std::move(p.normal), std::move(p.depth), std::move(p.material)});
+  const double metres = p.scene_scale / scene_scale(p.depth.data, "predicted depth");  // no scale from the truth
+  see_predicted(view, {std::move(p.albedo), std::move(p.normal), std::move(p.depth), std::move(p.material)}, metres);
   view.emission = clipped ? emission_flags(view.image) : Image(view.camera.width, view.camera.height, 1);
   std::ranges::copy(view.emission.data, view.material.plane(2));
   return note;

@@ -28,12 +28,21 @@ using Used = KnownRays::Used;
 struct Named {
   std::string key, label;
 };
-/// Who answers without reading the truth, then the constant that does.
-const std::vector<Named>& answerers() {
-  static const std::vector<Named> rows{
-      {"photo", "raw photograph (light = image)"}, {"ssrt", "SSRT only: the photograph at hits, 0 elsewhere"},
-      {"out_of_view", "out of view only"},         {"net", "full (light = net)"},
-      {"net+lamps", "full with lamps fitted"},     {"constant", "the view's best constant"}};
+/// Who answers; `asked`: by that light of studies (under_light). The oracle reads the truth.
+struct Answerer {
+  std::string key, asked, label;
+};
+const std::vector<Answerer>& answerers() {
+  static const std::vector<Answerer> rows{
+      {"net", "net", "full (light = net)"},
+      {"net+lamps", "net+lamps", "full with lamps fitted"},
+      {"out_of_view", "out_of_view", "out of view only"},
+      {"photo", "image", "the photograph as light"},
+      {"clipped", "image", "the photograph clipped at white as light"},
+      {"ssrt", "", "SSRT only: the photograph at hits, 0 elsewhere"},
+      {"mean", "constant", "mean colour of the photograph"},
+      {"fitted", "constant+fit", "one constant, fitted to the photograph as lamps are"},
+      {"oracle", "", "oracle: the view's best constant, which reads the truth"}};
   return rows;
 }
 const std::vector<Named>& ray_kinds() {
@@ -139,22 +148,25 @@ class LightStudy : public StudyRun {
     for (std::size_t s = 0; s < rays.draws.size(); ++s) measure_draw(s, rays, truth, answers);
     for (std::size_t p = 0; p < rays.probes.size(); ++p)
       measure_probe(fmt::format("v{}p{}", v, p), rays.probes[p], truth, rays, answers, known.view.probes[p].distance);
-    measure_gap(v, truth, rays, answers);
+    measure_way(v, truth, rays, answers);
     for (const auto& [key, seconds] : answers.seconds)
       values_["seconds for a million rays/" + key].push_back(seconds / static_cast<double>(truth.count()) * 1e6);
   }
 
   ViewAnswers ask(const Scene& scene, const ViewRays& rays) {
     ViewAnswers answers;
-    for (const auto& [key, light] :
-         {std::pair{"photo", "image"}, {"out_of_view", "out_of_view"}, {"net", "net"}, {"net+lamps", "net+lamps"}}) {
-      const RenderSettings settings = under_light(settings_, light, device_, scene);
-      SceneRadiance radiance(device_, scene, settings, rays.truth.size());
+    for (const Answerer& who : answerers()) {
+      if (who.asked.empty()) continue;
+      Scene lit = scene;
+      if (who.key == "clipped")
+        for (float& v : lit.photo.data) v = std::min(v, 1.f);
+      const RenderSettings settings = under_light(settings_, who.asked, device_, lit);
+      SceneRadiance radiance(device_, lit, settings, rays.truth.size());
       const Stopwatch watch;
       const RadianceAnswers given = radiance.radiance(rays.asked);
-      answers.seconds[key] = watch.seconds();
-      answers.radiance[key] = given.radiance;
-      if (settings.light == "image") answers.pixel = given.pixel;
+      answers.seconds[who.key] = watch.seconds();
+      answers.radiance[who.key] = given.radiance;
+      if (who.key == "photo") answers.pixel = given.pixel;
     }
     answers.radiance["ssrt"] = photograph_at(answers.pixel, scene.photo);
     answers.seconds["ssrt"] = answers.seconds["photo"];  // the same trace and the same look-up
@@ -172,7 +184,7 @@ class LightStudy : public StudyRun {
 
   static RadianceError error_of(const std::string& who, const KnownRays& truth, const Used& used,
                                 const ViewAnswers& answers) {
-    return who == "constant" ? truth.best_constant(used) : truth.error(answers.radiance.at(who), used);
+    return who == "oracle" ? truth.best_constant(used) : truth.error(answers.radiance.at(who), used);
   }
 
   void measure_draw(std::size_t seed, const ViewRays& rays, const KnownRays& truth, const ViewAnswers& answers) {
@@ -183,7 +195,7 @@ class LightStudy : public StudyRun {
     std::ranges::copy_if(draw, std::back_inserter(surface), [&](std::size_t i) { return rays.asked.skip[i] >= 0; });
     for (const auto& [kind, used] : kinds) {
       if (used.empty()) continue;
-      for (const Named& who : answerers())
+      for (const Answerer& who : answerers())
         note(kind, fmt::format("{} {}", who.key, seed), error_of(who.key, truth, used, answers));
     }
     values_["share of hits/" + std::to_string(seed)].push_back(static_cast<double>(kinds[0].second.size()) /
@@ -191,8 +203,8 @@ class LightStudy : public StudyRun {
   }
 
   void note(const std::string& where, const std::string& who, const RadianceError& e) {
-    values_["relMSE, " + where + "/" + who].push_back(e.relmse);
-    values_["log-RGB RMSE, " + where + "/" + who].push_back(e.log_rmse);
+    for (const RadianceFigure& f : kRadianceFigures)
+      values_[fmt::format("{}, {}/{}", f.name, where, who)].push_back(e.*f.value);
   }
 
   static std::vector<float> planar(const std::vector<float>& whole, const Used& used) {
@@ -207,10 +219,10 @@ class LightStudy : public StudyRun {
                      const ViewAnswers& answers, double distance) {
     values_["probe distance/" + name].push_back(distance);
     const std::vector<double> weights = probe_weights();
-    for (const Named& who : answerers()) {
+    for (const Answerer& who : answerers()) {
       const std::string key = who.key + " " + name;
       note("probes", key, error_of(who.key, truth, used, answers));
-      if (who.key == "constant") continue;
+      if (who.key == "oracle") continue;
       const std::vector<float>& answer = answers.radiance.at(who.key);
       values_["angle, probes/" + key].push_back(truth.angle(answer, used));
       values_["range, probes/" + key].push_back(log_intensity_range(planar(answer, used), weights));
@@ -221,16 +233,17 @@ class LightStudy : public StudyRun {
     values_["range, probes/truth " + name].push_back(log_intensity_range(light, weights));
   }
 
-  /// Of all probes of the view together.
-  void measure_gap(int v, const KnownRays& truth, const ViewRays& rays, const ViewAnswers& answers) {
+  /// Of all probes of the view together: from the better of the clipped photograph and its mean colour to the truth.
+  void measure_way(int v, const KnownRays& truth, const ViewRays& rays, const ViewAnswers& answers) {
     Used all;
     for (const Used& probe : rays.probes) all.insert(all.end(), probe.begin(), probe.end());
     for (const Named& kind : ray_kinds()) {
       const Used used = of_kind(kind.key, all, answers.pixel);
       if (used.empty()) continue;
-      const double share = way_gone(error_of("photo", truth, used, answers).relmse,
-                                    error_of("net", truth, used, answers).relmse, truth.noise(rays.noise, used));
-      values_[fmt::format("gap closed, {}/view {}", kind.key, v)].push_back(share);
+      const auto relmse = [&](const char* who) { return error_of(who, truth, used, answers).relmse; };
+      const double share =
+          way_gone(std::min(relmse("clipped"), relmse("mean")), relmse("net"), truth.noise(rays.noise, used));
+      values_[fmt::format("way gone, {}/view {}", kind.key, v)].push_back(share);
     }
   }
 
@@ -263,60 +276,65 @@ class LightStudy : public StudyRun {
         rooms[r].push_back(value(r, fmt::format("{}/{} {}", group, who, s)));
     return rooms;
   }
-  /// Means over rooms, one a seed.
-  static std::vector<double> seed_means(const std::vector<std::vector<double>>& rooms) {
-    std::vector<double> means;
-    for (std::size_t s = 0; s < rooms.at(0).size(); ++s) {
-      std::vector<double> of_seed;
-      for (const auto& room : rooms)
-        if (std::isfinite(room[s])) of_seed.push_back(room[s]);
-      if (!of_seed.empty()) means.push_back(mean(of_seed));
-    }
-    return means;
+  Cell over_rooms_or_nothing(const std::vector<std::vector<double>>& rooms) const {
+    const bool any = std::ranges::any_of(
+        rooms, [](const auto& room) { return std::ranges::all_of(room, [](double v) { return std::isfinite(v); }); });
+    return any ? Cell(over_rooms(rooms)) : Cell();
   }
 
   std::string setting() const {
-    return fmt::format("{} rooms x {} views, {} maps, {} photograph", records_.size(),
-                       config_.integer("incident.views"), config_.text("data.maps"),
-                       config_.flag("incident.clipped_picture") ? "clipped" : "HDR");
+    const double clamp = config_.real("incident.clamp");
+    return fmt::format(
+        "{} rooms of {} x {} views, {} maps{}, {} photograph, {}", records_.size(), rooms_.file.filename().string(),
+        config_.integer("incident.views"), config_.text("data.maps"),
+        config_.text("data.maps") == "predicted" ? " (depth by the predicted scale)" : "",
+        config_.flag("incident.clipped_picture") ? "clipped" : "HDR",
+        clamp > 0
+            ? fmt::format("in picture and truth one indirect contribution adds at most {:g} of the picture's white",
+                          clamp)
+            : std::string("no contribution clamped"));
   }
 
   Table ablation_table() const {
     Table table;
-    table.title = fmt::format("Incident light, {}: mean over views, deviation over {} draws of rays", setting(),
-                              config_.integer("study.seeds"));
-    table.columns = {{"rays", "", Best::None, 3},           {"who answers", "", Best::None, 3},
-                     {"relMSE", "eps 0.01", Best::None, 3}, {"relMSE", "median of rooms", Best::None, 3},
-                     {"log-RGB RMSE", "", Best::None, 3},   {"time", "s for a million rays", Best::None, 3}};
+    table.title = fmt::format(
+        "Incident light, {}: mean over rooms and {} draws of rays ± the larger of the spread over draws and the "
+        "standard "
+        "error over rooms",
+        setting(), config_.integer("study.seeds"));
+    table.columns = {{"rays", "", Best::None, 3}, {"who answers", "", Best::None, 3}};
+    for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
+    table.columns.push_back({"time", "s for a million rays", Best::None, 3});
     for (const Named& kind : ray_kinds())
-      for (const Named& who : answerers()) {
-        const std::vector<double> rooms = room_means("relMSE, " + kind.key + "/" + who.key + " ");
-        const std::vector<double> seconds = room_means("seconds for a million rays/" + who.key);
-        table.add({kind.label, who.label, measure_or_nothing(seed_means(by_seed("relMSE, " + kind.key, who.key))),
-                   rooms.empty() ? Cell{} : Cell{Measure{median(rooms)}},
-                   measure_or_nothing(seed_means(by_seed("log-RGB RMSE, " + kind.key, who.key))),
-                   seconds.empty() ? Cell{} : Cell{Measure{median(seconds)}}});
+      for (const Answerer& who : answerers()) {
+        std::vector<Cell> row{kind.label, who.label};
+        for (const RadianceFigure& f : kRadianceFigures)
+          row.push_back(over_rooms_or_nothing(by_seed(fmt::format("{}, {}", f.name, kind.key), who.key)));
+        const std::vector<double> seconds = values_of("seconds for a million rays/" + who.key);
+        row.push_back(seconds.empty() ? Cell{} : Cell{Measure{median(seconds)}});
+        table.add(std::move(row));
       }
     return table;
   }
 
   Table difference_table() const {
+    constexpr std::array figures{kShownPsnr, kSmape, kRelMse, kLogRmse};
     Table table;
     table.title =
         "Full less the others: a difference of at most two spreads is none; spread is the larger of that over draws "
         "and the standard error over rooms";
-    table.columns = {
-        {"rays", "", Best::None, 3},   {"full less", "", Best::None, 3}, {"relMSE", "difference", Best::None, 3},
-        {"spread", "", Best::None, 2}, {"full is", "", Best::None, 3},   {"log-RGB RMSE", "difference", Best::None, 3},
-        {"spread", "", Best::None, 2}, {"full is", "", Best::None, 3}};
+    table.columns = {{"rays", "", Best::None, 3}, {"full less", "", Best::None, 3}};
+    for (const RadianceFigure& f : figures)
+      table.columns.insert(table.columns.end(),
+                           {{f.name, "difference", Best::None, 3}, {"full is", "", Best::None, 3}});
     for (const Named& kind : ray_kinds())
-      for (const Named& who : answerers()) {
+      for (const Answerer& who : answerers()) {
         if (who.key == "net" || room_means("relMSE, " + kind.key + "/net ").empty()) continue;
         std::vector<Cell> row{kind.label, who.label};
-        for (const char* metric : {"relMSE, ", "log-RGB RMSE, "}) {
-          const PairedDifference d =
-              paired_difference(by_seed(metric + kind.key, "net"), by_seed(metric + kind.key, who.key));
-          row.insert(row.end(), {Measure{d.mean}, Measure{d.spread}, std::string(d.verdict())});
+        for (const RadianceFigure& f : figures) {
+          const std::string group = fmt::format("{}, {}", f.name, kind.key);
+          const PairedDifference d = paired_difference(by_seed(group, "net"), by_seed(group, who.key));
+          row.insert(row.end(), {Measure{d.mean, d.spread, 2}, std::string(d.verdict())});
         }
         table.add(row);
       }
@@ -333,7 +351,7 @@ class LightStudy : public StudyRun {
     table.columns = {{"distance", "m", Best::None, 3},    {"probes", "", Best::None, 4},
                      {"who answers", "", Best::None, 3},  {"relMSE", "eps 0.01", Best::None, 3},
                      {"relMSE", "median", Best::None, 3}, {"log-RGB RMSE", "", Best::None, 3}};
-    for (const Named& who : answerers()) {
+    for (const Answerer& who : answerers()) {
       const std::vector<double> relmse = room_means("relMSE, surface/" + who.key + " ");
       if (relmse.empty()) continue;
       table.add({"0, on surfaces", Cell{}, who.label, measure_of(relmse), Measure{median(relmse)},
@@ -341,11 +359,11 @@ class LightStudy : public StudyRun {
     }
     const std::vector<double>& from = distance_bins();
     for (std::size_t b = 0; b + 1 < from.size(); ++b)
-      for (const Named& who : answerers()) add_distance(table, from[b], from[b + 1], who);
+      for (const Answerer& who : answerers()) add_distance(table, from[b], from[b + 1], who);
     return table;
   }
 
-  void add_distance(Table& table, double from, double to, const Named& who) const {
+  void add_distance(Table& table, double from, double to, const Answerer& who) const {
     std::vector<double> relmse, logs;
     each_probe([&](std::size_t r, const std::string& name, double distance) {
       if (distance < from || distance >= to) return;
@@ -387,7 +405,7 @@ class LightStudy : public StudyRun {
           truth[i] = {probe.plane(0)[i], probe.plane(1)[i], probe.plane(2)[i]};
         const KnownRays known(std::move(truth), weights);
         const RadianceError e = known.error(others, texels);
-        of_room["relMSE"].push_back(e.relmse), of_room["log-RGB RMSE"].push_back(e.log_rmse);
+        for (const RadianceFigure& f : kRadianceFigures) of_room[f.name].push_back(e.*f.value);
         of_room["angle"].push_back(known.angle(others, texels));
         of_room["range"].push_back(log_intensity_range(others, weights));
       }
@@ -413,33 +431,40 @@ class LightStudy : public StudyRun {
 
   Table probe_table() const {
     Table table;
-    table.title = fmt::format("Panoramas at free probes, {}: mean and deviation over rooms", setting());
-    table.columns = {{"who answers", "", Best::None, 3},
-                     {"relMSE", "eps 0.01", Best::None, 3},
-                     {"log-RGB RMSE", "", Best::None, 3},
-                     {"angle of RGB", "degrees", Best::None, 3},
-                     {"log-intensity range", "ln of 99th over 1st percentile", Best::None, 3}};
-    const auto rooms = [&](const char* metric, const std::string& who) {
-      return measure_or_nothing(room_means(fmt::format("{}, probes/{} ", metric, who)));
+    table.title = fmt::format("Panoramas at free probes, {}: mean over rooms ± its standard error", setting());
+    table.columns = {{"who answers", "", Best::None, 3}};
+    for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
+    table.columns.insert(table.columns.end(),
+                         {{"angle of RGB", "degrees", Best::None, 3},
+                          {"log-intensity range", "ln of 99th over 1st percentile", Best::None, 3}});
+    const auto rooms = [&](const std::string& metric, const std::string& who) {
+      std::vector<std::vector<double>> means;
+      for (const double m : room_means(fmt::format("{}, probes/{} ", metric, who))) means.push_back({m});
+      return means.empty() ? Cell() : Cell(over_rooms(means));
     };
-    for (const Named& who : answerers())
-      table.add({who.label, rooms("relMSE", who.key), rooms("log-RGB RMSE", who.key), rooms("angle", who.key),
-                 rooms("range", who.key)});
+    const auto add = [&](const std::string& label, const auto& of) {
+      std::vector<Cell> row{label};
+      for (const RadianceFigure& f : kRadianceFigures) row.push_back(of(f.name));
+      row.push_back(of("angle")), row.push_back(of("range"));
+      table.add(std::move(row));
+    };
+    for (const Answerer& who : answerers()) add(who.label, [&](const std::string& m) { return rooms(m, who.key); });
     const auto others = mean_panorama_errors();
-    const auto other = [&](const char* metric) {
-      return others.contains(metric) ? measure_or_nothing(others.at(metric)) : Cell{};
-    };
-    table.add(
-        {"mean panorama of the other rooms", other("relMSE"), other("log-RGB RMSE"), other("angle"), other("range")});
-    table.add({"truth", Cell{}, Cell{}, Cell{}, rooms("range", "truth")});
+    add("mean panorama of the other rooms", [&](const std::string& metric) {
+      std::vector<std::vector<double>> means;
+      if (others.contains(metric))
+        for (const double m : others.at(metric)) means.push_back({m});
+      return means.empty() ? Cell() : Cell(over_rooms(means));
+    });
+    add("truth", [&](const std::string& metric) { return metric == "range" ? rooms("range", "truth") : Cell(); });
     return table;
   }
 
-  Table gap_table() const {
+  Table way_table() const {
     Table table;
     table.title = fmt::format(
-        "Share of the gap in relMSE from the raw photograph to the truth, less the probes' own variance, that the nets "
-        "close, {}",
+        "Share of the way in relMSE that the nets go from the better of two simple answers, the clipped photograph as "
+        "light and its mean colour, to the truth's own variance, {}",
         setting());
     table.columns = {{"directions", "", Best::None, 3},
                      {"views", "", Best::None, 4},
@@ -447,7 +472,7 @@ class LightStudy : public StudyRun {
                      {"share", "25 % of views below", Best::None, 3},
                      {"share", "75 % of views below", Best::None, 3}};
     for (const Named& kind : ray_kinds()) {
-      const std::vector<double> shares = values("gap closed, " + kind.key + "/");
+      const std::vector<double> shares = values("way gone, " + kind.key + "/");
       if (shares.empty()) continue;
       table.add({kind.label, Measure{static_cast<double>(shares.size())}, Measure{median(shares)},
                  Measure{quantile(shares, 0.25)}, Measure{quantile(shares, 0.75)}});
@@ -459,7 +484,7 @@ class LightStudy : public StudyRun {
     for (const auto& [name, table] : {std::pair{"1_ablation", ablation_table()},
                                       {"2_differences", difference_table()},
                                       {"3_probes", probe_table()},
-                                      {"4_gap", gap_table()},
+                                      {"4_way", way_table()},
                                       {"5_distance", distance_table()}}) {
       write_table(name, table);
       std::fputs("\n", stdout);

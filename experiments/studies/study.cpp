@@ -1,6 +1,5 @@
 #include "experiments/studies/study.hpp"
 
-#include "experiments/studies/balls_study.hpp"
 #include "experiments/studies/edit_study.hpp"
 #include "experiments/studies/ladder_study.hpp"
 #include "experiments/studies/layer_study.hpp"
@@ -33,7 +32,7 @@ void add_run_keys(Schema& schema) {
 void add_study_keys(Schema& schema) {
   schema.section("study", "What is compared.")
       .text("study.kind", "layer", "Which study",
-            {"layer", "truth", "balls", "edit", "training", "light", "uncertainty", "ladder", "user"})
+            {"layer", "truth", "edit", "training", "light", "uncertainty", "ladder", "user"})
       .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
@@ -52,12 +51,6 @@ void add_study_keys(Schema& schema) {
       .integer("user.probe_spp", 64, "Paths of a texel in each of two estimates of their light", {1, 65536})
       .texts("user.lights", {"net+lamps", "net", "constant+fit", "constant+lamps", "constant", "image"},
              "Who answers, the first against the others; +lamps: lamps fitted, constant+fit: a fitted constant");
-  schema.section("balls", "Balls put into rooms (kind balls).")
-      .integer("balls.spp", 256, "Samples a pixel", {2, 65536})
-      .texts("balls.lights", {"image", "panorama"},
-             "Who answers, +lamps with lamps fitted; learned light with true and with predicted maps")
-      .integer("balls.probe_spp", 256, "Samples a texel in each of two halves of the light at a ball's centre",
-               {1, 65536});
   schema.section("edit", "Materials replaced in rooms (kind edit).")
       .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
       .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})
@@ -67,9 +60,9 @@ void add_study_keys(Schema& schema) {
       .integer("ladder.spp", 64, "Samples a pixel of the layer", {2, 65536})
       .integer("ladder.emission_spp", 1024, "Samples a pixel of true light from emitters", {2, 65536})
       .integer("ladder.seeds", 3, "Repetitions with other seeds", {3, 1000});
-  schema.section("light", "Learned light (kinds balls, ladder, light, uncertainty).")
+  schema.section("light", "Learned light (kinds user, ladder, light, uncertainty).")
       .text("light.weights", "", "Its weights, a folder or a file; empty: the shipped ones");
-  schema.section("maps", "Predicted maps (kinds balls, ladder, light, uncertainty).")
+  schema.section("maps", "Predicted maps (kinds user, ladder, light, uncertainty).")
       .text("maps.weights", "", "MGNet's weights; empty: the shipped ones");
   schema.section("incident", "Light along rays (kinds light, uncertainty); study.seeds draws of rays.")
       .integer("incident.views", 3, "Views of each room", {1, 100})
@@ -86,8 +79,7 @@ void add_study_keys(Schema& schema) {
       .real("uncertainty.footprints", 1.5, "A hit is real up to so many footprints of its pixel off", {0, 1000})
       .integer("uncertainty.bins", 10, "Bins of the reliability curve", {1, 1000});
   schema.section("data", "Generated rooms of a list, one view each.")
-      .text("data.maps", "true",
-            "Maps (kinds light, uncertainty); predicted ones have their median depth from the truth",
+      .text("data.maps", "true", "Maps (kinds light, uncertainty); predicted ones with depth by the predicted scale",
             {"true", "predicted"})
       .integer("data.rooms", 6, "Rooms", {1, 1000})
       .integer("data.width", 160, "Pixels", {16, 4096})
@@ -126,7 +118,6 @@ std::string run_study(const Config& config, const std::vector<std::string>& comm
   const std::string& kind = config.text("study.kind");
   if (kind == "truth") return run_truth_study(config, command);
   if (kind == "user") return run_user_study(config, command);
-  if (kind == "balls") return run_balls_study(config, command);
   if (kind == "ladder") return run_ladder_study(config, command);
   if (kind == "edit") return run_edit_study(config, command);
   if (kind == "light") return run_light_study(config, command);

@@ -63,6 +63,8 @@ class UserRoomMeasurement {
     if (!balls_.empty()) result_.strip.push_back(balls_[0].picture);
     for (const auto& [maps, scene] : {std::pair{&kPredictedMaps, &predicted}, {&kTrueMaps, &view_.scene}}) {
       maps_ = *maps;
+      for (const TrueBall& ball : balls_)
+        note(kUnchanged, "around " + ball.name, 0, picture_error(view_.scene.photo, ball.picture, ball.near));
       for (const std::string& light : options_.lights) measure_light(light, *scene);
     }
     return std::move(result_);

@@ -44,6 +44,8 @@ inline const std::string kPredictedMaps = "predicted", kTrueMaps = "true";
 /// The row of an oracle, which reads the truth: the best multiple of the constant's re-render, the best constant in
 /// air.
 inline const std::string kOracle = "oracle";
+/// The row of the photograph without any ball, for the room around one.
+inline const std::string kUnchanged = "unchanged";
 
 /// `means`: the training's mean maps at the view's size, or null.
 UserRoom measure_user_room(Device& device, const ListedRoom& room, const UserOptions& options, const MapSet* means);

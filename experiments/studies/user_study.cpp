@@ -19,22 +19,6 @@ namespace {
 
 constexpr int kMostStrips = 4;  // rooms shown
 
-/// A figure of RadianceError as tables name it.
-struct Figure {
-  const char* key;
-  const char* name;
-  const char* unit;
-  Best best;
-  int digits;
-  double RadianceError::*value;
-};
-constexpr Figure kShown{"shown_psnr", "PSNR as shown", "dB", Best::Highest, 3, &RadianceError::shown_psnr};
-constexpr Figure kSmape{"smape", "SMAPE", "eps 0.01", Best::Lowest, 3, &RadianceError::smape};
-constexpr Figure kBias{"median_log", "median ln", "answer / truth", Best::None, 2, &RadianceError::median_log};
-constexpr Figure kRelative{"relmse", "relMSE", "eps 0.01", Best::Lowest, 3, &RadianceError::relmse};
-constexpr Figure kLog{"log_rmse", "log-RGB RMSE", "eps 0.01", Best::Lowest, 3, &RadianceError::log_rmse};
-constexpr std::array kFigures{kShown, kSmape, kBias, kRelative, kLog};
-
 struct Job {
   std::string key, name;
 };
@@ -53,6 +37,7 @@ std::string label_of(const std::string& light) {
   if (light == "constant+lamps") return "mean colour, lamps fitted";
   if (light == "constant") return "mean colour of the photograph";
   if (light == "image") return "the photograph as light";
+  if (light == kUnchanged) return "none: the photograph unchanged";
   if (light == kOracle) return "oracle: the best constant, which reads the truth";
   return light;
 }
@@ -73,9 +58,9 @@ class UserStudy : public StudyRun {
     prepare();
     measure_rooms([this](const ListedRoom& listed) {
       const UserRoom room = measure_user_room(device_, listed, options_, means_ ? &*means_ : nullptr);
-      MetricRecord record{listed.index + 1, 0, {{"ball", room.ball}, {"seconds", room.seconds}}};
+      MetricRecord record{listed.index + 1, 0, {{"ball", room.ball}, {"render/seconds", room.seconds}}};
       for (const UserError& e : room.errors)
-        for (const Figure& f : kFigures)
+        for (const RadianceFigure& f : kRadianceFigures)
           record.values.emplace_back(key_of(e.maps, e.light, e.job, f.key, e.seed), e.error.*f.value);
       for (int m = 0; m < map_error_count; ++m) add_map_errors(record, room.maps, static_cast<MapError>(m));
       if (room.maps.log_scale_error) record.values.emplace_back("maps/scale", *room.maps.log_scale_error);
@@ -114,7 +99,7 @@ class UserStudy : public StudyRun {
 
   /// [room][seed]; rooms without it are left out.
   std::vector<std::vector<double>> values(const std::string& maps, const std::string& light, const std::string& job,
-                                          const Figure& figure) const {
+                                          const RadianceFigure& figure) const {
     std::vector<std::vector<double>> rooms;
     for (std::size_t r = 0; r < records_.size(); ++r) {
       std::vector<double> seeds;
@@ -124,13 +109,15 @@ class UserStudy : public StudyRun {
     }
     return rooms;
   }
-  Cell cell(const std::string& maps, const std::string& light, const std::string& job, const Figure& figure) const {
+  Cell cell(const std::string& maps, const std::string& light, const std::string& job,
+            const RadianceFigure& figure) const {
     const auto rooms = values(maps, light, job, figure);
     return rooms.empty() ? Cell() : Cell(over_rooms(rooms));
   }
 
   std::vector<std::string> rows() const {
     std::vector<std::string> lights = config_.texts("user.lights");
+    lights.push_back(kUnchanged);
     if (std::ranges::find(lights, "constant") != lights.end()) lights.push_back(kOracle);
     return lights;
   }
@@ -156,14 +143,14 @@ class UserStudy : public StudyRun {
     table.columns = {{"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
     struct Shown {
       std::string job, column;
-      Figure figure;
+      RadianceFigure figure;
     };
-    std::vector<Shown> shown{{"render", "re-render", kShown},
+    std::vector<Shown> shown{{"render", "re-render", kShownPsnr},
                              {"render", "re-render", kSmape},
                              {"air", "light in free air", kSmape},
-                             {"air", "light in free air", kBias}};
-    for (const BallKind& kind : ball_kinds()) shown.push_back({kind.name, kind.name + " ball", kShown});
-    shown.push_back({"around diffuse", "room around the diffuse ball", kShown});
+                             {"air", "light in free air", kMedianLog}};
+    for (const BallKind& kind : ball_kinds()) shown.push_back({kind.name, kind.name + " ball", kShownPsnr});
+    shown.push_back({"around diffuse", "room around the diffuse ball", kShownPsnr});
     for (const Shown& s : shown)
       table.columns.push_back(
           {s.column, fmt::format("{}, {}", s.figure.name, s.figure.unit), Best::None, s.figure.digits});
@@ -180,15 +167,15 @@ class UserStudy : public StudyRun {
     Table table;
     table.title = "The same by every measure: " + conditions();
     table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
-    for (const Figure& f : kFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
+    for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
     table.columns.push_back({"rooms", "", Best::None, 3});
     for (const Job& job : jobs())
       for (const std::string& maps : {kPredictedMaps, kTrueMaps})
         for (const std::string& light : rows()) {
-          const auto rooms = values(maps, light, job.key, kShown);
+          const auto rooms = values(maps, light, job.key, kShownPsnr);
           if (rooms.empty()) continue;
           std::vector<Cell> row{job.name, maps, label_of(light)};
-          for (const Figure& f : kFigures) row.push_back(cell(maps, light, job.key, f));
+          for (const RadianceFigure& f : kRadianceFigures) row.push_back(cell(maps, light, job.key, f));
           row.push_back(Measure{static_cast<double>(rooms.size())});
           table.add(std::move(row));
         }
@@ -204,23 +191,32 @@ class UserStudy : public StudyRun {
         "over seeds and the standard error over rooms",
         label_of(ours));
     table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"less", "", Best::None, 3}};
-    for (const Figure& f : {kShown, kSmape}) {
+    for (const RadianceFigure& f : {kShownPsnr, kSmape}) {
       table.columns.push_back({f.name, f.unit, Best::None, f.digits});
       table.columns.push_back({"ours is", "", Best::None, 3});
     }
     for (const Job& job : jobs())
       for (const std::string& maps : {kPredictedMaps, kTrueMaps})
         for (const std::string& light : rows()) {
-          if (light == ours || values(maps, light, job.key, kShown).empty()) continue;
+          if (light == ours || values(maps, light, job.key, kShownPsnr).empty()) continue;
           std::vector<Cell> row{job.name, maps, label_of(light)};
-          for (const Figure& f : {kShown, kSmape}) {
-            const PairedDifference d =
-                paired_difference(values(maps, ours, job.key, f), values(maps, light, job.key, f));
+          for (const RadianceFigure& f : {kShownPsnr, kSmape}) {
+            const PairedDifference d = difference(maps, ours, light, job.key, f);
             row.insert(row.end(), {Measure{d.mean, d.spread, 2}, std::string(d.verdict())});
           }
           table.add(std::move(row));
         }
     return table;
+  }
+
+  /// Of rooms' means over seeds where one side has no seeds of its own.
+  PairedDifference difference(const std::string& maps, const std::string& ours, const std::string& theirs,
+                              const std::string& job, const RadianceFigure& figure) const {
+    auto a = values(maps, ours, job, figure), b = values(maps, theirs, job, figure);
+    if (a.at(0).size() != b.at(0).size())
+      for (auto* rooms : {&a, &b})
+        for (std::vector<double>& seeds : *rooms) seeds = {mean(seeds)};
+    return paired_difference(a, b);
   }
 
   Table maps_table() const {
@@ -256,7 +252,7 @@ class UserStudy : public StudyRun {
       std::fputs("\n", stdout);
     }
     provenance_.figures["rooms with a ball"] = sum(values_of("ball"));
-    provenance_.figures["seconds: a re-render, median"] = median(values_of("seconds"));
+    provenance_.figures["seconds: a re-render, median"] = median(values_of("render/seconds"));
   }
 
   UserOptions options_;

@@ -49,16 +49,19 @@ LightView read_light_view(const ViewName& name, int width, int height) {
   return view;
 }
 
-void see_predicted(LightView& view, const MapSet& maps) {
+void see_predicted(LightView& view, const MapSet& maps, double metres) {
   const std::size_t n = view.image.pixels();
   view.albedo = maps.albedo, view.normal = maps.normal, view.depth = maps.depth;
   std::copy_n(maps.material.data.begin(), 2 * n, view.material.data.begin());
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < n; ++i)
-    if (view.true_depth.data[i] > 0 && maps.depth.data[i] > 0)
-      ratios.push_back(static_cast<double>(view.true_depth.data[i]) / static_cast<double>(maps.depth.data[i]));
-  const double metres = ratios.empty() ? 1 : median(ratios);
   for (float& z : view.depth.data) z = static_cast<float>(z * metres);
+}
+
+double metres_of(const LightView& view, const Image& depth) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < depth.data.size(); ++i)
+    if (view.true_depth.data[i] > 0 && depth.data[i] > 0)
+      ratios.push_back(static_cast<double>(view.true_depth.data[i]) / static_cast<double>(depth.data[i]));
+  return ratios.empty() ? 1 : median(ratios);
 }
 
 LightStore::LightStore(std::vector<ViewName> names, int width, int height, std::uint64_t cache_bytes)
@@ -70,7 +73,7 @@ std::shared_ptr<const LightView> LightStore::get(std::size_t i) {
     if (cache_.at(i)) return cache_[i];
   }
   LightView read = read_light_view(names_[i], width_, height_);
-  if (!predicted_.empty()) see_predicted(read, predicted_[i]);
+  if (!predicted_.empty()) see_predicted(read, predicted_[i], metres_of(read, predicted_[i].depth));
   const auto view = std::make_shared<const LightView>(std::move(read));
   const std::uint64_t bytes = bytes_of(*view);
   const std::lock_guard lock(mutex_);
@@ -86,7 +89,7 @@ void LightStore::predict(const std::function<MapSet(const Image&)>& predict) {
     const std::lock_guard lock(mutex_);
     if (!cache_[i]) continue;
     LightView seen = *view;
-    see_predicted(seen, maps.back());
+    see_predicted(seen, maps.back(), metres_of(seen, maps.back().depth));
     cache_[i] = std::make_shared<const LightView>(std::move(seen));
   }
   const std::lock_guard lock(mutex_);

@@ -27,9 +27,11 @@ struct LightView {
 /// not width x height, a view without camera or without any depth.
 LightView read_light_view(const ViewName& name, int width, int height);
 
-/// What MGNet says of a picture, in place of the true maps: depth is scaled so that its median ratio to the truth is 1,
-/// for free probes lie in true metres.
-void see_predicted(LightView& view, const MapSet& maps);
+/// What MGNet says of a picture, in place of the true maps; its depth times `metres`.
+void see_predicted(LightView& view, const MapSet& maps, double metres);
+/// The factor that brings the median ratio of a predicted depth to the true one to 1: in training, where free probes
+/// lie in true metres.
+double metres_of(const LightView& view, const Image& depth);
 
 /// Reads on demand and keeps up to `cache_bytes`. A view's values do not depend on whether it was kept.
 /// Safe to use from several threads.

@@ -239,18 +239,35 @@ TEST_F(LitStudies, LadderEndToEndAndResumed) {
   EXPECT_GT(read_metrics(run / "metrics.jsonl")[1].seconds, 0.1) << "records keep the time of the whole run";
 }
 
-TEST_F(LitStudies, BallsEndToEndAndResumed) {
-  const Config c = config("balls.toml", {"data.rooms=2", "balls.spp=4", "balls.probe_spp=2"});
+TEST_F(LitStudies, WhatAUserGetsEndToEndAndResumed) {
+  const Config c = config("user.toml", {"data.rooms=2", "user.spp=4", "user.truth_spp=4", "user.probe_spp=2"});
   const fs::path run = run_study(c, {"clerestory"});
   const RunTables tables = study_tables(run);
-  EXPECT_EQ(tables.at("balls").rows.size(),
-            3 * 7u);  // image, panorama, net, net+lamps; nets and image with predicted maps
-  const Table& around = tables.at("balls_around");
-  EXPECT_EQ(around.rows.size(), 3 * 8u) << "and the photograph, unchanged";
-  for (const auto& row : around.rows) EXPECT_GT(std::get<Measure>(row[2]).mean, 0);
-  const Table& centre = tables.at("balls_centre");
-  EXPECT_EQ(centre.rows.size(), 2 * 7u);
-  for (const auto& row : centre.rows) EXPECT_GE(std::get<Measure>(row[2]).mean, 0);
+  const Table& user = tables.at("1_user");
+  ASSERT_EQ(user.rows.size(), 2 * 8u)
+      << "six lights, the photograph unchanged and an oracle, by predicted and true maps";
+  EXPECT_EQ(std::get<std::string>(user.rows[0][0]), "predicted") << "what a user gets comes first";
+  for (const auto& row : user.rows)
+    for (const Cell& cell : row)
+      EXPECT_TRUE(!std::holds_alternative<Measure>(cell) || std::isfinite(std::get<Measure>(cell).mean));
+  EXPECT_EQ(tables.at("2_maps").rows.size(), 6u);
+  for (const char* file : {"report.html", "artifacts/room0_photo_tracers_ball_then_lights.png"})
+    EXPECT_TRUE(fs::exists(run / file));
+
+  // The oracle reads the truth: no constant is closer to it, of the picture and of the light in the air.
+  const auto value = [&](const MetricRecord& record, const std::string& key) {
+    for (const auto& [name, v] : record.values)
+      if (name == key) return v;
+    ADD_FAILURE() << "no " << key;
+    return 0.0;
+  };
+  for (const MetricRecord& record : read_metrics(run / "metrics.jsonl"))
+    for (const char* constant : {"constant", "constant+fit"}) {
+      EXPECT_LE(value(record, "true/oracle/air/relmse/0"),
+                value(record, fmt::format("true/{}/air/relmse/0", constant)) * (1 + 1e-6));
+      EXPECT_LE(value(record, "true/oracle/render/smape/0"),
+                value(record, "true/constant/render/smape/0") * (1 + 1e-6));
+    }
   expect_resumed(c, run);
   EXPECT_THAT(inputs_of(run), ElementsAre("light_local.safetensors", "light_global.safetensors", "maps.safetensors"));
 }
@@ -276,7 +293,7 @@ TEST_F(LitStudies, OtherWeightsDoNotGoOnWithARun) {
 
 TEST_F(LitStudies, WithoutWeightsTheySayWhichAreMissing) {
   ::setenv("CLERESTORY_LIGHT_WEIGHTS", (*folder_ / "nothing").c_str(), 1);
-  for (const char* name : {"oracle_ladder.toml", "balls.toml"}) {
+  for (const char* name : {"oracle_ladder.toml", "user.toml"}) {
     const Config c = load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, study_schema(),
                                  {"run.root=" + (*folder_ / "runs").string(), "data.rooms=1", "run.variant=none"});
     try {
