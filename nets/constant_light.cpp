@@ -17,6 +17,7 @@ std::array<double, 3> fit_constant(Device& device, const Scene& scene, RenderSet
     double whole = 0, count = 0, product = 0, squares = 0;
     for (std::size_t i = 0; i < n; ++i)
       if (used(c, i)) whole += static_cast<double>(scene.photo.data[c * n + i]), count += 1;
+    if (whole <= 0) continue;
     for (std::size_t i = 0; i < n; ++i) {
       if (!used(c, i)) continue;
       const auto seen = static_cast<double>(scene.photo.data[c * n + i]),

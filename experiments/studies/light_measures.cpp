@@ -89,21 +89,24 @@ class Measuring {
     const LightSummary s = judge_light(judged_, *predictor_);
     Table table;
     table.title = fmt::format("Incident light on {} views of unseen rooms", s.views);
-    table.columns = {{"rays", "", Best::None, 3},
-                     {"relMSE", "eps 0.01", Best::Lowest, 3},
-                     {"log-RGB RMSE", "", Best::Lowest, 3},
-                     {"photograph", "relMSE", Best::None, 3},
-                     {"photograph", "log-RGB RMSE", Best::None, 3}};
+    // Nets are trained with logarithms and relative errors; the first columns are of what they were not trained with.
+    constexpr std::array lowest{kSmape, kRelMse, kLogRmse};
+    table.columns = {{"rays", "", Best::None, 3}, {kShownPsnr.name, kShownPsnr.unit, Best::Highest, kShownPsnr.digits}};
+    for (const RadianceFigure& f : lowest) table.columns.push_back({f.name, f.unit, Best::Lowest, f.digits});
+    table.columns.push_back({kMedianLog.name, kMedianLog.unit, Best::None, kMedianLog.digits});
+    for (const RadianceFigure& f : {kShownPsnr, kSmape, kRelMse, kLogRmse})
+      table.columns.push_back({"photograph", f.name, Best::None, f.digits});
     add_cost_columns(table);
-    const auto cell = [](const RadianceError& e, double RadianceError::*error) {
-      return e.views > 0 ? Cell(Measure{e.*error}) : Cell();
+    const auto cell = [](const RadianceError& e, const RadianceFigure& figure) {
+      return e.views > 0 ? Cell(Measure{e.*figure.value}) : Cell();
     };
     for (const auto& [name, rays] :
          {std::pair{"hit", LightSummary::Hits}, {"miss", LightSummary::Misses}, {"all", LightSummary::All}}) {
       const RadianceError &net = s.of(rays, LightAnswerer::Full), &photo = s.of(rays, LightAnswerer::Photograph);
       add_row(table,
-              {name, cell(net, &RadianceError::relmse), cell(net, &RadianceError::log_rmse),
-               cell(photo, &RadianceError::relmse), cell(photo, &RadianceError::log_rmse)},
+              {name, cell(net, kShownPsnr), cell(net, kSmape), cell(net, kRelMse), cell(net, kLogRmse),
+               cell(net, kMedianLog), cell(photo, kShownPsnr), cell(photo, kSmape), cell(photo, kRelMse),
+               cell(photo, kLogRmse)},
               costs_);
     }
     return table;
@@ -138,7 +141,7 @@ class Measuring {
     settings.light = "net", settings.spp = options_.spp;
     load_light_nets(settings, run_ / kWeights, device_);
     const std::vector<RoughnessBin>& bins = roughness_bins();
-    std::vector<std::vector<double>> relmse(bins.size()), psnr(bins.size());
+    std::vector<std::vector<double>> relmse(bins.size()), smape(bins.size()), psnr(bins.size());
     std::vector<double> seconds;
     for (const ViewName& name : names_) {
       stop_if_interrupted("study");
@@ -155,21 +158,22 @@ class Measuring {
               scene.depth.data[i] > 0 && scene.material.data[2 * n + i] == 0 && bins[b].holds(scene.material.data[i]);
         if (std::ranges::count(used, true) < kLeastPixels) continue;
         const RadianceError e = picture_error(again.radiance, truth, used);
-        relmse[b].push_back(e.relmse), psnr[b].push_back(e.psnr);
+        relmse[b].push_back(e.relmse), smape[b].push_back(e.smape), psnr[b].push_back(e.shown_psnr);
       }
     }
     Table table;
     table.title = fmt::format("Pictures rendered again with true maps, {} samples a pixel, by roughness", options_.spp);
     table.columns = {{"roughness", "", Best::None, 3},
-                     {"relMSE", "eps 0.01", Best::Lowest, 3},
-                     {"PSNR", "dB", Best::Highest, 4},
+                     {kShownPsnr.name, kShownPsnr.unit, Best::Highest, 4},
+                     {kSmape.name, kSmape.unit, Best::Lowest, 3},
+                     {kRelMse.name, kRelMse.unit, Best::Lowest, 3},
                      {"views", "", Best::None, 3},
                      {"time", "s a view", Best::None, 3}};
     add_cost_columns(table);
     for (std::size_t b = 0; b < bins.size(); ++b)
       add_row(table,
-              {bins[b].name, mean_cell(relmse[b]), mean_cell(psnr[b]), Measure{static_cast<double>(relmse[b].size())},
-               Measure{median(std::span<const double>(seconds))}},
+              {bins[b].name, mean_cell(psnr[b]), mean_cell(smape[b]), mean_cell(relmse[b]),
+               Measure{static_cast<double>(relmse[b].size())}, Measure{median(std::span<const double>(seconds))}},
               costs_);
     return table;
   }

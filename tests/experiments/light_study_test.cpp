@@ -39,6 +39,14 @@ TEST(LightErrors, ByHand) {
   const double first = 1 / 1.01, second = 0.25 / 0.01, l = std::log(2.01 / 1.01);  // a negative answer counts as 0
   EXPECT_NEAR(e.relmse, (first + 3 * second) / 12, kRounding);
   EXPECT_NEAR(e.log_rmse, std::sqrt(l * l / 12), kRounding);
+  EXPECT_NEAR(e.smape, (1 / 3.01 + 3 * (0.5 / 0.51)) / 12, kRounding);
+  EXPECT_NEAR(e.psnr, -10 * std::log10(3 * 0.25 / 12), 1e-9)
+      << "values above 1 are white, below 0 they are not clipped";
+  EXPECT_NEAR(e.shown_psnr, 120, 1e-9) << "a screen shows neither what is above white nor what is below black";
+  EXPECT_EQ(e.median_log, 0);
+  const RadianceError dark = rays.error({0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f}, {0});
+  EXPECT_NEAR(dark.median_log, std::log(0.26 / 1.01), kRounding) << "below 0: too dark";
+  EXPECT_NEAR(dark.shown_psnr, -20 * std::log10(1 - std::pow(0.25, 1 / 2.2)), 1e-9);
   EXPECT_NEAR(alike.error(answer, {0, 1}).relmse, (first + second) / 6, kRounding);
   EXPECT_NEAR(rays.error(answer, {1}).relmse, second / 3, kRounding);
   EXPECT_NEAR(rays.noise({0.4f, 0.2f, 0, 0, 0, 0}, {0, 1}), (0.4f / 1.01 + 3 * (0.2f / 0.01)) / 12, kRounding);
@@ -90,11 +98,21 @@ TEST(LightErrors, AnglesAndRanges) {
   EXPECT_NEAR(log_intensity_range(grey, last), std::log(99.01 / 1.01), 1e-6);
 }
 
-TEST(LightErrors, ShareOfTheGap) {
+TEST(LightErrors, ShareOfTheWay) {
   EXPECT_NEAR(way_gone(1.1, 0.6, 0.1), 0.5, kRounding);
   EXPECT_NEAR(way_gone(1.1, 0.1, 0.1), 1, kRounding) << "nothing but the noise is left";
-  EXPECT_LT(way_gone(1.1, 1.5, 0.1), 0) << "further away than the photograph";
+  EXPECT_LT(way_gone(1.1, 1.5, 0.1), 0) << "further away than the simple answer";
   EXPECT_TRUE(std::isnan(way_gone(0.1, 0.05, 0.1)));
+}
+
+TEST(Detection, SpreadIsTheLargerOfSeedsAndRooms) {
+  // Means of rooms 2, 4 and 6: standard deviation 2, error 2 / sqrt(3). Seeds' means 3 and 5: deviation sqrt(2).
+  const Measure m = over_rooms({{1, 3}, {3, 5}, {5, 7}, {NAN, 1}});
+  EXPECT_NEAR(m.mean, 4, kRounding);
+  EXPECT_NEAR(m.deviation, std::sqrt(2.0), kRounding);
+  EXPECT_EQ(m.count, 3) << "a room without a value is left out";
+  EXPECT_NEAR(over_rooms({{2, 2}, {4, 4}, {6, 6}}).deviation, 2 / std::sqrt(3.0), kRounding);
+  EXPECT_THROW(over_rooms({{NAN}}), Error);
 }
 
 TEST(Detection, AreaUnderTheCurve) {

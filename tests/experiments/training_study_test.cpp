@@ -219,8 +219,8 @@ TEST_F(TinyAblation, TrainsJudgesComparesAndSkipsWhatIsDone) {
     const auto& error = std::get<Measure>(light.rows[row][3]);
     EXPECT_TRUE(error.mean > 0 && std::isfinite(error.mean)) << row;
     EXPECT_EQ(error.count, 2);
-    EXPECT_EQ(std::get<Measure>(light.rows[row][9]).mean, 3) << "steps";
-    for (const std::size_t seconds : {10u, 11u, 12u}) EXPECT_GT(std::get<Measure>(light.rows[row][seconds]).mean, 0);
+    EXPECT_EQ(std::get<Measure>(light.rows[row][16]).mean, 3) << "steps";
+    for (const std::size_t seconds : {17u, 18u, 19u}) EXPECT_GT(std::get<Measure>(light.rows[row][seconds]).mean, 0);
   }
   EXPECT_EQ(table(place, "range").rows.size(), 3u);
   const Table rerender = table(place, "rerender");
