@@ -11,6 +11,7 @@
 
 #include "tests/tracer/scenes.hpp"
 #include "tracer/room.hpp"
+#include "tracer/trace_objects.hpp"
 
 namespace clerestory {
 namespace {
@@ -79,6 +80,10 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
       {"sphere", 4.0 / 3 * pi * 0.125, 3e-3,
        [](Shapes& s) {
          s.sphere({1, 1, 1}, 0.5f, 0, 40);
+       }},
+      {"mesh of a sphere", 4.0 / 3 * pi * 0.125, 3e-3,
+       [](Shapes& s) {
+         s.mesh(sphere_mesh({0, 0, 0}, 1, 40), {1, 1, 1}, 1, 0);
        }},
       // A cushion: the box shrunk by the radius, plus slabs, quarter cylinders and an eighth sphere at each corner.
       {"cushion",
