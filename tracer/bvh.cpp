@@ -72,15 +72,16 @@ std::vector<RTCBuildPrimitive> bounds_of(const std::vector<Triangle>& triangles)
 }
 
 /// How far boxes stand off their triangles. The kernel sees a corner at distance r from the ray's origin up to three
-/// epsilon of r off: translation, shear and its product round by half an epsilon each, twice where the shear is 1. The
-/// plane's own sum, its product with 1 / d and the areas that round to zero add up to three more. r is at most the
-/// farthest corner from zero and the origin together; this is the corners' share, the kernel adds the origin's.
+/// epsilon of r off: translation, shear and its product round by half an epsilon each, twice where the shear is 1;
+/// areas that round to zero add one. Of a slab's distance, 1 / d, two products and their difference round by half an
+/// epsilon each, near and far: four. r is at most the farthest corner's distance from zero and the origin's; this is
+/// the corners' share, the kernel adds the origin's.
 float margin(const std::vector<Triangle>& triangles) {
   float farthest = 0;
   for (const Triangle& t : triangles)
     for (const Vertex& v : t.v)
       for (int axis = 0; axis < 3; ++axis) farthest = std::max(farthest, std::abs(v.position[axis]));
-  return 6 * std::numeric_limits<float>::epsilon() * farthest;
+  return 8 * std::numeric_limits<float>::epsilon() * farthest;
 }
 
 class Flattener {

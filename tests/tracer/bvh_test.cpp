@@ -190,6 +190,48 @@ TEST(Bvh, ClosedMeshesDoNotLeakAtSharedEdges) {
     }
 }
 
+/// A square of 2 m in the plane x = 0, of cells whose edges run along axes, so that boxes of neighbours meet in them.
+World grid(int cells) {
+  World world;
+  world.materials.push_back(plain(glm::vec3(0.5f), 1));
+  const auto at = [&](int y, int z) {
+    const auto place = [&](int k) { return -1 + 2 * static_cast<float>(k) / static_cast<float>(cells); };
+    return glm::vec3(0, place(y), place(z));
+  };
+  Shapes shapes(world, glm::mat4(1), Random(1));
+  for (int y = 0; y < cells; ++y)
+    for (int z = 0; z < cells; ++z) shapes.quad(at(y, z), at(y + 1, z), at(y + 1, z + 1), at(y, z + 1), 0);
+  return world;
+}
+
+/// From a hundred times their size away, where the rounding of a ray's origin is far above that of corners.
+TEST(Bvh, MeshesDoNotLeakFromFarAway) {
+  for (const World& scene : {split_ball(glm::vec3(0), 1, 4), grid(50)}) {
+    Random random(4);
+    std::vector<glm::vec3> o, d;
+    for (const Triangle& t : scene.triangles)
+      for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 10; ++i) {
+          const glm::vec3 a = t.v[k].position, b = t.v[(k + 1) % 3].position, target = a + random.unit() * (b - a);
+          const glm::vec3 away = i % 5 == 0 ? glm::vec3(1, 0, 0) : on_sphere(random);
+          // Near the outline a ray may pass.
+          if (glm::length(target - glm::dot(target, away) * away) > 0.9f || std::abs(away.x) < 0.1f) continue;
+          if (std::max(std::abs(target.y), std::abs(target.z)) > 0.99f) continue;
+          o.push_back(target + 100.f * away), d.push_back(target - o.back());
+        }
+    std::vector<float> points, directions;
+    for (int c = 0; c < 3; ++c) {
+      for (const glm::vec3& v : o) points.push_back(v[c]);
+      for (const glm::vec3& v : d) directions.push_back(v[c]);
+    }
+    TraceScene traced(test_device(), scene);
+    const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
+    ASSERT_GT(hits.size(), 30000u);
+    EXPECT_EQ(std::ranges::count_if(hits, [](const TraceHit& hit) { return hit.triangle < 0; }), 0)
+        << scene.triangles.size() << " triangles";
+  }
+}
+
 /// Solids of the rooms and of inserted objects too: their seams and poles share corners bit for bit.
 TEST(Bvh, RoundSolidsDoNotLeakAtTheirSeams) {
   int rays = 0;

@@ -142,6 +142,10 @@ TEST(Light, PanesAndLampsEqualQuadrature) {
     lamp.light({-0.25f, 1, -0.25f}, {0.5f, 0, 0}, {0, 0, 0.5f}, {{3, 2, 1}, false});
     lamp.light({0.6f, 0.8f, 0}, {0.2f, 0, 0}, {0, 0, 0.3f}, {{9, 5, 2}, false});
     expect_quadrature(lamp, "two lamps" + of, 0.004);
+    // About as likely by the surface's directions as by points: a weight that is off shows most.
+    Stage wide(floor);
+    wide.light({-1.5f, 1, -1.5f}, {3, 0, 0}, {0, 0, 3}, {{3, 2, 1}, false});
+    expect_quadrature(wide, "a wide lamp" + of, 0.0015);
   }
 }
 

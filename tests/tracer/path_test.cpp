@@ -297,6 +297,23 @@ TEST(Path, DroppedSamplesAreLeftOutOfTheMean) {
   EXPECT_EQ(scene.radiance(repeated(eye, 1), repeated(down, 1), query)[0], 0);
 }
 
+/// From within a smooth ball its normals, which point outwards, are turned to the viewer.
+TEST(Path, SmoothNormalsLookBackFromInside) {
+  World world;
+  Shapes shapes(world, glm::mat4(1), Random(1));
+  shapes.sphere({0.2f, 1, -0.3f}, 0.8f, shapes.material(plain(glm::vec3(0.5f), 1)), 24);
+  TraceScene scene(test_device(), world);
+  Camera camera = Camera::from_fov(24, 18, 100);
+  look_at(camera, {0.2, 1, -0.3}, {1, 1.2, 0});
+  const TraceMaps maps = scene.maps(camera);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const Vec3 normal(maps.normal.at(0, y, x), maps.normal.at(1, y, x), maps.normal.at(2, y, x));
+      // Normals blended over a facet of pi / 24 radians are within a permille of the sphere's.
+      EXPECT_LT(glm::dot(normal, camera.direction(x + 0.5, y + 0.5)), -0.999) << x << " " << y;
+    }
+}
+
 TEST(Path, SameSeedSameBitsOtherSeedOtherNoise) {
   const Room room = make_box_room(2);
   TraceScene a(test_device(), room.scene), b(test_device(), room.scene);
