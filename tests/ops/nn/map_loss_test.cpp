@@ -120,10 +120,15 @@ OP_CASES(map_loss) {
   empty.inputs["mask"] = Tensor({2, 1, 3, 3});
   empty.differentiate.clear(), empty.kernels.pop_back(), empty.no_gradient = "an empty mask has no terms";
   cases.push_back(empty);
+  OpCase faint = loss_case("faint_mask", Kind::Squared, {1, 2, 3, 3}, -1);  // weights of less than 1 in all
+  for (double& m : faint.inputs["mask"].real) m *= 0.01;
+  cases.push_back(faint);
   const Shape s{3, 1, 9, 11};
   const Tensor mask = random_ints(s, 5, 0, 2);
   const Tensor weights(s, std::vector<double>(mask.integer.begin(), mask.integer.end()));
   cases.push_back(scale_case("usual", random_tensor(s, 6, 0, 1), random_tensor(s, 7, 0, 5), weights));
+  Tensor fractions = random_tensor(s, 8, 0.1, 1);
+  cases.push_back(scale_case("fractions", random_tensor(s, 6, 0, 1), random_tensor(s, 7, 0, 5), fractions));
   // A sum of squares below the floor; the scale that it gives is within its bounds: 99 pixels, 1e-8 and 2e-8 each,
   // 0.198.
   cases.push_back(scale_case("below_the_floor", Tensor(s, 1e-4), Tensor(s, 2e-4), Tensor(s, 1)));

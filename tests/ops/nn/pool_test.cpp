@@ -1,5 +1,7 @@
 #include "host/ops/nn/pool.hpp"
 
+#include <gtest/gtest.h>
+
 #include <limits>
 
 #include "tests/ops/op_check.hpp"
@@ -33,7 +35,30 @@ Tensor maximum(const Tensor& x, const MaxPoolSpec& spec) {
   return y;
 }
 
-}  // namespace
+// Behind a ReLU most maxima are ties of zeros: the gradient goes to the first in reading order, and only there.
+TEST(Pool, AmongEqualNumbersTheFirstIsTheMaximum) {
+  constexpr Shape shape{1, 1, 7, 9};
+  Tensor x(shape);
+  for (std::size_t i = 0; i < x.real.size(); ++i) x.real[i] = static_cast<double>(i * i % 3);  // 0 and 1
+  for (const MaxPoolSpec& spec : {MaxPoolSpec{}, MaxPoolSpec{.window = 2, .pad = 0}}) {
+    Graph g;
+    const Value in = g.input("x", shape), y = max_pool(in, spec);
+    const Tensor dy = random_tensor(y.shape(), 3, 1, 2);
+    const Value dx = gradient(std::vector{y}, std::vector{g.constant(dy)}, std::vector{in})[0];
+    Tensor want(shape);
+    for (int j = 0; j < y.shape().h; ++j)
+      for (int i = 0; i < y.shape().w; ++i) {
+        int row = -1, column = -1;
+        for (int v = std::max(2 * j - spec.pad, 0); v < std::min(2 * j - spec.pad + spec.window, shape.h); ++v)
+          for (int u = std::max(2 * i - spec.pad, 0); u < std::min(2 * i - spec.pad + spec.window, shape.w); ++u)
+            if (row < 0 || x.at(0, 0, v, u) > x.at(0, 0, row, column)) row = v, column = u;
+        want.at(0, 0, row, column) += dy.at(0, 0, j, i);
+      }
+    const Tensor got =
+        evaluate(g, {dx}, test_device(Precision::Double), {{"x", x}}, {.precision = Precision::Double})[0];
+    for (std::size_t i = 0; i < want.real.size(); ++i) EXPECT_NEAR(got.real[i], want.real[i], 1e-15) << i;
+  }
+}
 
 OP_CASES(pool) {
   std::vector<OpCase> cases;
@@ -61,4 +86,5 @@ OP_CASES(pool) {
   return cases;
 }
 
+}  // namespace
 }  // namespace clerestory

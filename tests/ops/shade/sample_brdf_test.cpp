@@ -35,8 +35,8 @@ Tensors maps(unsigned seed) {
       }
   for (int c = 0; c < 3; ++c) {
     n.at(1, c, 2, 3) = -(c == 2);
-    // Where frames turn over: n.z = 0, and an n.y that is large but below the grid's 0.999.
-    n.at(0, c, 0, 0) = Vec3(1, 0, 0)[c], n.at(0, c, 0, 1) = Vec3(0.1, 0.96, 0.27)[c];
+    // Where frames turn over: n.z = 0, and an n.y that is far from 0 but within the grid's 0.999.
+    n.at(0, c, 0, 0) = Vec3(1, 0, 0)[c], n.at(0, c, 0, 1) = Vec3(0.1, -0.96, 0.27)[c];
   }
   Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, seed + 1, 1, 3);
   depth.at(0, 0, 1, 1) = 0;
