@@ -5,7 +5,9 @@
 
 namespace clerestory {
 
-LightSizes light_sizes(const std::string& preset) { return {light_net_size(preset), out_of_view_size(preset)}; }
+LightSizes light_sizes(const std::string& preset) {
+  return {light_net_size(preset), out_of_view_size(preset), DeltaDepth::Linear};
+}
 
 std::vector<LitPicture> lit_pictures(Graph& graph, const LitPictures& p, const LightSizes& sizes, bool training) {
   const std::vector<LightPixels> pixels =
@@ -25,7 +27,8 @@ std::vector<LitPicture> lit_pictures(Graph& graph, const LitPictures& p, const L
 LightAnswer ask_light(Graph& graph, const LitPicture& p, const LightSizes& sizes, Value points, Value directions,
                       Value skip) {
   LightAnswer answer;
-  answer.hits = ssrt(p.depth, p.pyramid, p.camera, p.range, directions, p.normal, {points, skip});
+  answer.hits =
+      ssrt(p.depth, p.pyramid, p.camera, p.range, directions, p.normal, {points, skip}, {.delta = sizes.delta});
   answer.out_of_view = out_of_view_light(p.field, points, directions, p.range, sizes.out_of_view);
   answer.in_view =
       in_view_light({graph, false, "local"}, p.pixels, answer.hits.pixel, directions, p.image, sizes.in_view);

@@ -10,6 +10,7 @@ namespace clerestory {
 struct LightSizes {
   LightNetSize in_view;
   OutOfViewSize out_of_view;
+  DeltaDepth delta = DeltaDepth::Linear;  // of the u by which both are mixed (Eq. 6), in training and ever after
 };
 /// "paper" or "compact"; throws usage_error otherwise.
 LightSizes light_sizes(const std::string& preset);

@@ -1,6 +1,7 @@
 #include "nets/render_scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
@@ -41,6 +42,22 @@ RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light) 
   return spec;
 }
 
+namespace {
+
+/// What u is measured in. Nets that mix by u were trained with one measure of it, and must be asked with the same.
+DeltaDepth delta_of(const RenderSettings& settings) {
+  const bool mixes = settings.light == "net" && settings.nets;
+  const DeltaDepth trained = mixes ? settings.nets->sizes.delta : DeltaDepth::Linear;
+  if (settings.delta.empty()) return trained;
+  const DeltaDepth asked = delta_depth_of(settings.delta);
+  if (mixes && asked != trained)
+    throw usage_error("the light's nets mix by an uncertainty that is measured otherwise", "--delta", settings.delta,
+                      fmt::format("{}, as {} were trained; or another --light", name_of(trained), settings.nets->note));
+  return asked;
+}
+
+}  // namespace
+
 RenderSpec render_spec(const RenderSettings& settings) {
   RenderSpec spec;
   spec.spp = settings.spp;
@@ -49,7 +66,11 @@ RenderSpec render_spec(const RenderSettings& settings) {
   spec.sampling.points = points_of(settings.points);
   spec.sampling.brdf = brdf_model_of(settings.brdf);
   spec.ssrt.solver = ssrt_solver_of(settings.ssrt);
-  spec.ssrt.delta = delta_depth_of(settings.delta);
+  spec.ssrt.delta = delta_of(settings);
+  if (!(settings.thickness >= 0 && std::isfinite(settings.thickness)))
+    throw usage_error("not a thickness", "--thickness", fmt::format("{}", settings.thickness),
+                      "metres, 0 for surfaces without a back");
+  spec.ssrt.thickness = settings.thickness;
   if (settings.chunk_rays > 0) spec.chunk_rays = settings.chunk_rays;
   if (spec.spp < 2)
     throw usage_error("a standard error needs two samples", "--spp", fmt::format("{}", spec.spp), "at least 2");

@@ -24,7 +24,8 @@ struct RenderSettings {
   std::string sampler = "vndf_caps";  // vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16
   std::string points = "sobol";       // independent | sobol
   std::string ssrt = "hierarchical";  // dda | hierarchical
-  std::string delta = "linear";       // linear | window
+  std::string delta;                  // linear | window; empty: as the light's nets were trained, linear without nets
+  double thickness = 0;               // metres behind a surface at which a ray passes unseen; 0: surfaces have no back
   std::string light = "image";        // image | constant | panorama | net | out_of_view
   std::shared_ptr<const LightNets> nets;          // of net and out_of_view
   std::optional<std::array<double, 3>> constant;  // radiance of `constant`; none: ambient_of() the scene

@@ -54,11 +54,6 @@ void Scene::check(const std::string& where) const {
   check_map(material, 3, *this, "material", where);
 }
 
-bool Scene::has_metal() const {
-  const float* metallic = material.plane(1);
-  return std::any_of(metallic, metallic + material.pixels(), [](float m) { return m > 0; });
-}
-
 Scene scene_of(const RoomView& view, const std::string& where) {
   if (!view.camera || !view.emission) throw usage_error("not a generated view: no camera or no emission", where);
   Scene scene;

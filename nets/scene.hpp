@@ -25,7 +25,6 @@ struct Scene {
   double scale() const;
   /// Throws usage_error naming `where` when a map is missing or of another size than the camera's.
   void check(const std::string& where) const;
-  bool has_metal() const;  // any pixel with metallic > 0
 };
 
 /// A generated view as a scene; its emission makes the flags. Throws usage_error naming `where` when the view has no

@@ -153,7 +153,8 @@ class Inversion {
   void read() {
     const Image& image = photo_.image;
     if (photo_.clamped) say(fmt::format("{}: {} negative values set to 0", options_.photo.string(), photo_.clamped));
-    if (!options_.gbuffer.empty()) given_ = read_gbuffer(options_.gbuffer);
+    const bool own_camera = options_.camera.empty() && !options_.fov;  // of the maps
+    if (!options_.gbuffer.empty()) given_ = read_gbuffer(options_.gbuffer, own_camera);
     require_size(given_.albedo, "albedo", options_, image), require_size(given_.normal, "normal", options_, image);
     require_size(given_.depth, "depth", options_, image), require_size(given_.material, "material", options_, image);
     scene_.photo = image;

@@ -29,7 +29,11 @@ void add_invert_command(CommandLine& line) {
               {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
       .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
-      .choice("--delta", "What the uncertainty of a hit is measured in", options->render.delta, {"linear", "window"})
+      .choice("--delta",
+              "What the uncertainty of a hit is measured in; learned light only takes what it was trained with",
+              options->render.delta, {"linear", "window"})
+      .option("--thickness", "METRES", "How far behind a surface a ray passes unseen; 0: surfaces have no back",
+              options->render.thickness)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Quiet})
       .notes(

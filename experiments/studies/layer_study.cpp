@@ -81,7 +81,8 @@ class LayerStudy : public StudyRun {
   }
 
   Rendering render(const Scene& scene, RenderSettings settings, std::uint32_t seed) {
-    settings.light = config_.text("study.light"), settings.seed = seed;
+    settings.light = config_.text("study.light"), settings.thickness = config_.real("study.thickness");
+    settings.seed = seed;
     stop_if_interrupted("study");
     return render_scene(device_, scene, settings);
   }

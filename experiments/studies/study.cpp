@@ -1,5 +1,7 @@
 #include "experiments/studies/study.hpp"
 
+#include <algorithm>
+
 #include "experiments/studies/edit_study.hpp"
 #include "experiments/studies/ladder_study.hpp"
 #include "experiments/studies/layer_study.hpp"
@@ -37,7 +39,10 @@ void add_study_keys(Schema& schema) {
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
       .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
-      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"});
+      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"})
+      .real("study.thickness", 0,
+            "Metres behind a surface at which a ray passes unseen (kinds layer, truth); 0: surfaces have no back",
+            {0, 100});
   schema.section("truth", "The layer under true light against the tracer (kind truth).")
       .integer("truth.batches", 16, "Independent estimates of each picture", {2, 1000})
       .integer("truth.layer_spp", 512, "Samples a pixel of one of the layer's", {2, 65536})
@@ -101,7 +106,18 @@ std::string study_kind(const std::filesystem::path& config, const std::vector<st
   Schema all;  // of every kind
   all.include(training_schema());
   add_study_keys(all), add_ablation_keys(all);
-  return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
+  const auto kind_of = [&](const std::vector<std::string>& overrides) {
+    return load_config(config, all, overrides).text("study.kind");
+  };
+  for (const std::string& word : words) {
+    const std::vector<std::vector<std::string>> values = expand_sweep({word});
+    if (values.size() < 2 || word.find("study.kind=") == std::string::npos) continue;
+    const auto training = std::ranges::count(values, "training", kind_of);
+    if (training > 0 && static_cast<std::size_t>(training) < values.size())
+      throw usage_error("trainings are not swept with other studies", "study.kind", word,
+                        "a config of trainings by itself, such as experiments/configs/ablation_hdr.toml");
+  }
+  return kind_of(expand_sweep(words)[0]);
 }
 
 Config study_config(const std::filesystem::path& config, const std::vector<std::string>& words) {
@@ -116,6 +132,9 @@ std::string study_hash(const std::filesystem::path& config, const std::vector<st
 
 std::string run_study(const Config& config, const std::vector<std::string>& command) {
   const std::string& kind = config.text("study.kind");
+  if (kind == "training")
+    throw usage_error("a study of trainings has keys of its own", "study.kind (" + config.origin("study.kind") + ")",
+                      kind, "a config of trainings by itself");
   if (kind == "truth") return run_truth_study(config, command);
   if (kind == "user") return run_user_study(config, command);
   if (kind == "ladder") return run_ladder_study(config, command);

@@ -11,7 +11,8 @@ namespace clerestory {
 /// Keys of a study's config: `study.kind` says which. Trainings have their own (training_study.hpp).
 Schema study_schema();
 
-/// `study.kind` of a config with overrides, of which any may list values.
+/// `study.kind` of a config with overrides, of which any may list values; of several kinds the first. Throws
+/// usage_error when trainings are listed beside other kinds: their configs have other keys.
 std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words);
 
 /// The config of a study of any kind with overrides; of those that list values the first.

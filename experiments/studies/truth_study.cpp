@@ -95,6 +95,7 @@ class TruthStudy : public StudyRun {
     scene.photo = truth;
     RenderSettings settings;
     settings.spp = static_cast<int>(config_.integer("truth.light_spp")), settings.seed = seed_of(listed.seed, 1);
+    settings.thickness = config_.real("study.thickness");
 
     // Emitting pixels are shown as they are in every picture.
     const auto shown = [&](Image picture) {

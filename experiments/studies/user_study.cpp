@@ -79,11 +79,9 @@ class UserStudy : public StudyRun {
     options_.lights = config_.texts("user.lights"), options_.render.spp = whole("user.spp");
     for (const std::string& light : options_.lights) {
       options_.render.light = light_of(light);
-      load_light_nets(options_.render, config_.text("light.weights"), device_);
-      if (is_learned_light(options_.render.light)) provenance_.facts["light"] = answerer_text(options_.render);
+      if (is_learned_light(options_.render.light)) use_light(options_.render);
     }
-    options_.maps_weights = weights_or_shipped(config_.text("maps.weights"));
-    provenance_.inputs.push_back(record_file(options_.maps_weights));
+    options_.maps_weights = use_maps();
     if (const LoadedWeights weights = load_weights(options_.maps_weights, device_); weights.means)
       means_ = weights.means->maps(options_.width, options_.height);
   }

@@ -72,14 +72,13 @@ TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::
 }
 
 TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentation& augmentation, std::uint64_t seed,
-                             std::int64_t step, int batch) {
+                             std::int64_t first, std::int64_t step, int batch) {
   std::vector<PreparedView> views;
   std::vector<bool> flip;
   std::vector<double> gain;
   std::vector<std::string> names;
   for (int k = 0; k < batch; ++k) {
-    const std::uint64_t position =
-        static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(batch) + static_cast<std::uint64_t>(k);
+    const auto position = static_cast<std::uint64_t>(first + step * batch + k);
     const std::size_t view = order.at(position);
     views.push_back(store.get(view));
     names.push_back(store.name(view).text());
@@ -95,11 +94,11 @@ TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentat
 }
 
 std::unique_ptr<BatchStream> batch_stream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed,
-                                          int batch, std::int64_t first_step) {
+                                          std::int64_t first, int batch, std::int64_t first_step) {
   const auto order = std::make_shared<ViewOrder>(store.size(), seed);
   return std::make_unique<BatchStream>(
-      [&store, order, augmentation, seed, batch](std::int64_t step) {
-        return training_batch(store, *order, augmentation, seed, step, batch);
+      [&store, order, augmentation, seed, first, batch](std::int64_t step) {
+        return training_batch(store, *order, augmentation, seed, first, step, batch);
       },
       first_step);
 }

@@ -1,5 +1,6 @@
 // The stream of training batches: which views, in which order, flipped and exposed how. Everything is a function of
-// (seed, position), so a resumed run sees what an uninterrupted one would have seen, whatever the threads do.
+// (seed, position), so a resumed run sees what an uninterrupted one would have seen, whatever the threads do, and a leg
+// goes on where the leg before it ended. A position counts views over all legs.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -53,13 +54,13 @@ double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t p
 TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip,
                              const std::vector<double>& gain);
 
-/// Batch `step` of a training run.
+/// Batch `step` of a leg whose first view is at position `first`.
 TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentation& augmentation, std::uint64_t seed,
-                             std::int64_t step, int batch);
+                             std::int64_t first, std::int64_t step, int batch);
 
-/// The batches of a run from `first_step` on, a few ahead. The store must outlive it.
+/// The batches of that leg from `first_step` on, a few ahead. The store must outlive it.
 using BatchStream = Prefetch<TrainingBatch>;
 std::unique_ptr<BatchStream> batch_stream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed,
-                                          int batch, std::int64_t first_step);
+                                          std::int64_t first, int batch, std::int64_t first_step);
 
 }  // namespace clerestory

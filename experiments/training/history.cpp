@@ -116,6 +116,8 @@ std::int64_t History::views_seen() const {
   return total;
 }
 
+std::int64_t History::views_seen_before() const { return legs.empty() ? 0 : views_seen() - legs.back().views_seen; }
+
 std::string history_json(const History& history) {
   json legs = json::array();
   for (const Leg& l : history.legs) {

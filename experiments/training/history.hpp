@@ -48,6 +48,9 @@ struct History {
   std::string kind() const { return legs.empty() ? "maps" : legs.back().kind; }
   double hours() const;
   std::int64_t views_seen() const;
+  /// Of the legs before the last: where the last one's stream of batches begins, so that legs of one seed go on through
+  /// the same order instead of beginning it again.
+  std::int64_t views_seen_before() const;
 };
 
 /// JSON text for a file's metadata, and back. Throws usage_error naming `where`.

@@ -18,6 +18,7 @@ struct LightSampling {
 struct LightBatch {
   std::map<std::string, Tensor> feeds;
   std::vector<std::string> views;  // for messages
+  std::uint32_t draws = 0;         // seed of what the graph itself draws
 };
 
 /// Rays of one view: `rows` points, from each `samples` directions; ray i is sample i % samples of point i / samples.

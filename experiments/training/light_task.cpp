@@ -16,6 +16,7 @@ namespace {
 constexpr int kJudgedRows = 64, kJudgedSamples = 64;  // rays of a validation view
 constexpr std::uint64_t kJudgedKey = 0x6a75646765;    // their key: the same in every leg
 constexpr std::uint64_t kLightKey = 0x6c69676874;     // purpose of a view's key in a batch
+constexpr std::uint64_t kGraphKey = 0x6772617068;     // of what the graph draws for a batch
 constexpr std::uint64_t kMapsDraw = 0x6d617073;       // of the draw that says whose maps it has
 
 using LightStream = Prefetch<LightBatch>;
@@ -40,7 +41,7 @@ struct LightNetwork {
     for (const auto& [name, tensor] : batch.feeds) run->feed(name, tensor);
     run->feed("learning_rate", Tensor({}, rate));
     run->feed("step", Tensor({}, static_cast<double>(step + 1)));
-    run->run(static_cast<std::uint32_t>(step));
+    run->run(batch.draws);
     Losses losses;
     for (const auto& [name, value] : training.losses) losses.emplace_back(name, run->fetch(value).real.at(0));
     return losses;
@@ -117,12 +118,14 @@ class LightTask : public TrainingTask {
   const std::vector<ViewName>& views() const override { return store_.names(); }
 
   std::vector<std::string> notes() const override {
-    return {
+    std::vector<std::string> notes{
         fmt::format("light {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch "
                     "{}, {} x {} rays a view",
                     options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
                     device_.info().name, store_.size(), validation_store_.size(), options_.size.width,
                     options_.size.height, options_.batch, options_.light_step.rows, options_.light_step.samples)};
+    if (const std::string note = frozen_note(network_.training.frozen); !note.empty()) notes.push_back(note);
+    return notes;
   }
 
   std::vector<LeftOut> left_out() const override {
@@ -138,7 +141,7 @@ class LightTask : public TrainingTask {
       judged_.push_back({validation_store_.name(i).text(), view,
                          draw_rays(*view, kJudgedRows, kJudgedSamples, options_.sampling.probe_rows, kJudgedKey + i)});
     }
-    step_ = progress.step;
+    step_ = progress.step, first_ = progress.history.views_seen_before();
     stream_ = std::make_unique<LightStream>([this](std::int64_t step) { return batch(step); }, progress.step);
   }
 
@@ -196,8 +199,7 @@ class LightTask : public TrainingTask {
     std::vector<std::uint64_t> keys;
     std::vector<std::string> names;
     for (int k = 0; k < options_.batch; ++k) {
-      const auto position =
-          static_cast<std::uint64_t>(step) * static_cast<std::uint64_t>(options_.batch) + static_cast<std::uint64_t>(k);
+      const auto position = static_cast<std::uint64_t>(first_ + step * options_.batch + k);
       const std::size_t view = order_.at(position);
       const std::uint64_t key = keyed_bits(options_.seed, position, kLightKey);
       const bool predicted = predicted_ && keyed_uniform(key, 0, kMapsDraw) < 0.5;
@@ -206,6 +208,8 @@ class LightTask : public TrainingTask {
     }
     LightBatch batch = light_batch(views, options_.light_step, options_.sampling, keys);
     batch.views = std::move(names);
+    const auto at = static_cast<std::uint64_t>(first_ + step * options_.batch);
+    batch.draws = static_cast<std::uint32_t>(keyed_bits(options_.seed, at, kGraphKey));
     return batch;
   }
 
@@ -237,7 +241,7 @@ class LightTask : public TrainingTask {
   Device device_;
   std::vector<JudgedLight> judged_;
   std::optional<LightSummary> summary_;  // of the last validation
-  std::int64_t step_ = 0;
+  std::int64_t step_ = 0, first_ = 0;    // of this leg; views that earlier legs saw
   std::vector<std::string> last_views_;
   std::unique_ptr<LightStream> stream_;  // last: its thread uses the above
 };

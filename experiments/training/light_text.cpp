@@ -28,11 +28,16 @@ const std::vector<std::string>& words_of(OutOfViewForm) {
   return words;
 }
 
+const std::vector<std::string>& words_of(DeltaDepth) {
+  static const std::vector<std::string> words{name_of(DeltaDepth::Linear), name_of(DeltaDepth::Window)};
+  return words;
+}
+
 /// Shows every field with its key, numbers with their least and most. A new field is one line, and one name in the
 /// binding: without it this does not compile, so that no field is forgotten.
 template <class Sizes, class Field>
 void each_field(Sizes& sizes, const Field& field) {
-  auto& [in_view, out_of_view] = sizes;
+  auto& [in_view, out_of_view, delta] = sizes;
   const auto trunk_fields = [&](const std::string& part, auto& trunk) {
     auto& [blocks, channels, stages] = trunk;
     field(part + ".blocks", blocks, 1, 64);
@@ -81,6 +86,7 @@ void each_field(Sizes& sizes, const Field& field) {
     field("out_of_view.shells.channels", channels, 16, 4096);
     field("out_of_view.shells.code", code, 1, 65536);
   }
+  field("delta", delta, 0, 0);
 }
 
 template <class T>

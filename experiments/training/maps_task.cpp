@@ -30,6 +30,7 @@ class MapsTask : public TrainingTask {
         store_.size(), validation_store_.size(), options_.size.width, options_.size.height, options_.batch)};
     if (options_.w_perceptual == 0)
       notes.push_back("the perceptual term is off: no ImageNet weights of VGG16 were given (loss.perceptual_weights)");
+    if (const std::string note = frozen_note(network_.frozen()); !note.empty()) notes.push_back(note);
     return notes;
   }
 
@@ -43,7 +44,8 @@ class MapsTask : public TrainingTask {
     const MapSet means = progress.means->maps(options_.size.width, options_.size.height);
     const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
     judged_ = read_for_judgement(validation_store_, which, &means);
-    stream_ = batch_stream(store_, options_.augmentation, options_.seed, options_.batch, progress.step);
+    stream_ = batch_stream(store_, options_.augmentation, options_.seed, progress.history.views_seen_before(),
+                           options_.batch, progress.step);
   }
 
   Losses step(double rate) override {

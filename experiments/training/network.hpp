@@ -28,11 +28,15 @@ class TrainingNetwork {
   std::size_t parameters() const;  // numbers that are trained
   std::size_t bytes() const;       // device memory beside the states
   std::string explain();
+  const std::vector<std::string>& frozen() const;  // scopes that are not trained: their terms have no weight
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// A line for the log; empty when nothing is frozen.
+std::string frozen_note(const std::vector<std::string>& scopes);
 
 /// What MGNet says about one picture.
 struct MapPrediction {

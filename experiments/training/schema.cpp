@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/ops/light/ask_field.hpp"
+#include "host/ops/light/ask_mlp.hpp"
+
 namespace clerestory {
 namespace {
 
@@ -85,9 +88,13 @@ Schema make_schema() {
   s.section("light", "The light's nets and what they are shown (model.kind = light).");
   s.text("light.output", "", "how LightNet's last number becomes radiance; empty: the preset's",
          {"", "released", "softplus", "exp", "residual"});
-  s.integer("light.width", 0, "numbers of a hidden layer of LightNet's MLP; 0: the preset's", {0, 4096});
+  s.text("light.delta", "linear",
+         "what the uncertainty of a hit is measured in; whoever asks the nets has to use the same",
+         {"linear", "window"});
+  s.integer("light.width", 0, "numbers of a hidden layer of LightNet's MLP, a multiple of 16; 0: the preset's",
+            {0, kMostMlpWidth});
   s.integer("light.layers", 0, "its hidden layers; 0: the preset's", {0, 64});
-  s.integer("light.frequencies", 0, "of each of its encodings; 0: the preset's", {0, 1024});
+  s.integer("light.frequencies", 0, "of each of its encodings; 0: the preset's", {0, kMostMlpFrequencies});
   s.real("light.direction_deviation", 0, "of LightNet's frequencies of directions, cycles per unit; 0: the preset's",
          {0, 1e3});
   s.real("light.surface_deviation", 0, "of its frequencies of normals, colours and roughness; 0: the preset's",
@@ -97,7 +104,7 @@ Schema make_schema() {
   s.flag("light.background", false, "what the field lets through meets a colour that the photograph decides");
   s.integer("light.shells", 0, "painted spheres of that form; 0: the preset's", {0, 64});
   s.integer("light.segments", 0, "samples along a ray of the out-of-view field; 0: the preset's", {0, 1024});
-  s.integers("light.field", {}, "hidden layers of the field; empty: the preset's", {1, 1024});
+  s.integers("light.field", {}, "hidden layers of the field, at most four; empty: the preset's", {1, kMostFieldWidth});
   s.text("light.maps", "true",
          "maps that the nets see: the truth, what MGNet says of each picture, or one or the other by chance",
          {"true", "predicted", "both"});
@@ -155,11 +162,18 @@ int whole(const Config& c, const std::string& key, int otherwise) {
 LightSizes light_of(const Config& c) {
   LightSizes sizes = light_sizes(c.text("model.preset"));
   LightNetSize& in_view = sizes.in_view;
+  sizes.delta = delta_depth_of(c.text("light.delta"));
   if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
   in_view.width = whole(c, "light.width", in_view.width), in_view.layers = whole(c, "light.layers", in_view.layers);
   in_view.frequencies = whole(c, "light.frequencies", in_view.frequencies);
   if (c.real("light.direction_deviation") > 0) in_view.direction_deviation = c.real("light.direction_deviation");
   if (c.real("light.surface_deviation") > 0) in_view.surface_deviation = c.real("light.surface_deviation");
+  // What trains but cannot be asked for light is of no use to anybody.
+  forbid(in_view.width % 16 != 0, c, "light.width", fmt::format("{} numbers cannot be asked for light", in_view.width),
+         "a multiple of 16");
+  forbid(c.integers("light.field").size() >= kMostFieldLayers, c, "light.field",
+         fmt::format("{} hidden layers cannot be asked for light", c.integers("light.field").size()),
+         fmt::format("at most {}", kMostFieldLayers - 1));
   forbid(in_view.again >= in_view.layers, c, "light.layers", "no layer left that is given the input again",
          fmt::format("more than {}", in_view.again));
   OutOfViewSize& far = sizes.out_of_view;

@@ -169,7 +169,7 @@ RoomView read_view(const fs::path& room, const std::string& id, const ViewParts&
   clean(view);
 
   const fs::path camera = view_file(room, id, "camera", "json");
-  if (fs::exists(camera)) {
+  if (parts.camera && fs::exists(camera)) {
     const CameraFile file = read_camera(camera);
     if (file.camera.width != first->width || file.camera.height != first->height)
       throw usage_error("the camera is of another size than the view", camera.string(),

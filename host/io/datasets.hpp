@@ -38,7 +38,8 @@ struct RoomView {
 
 /// Which files to read; what is not read stays an empty image.
 struct ViewParts {
-  bool image = true, mask = true, albedo = true, depth = true, material = true, normal = true, emission = true;
+  bool image = true, mask = true, albedo = true, depth = true, material = true, normal = true, emission = true,
+       camera = true;
 };
 
 /// Reads a view and makes it clean: pixels whose depth, normal, albedo or material is not finite, whose normal has no
@@ -70,8 +71,8 @@ struct GBuffer {
 };
 /// Absent files stay empty, but at least one map must be there; all have one size. Checks ranges: albedo, roughness and
 /// metallic in [0, 1] (to 1e-3, then clamped), depth not negative, everything finite. Throws usage_error naming the
-/// file.
-GBuffer read_gbuffer(const std::filesystem::path& path);
+/// file. Without `camera` none is read: somebody knows better.
+GBuffer read_gbuffer(const std::filesystem::path& path, bool camera = true);
 
 /// A photograph with measured depth: a folder with rgb.png, rgb.jpg or left.png, depth.exr (axial metres, 0 none) and
 /// camera.json (camera_file.hpp).

@@ -83,7 +83,7 @@ class FolderReader {
   int width_ = 0, height_ = 0;
 };
 
-GBuffer read_folder(const fs::path& folder) {
+GBuffer read_folder(const fs::path& folder, bool camera) {
   GBuffer maps;
   FolderReader reader(folder);
   reader.read(maps.albedo, "albedo.exr", 3, [](Image& image, const fs::path& path) {
@@ -96,7 +96,7 @@ GBuffer read_folder(const fs::path& folder) {
   });
   if (!maps.albedo && !maps.normal && !maps.depth && !maps.material)
     throw usage_error("holds no map", folder.string(), {}, "albedo.exr, normal.exr, depth.exr or material.exr");
-  if (const fs::path path = folder / "camera.json"; fs::exists(path)) {
+  if (const fs::path path = folder / "camera.json"; camera && fs::exists(path)) {
     const CameraFile file = read_camera(path);
     reader.check_size(file.camera.width, file.camera.height, path);
     maps.camera = file.camera, maps.camera_has_pose = file.has_pose;
@@ -105,8 +105,8 @@ GBuffer read_folder(const fs::path& folder) {
 }
 
 // In a view the third channel of the material means nothing; the emission flag comes from the emitted radiance.
-GBuffer from_view(const fs::path& path) {
-  RoomView view = read_view(path, {.image = false});
+GBuffer from_view(const fs::path& path, bool camera) {
+  RoomView view = read_view(path, ViewParts{.image = false, .camera = camera});
   for (std::size_t i = 0; i < view.material.pixels(); ++i) {
     bool emits = false;
     for (int c = 0; view.emission && c < 3; ++c) emits = emits || view.emission->plane(c)[i] > 0;
@@ -124,9 +124,9 @@ GBuffer from_view(const fs::path& path) {
 
 }  // namespace
 
-GBuffer read_gbuffer(const fs::path& path) {
-  if (is_view(path)) return from_view(path);
-  if (fs::is_directory(path)) return read_folder(path);
+GBuffer read_gbuffer(const fs::path& path, bool camera) {
+  if (is_view(path)) return from_view(path, camera);
+  if (fs::is_directory(path)) return read_folder(path, camera);
   throw usage_error("is neither a folder of maps nor a view", path.string(), {}, "a folder, or ROOM/NNN");
 }
 

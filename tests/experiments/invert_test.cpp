@@ -11,9 +11,11 @@
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "host/error.hpp"
+#include "host/io/camera_file.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
+#include "host/report/provenance.hpp"
 #include "tracer/generate.hpp"
 
 namespace clerestory {
@@ -90,6 +92,32 @@ TEST_F(InvertTest, MoreSamplesComeCloserToTheTruthOfTheLayer) {
   const Image t = read_rerender(invert(truth)).radiance;
   EXPECT_LT(mean_square(read_rerender(invert(fine)).radiance, t),
             0.5 * mean_square(read_rerender(invert(coarse)).radiance, t));
+}
+
+TEST_F(InvertTest, ACameraBesideGivenMapsIsReadOnlyWhenItIsNeeded) {
+  const fs::path maps = invert(options("maps"));
+  write_file(maps / "camera.json", "{\"width\": 64, \"height\": 48}\n");  // no fx
+  InvertOptions o = options("with fov");
+  o.gbuffer = maps;
+  EXPECT_THROW(invert(o), Error);
+  o.fov = 55;
+  EXPECT_NO_THROW(invert(o));
+  o.fov.reset(), o.camera = folder_ / "mine.json", o.out = folder_ / "with camera";
+  write_camera(o.camera, Camera::from_fov(64, 48, 60));
+  EXPECT_NO_THROW(invert(o));
+}
+
+TEST_F(InvertTest, ThicknessLetsRaysPassBehindSurfaces) {
+  InvertOptions thick = options("thick"), thin = options("thin"), negative = options("negative");
+  thin.render.thickness = 0.05, negative.render.thickness = -1;
+  const fs::path a = invert(thick), b = invert(thin);
+  const auto hits = [](const fs::path& run) {
+    return read_provenance(run / "provenance.json").figures.at("rays that hit");
+  };
+  EXPECT_LT(hits(b), hits(a));
+  EXPECT_GT(hits(b), 0);
+  EXPECT_NE(read_file(a / "rerender.exr"), read_file(b / "rerender.exr"));
+  EXPECT_THROW(invert(negative), Error);
 }
 
 TEST_F(InvertTest, OnlySomeMapsMeansNoRerender) {

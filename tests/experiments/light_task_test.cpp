@@ -5,6 +5,7 @@
 #include <set>
 
 #include "experiments/training/light_validation.hpp"
+#include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
@@ -203,6 +204,30 @@ TEST_F(LightTask, ALegEndsInTheSameBitsAndItsWeightsSayWhatTheyAre) {
   const std::string card = read_file(first.folder / "artifacts" / "card.md", 1 << 20);
   EXPECT_NE(card.find("Weights of the light"), std::string::npos);
   EXPECT_NE(card.find("rays that miss"), std::string::npos);
+}
+
+/// Losses of the first `steps` of a leg behind legs that saw `before` views; nothing is learned.
+std::vector<double> losses_of_leg(const TrainingOptions& options, std::int64_t before, int steps) {
+  const Device device = Device::open();
+  const auto task = light_task(device, options, std::make_shared<States>(device));
+  TrainingProgress progress;
+  progress.history.legs.resize(2);
+  progress.history.legs[0].views_seen = before;
+  task->begin(progress);
+  std::vector<double> losses;
+  for (int i = 0; i < steps; ++i) losses.push_back(task->step(0).at(0).second);
+  return losses;
+}
+
+TEST_F(LightTask, ASecondLegOfOneSeedGoesOnWithTheBatchesOfTheFirst) {
+  const TrainingOptions options = training_options(config("legs", {}));
+  const std::vector<double> first = losses_of_leg(options, 0, 4), second = losses_of_leg(options, 4, 2);
+  EXPECT_EQ(second[0], first[2]) << "batches of two: four views are behind it";
+  EXPECT_EQ(second[1], first[3]);
+  EXPECT_NE(second[0], first[0]);
+  EXPECT_NE(first[0], first[1]);
+  // What the graph draws follows the seed, too.
+  EXPECT_NE(losses_of_leg(training_options(config("legs", {"run.seed=2"})), 0, 1)[0], first[0]);
 }
 
 TEST_F(LightTask, ViewsWithoutLightAreRefused) {

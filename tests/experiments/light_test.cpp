@@ -14,12 +14,16 @@
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/run_folder.hpp"
+#include "experiments/training/light_validation.hpp"
+#include "experiments/training/schema.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
+#include "nets/render_scene.hpp"
+#include "nets/scene_light.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 #include "tests/experiments/untrained_light.hpp"
@@ -285,6 +289,49 @@ TEST_F(Light, InvertTellsItsPartsApart) {
     EXPECT_THAT(read_file(out / "plan.txt"), testing::HasSubstr("light out of view: asked for"));
     EXPECT_THAT(read_file(out / "report.html"), testing::HasSubstr("re-render, out of view"));
   }
+}
+
+TEST_F(Light, NetsAreAskedWithTheUncertaintyThatTheyWereTrainedWith) {
+  InvertOptions other = taken_apart(*folder_ / "window", weights());  // their metadata say nothing: linear
+  other.render.delta = "window";
+  try {
+    invert(other);
+    FAIL() << "the nets were fed an uncertainty that they do not know";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    EXPECT_THAT(std::string(e.what()), testing::AllOf(testing::HasSubstr("--delta"), testing::HasSubstr("linear")));
+  }
+  EXPECT_FALSE(fs::exists(other.out));
+  other.render.light = "image";  // asks no net
+  EXPECT_NO_THROW(invert(other));
+  other.render.light = "out_of_view", other.out = *folder_ / "far";  // mixes nothing
+  EXPECT_NO_THROW(invert(other));
+  // Nets that were trained so are asked so, whether it is said or not.
+  LightSizes sizes = light_sizes("compact");
+  sizes.delta = DeltaDepth::Window;
+  RenderSettings settings;
+  settings.light = "net", settings.nets = std::make_shared<LightNets>(LightNets{sizes, 40, nullptr, "these"});
+  EXPECT_EQ(render_spec(settings).ssrt.delta, DeltaDepth::Window);
+  settings.delta = "window";
+  EXPECT_EQ(render_spec(settings).ssrt.delta, DeltaDepth::Window);
+  settings.delta = "linear";
+  EXPECT_THROW(render_spec(settings), Error);
+}
+
+TEST_F(Light, TheWidestNetsThatTrainCanBeAsked) {
+  const Device device = Device::open();
+  const TrainingOptions options = training_options(Config(
+      training_schema(), {"train.steps=1", "model.kind=light", "light.out_of_view=field", "light.width=512",
+                          "light.layers=1", "light.frequencies=256", "light.field=[64,64,64,64]", "light.segments=4"}));
+  const auto nets = std::make_shared<LightNets>(LightNets{options.light, 40, std::make_shared<States>(device), "wide"});
+  Graph graph;
+  for (const auto& [name, shape] : light_states(options.light)) graph.state(name, shape, Init::constant(0.001));
+  nets->states->initialise(graph, 1);
+  RenderSettings settings;
+  settings.light = "net", settings.nets = nets, settings.spp = 2;
+  Device asking = device;
+  const Scene scene = read_run(run());
+  EXPECT_GT(render_scene(asking, scene, settings).answered.size(), 1u);
 }
 
 TEST_F(Light, AnObjectIsLitByItAtEveryBounce) {

@@ -79,7 +79,8 @@ TEST(LightText, EveryFieldSurvives) {
       [](LightSizes& s) {
         s.out_of_view.shells.channels = {32, 48};
       },
-      [](LightSizes& s) { s.out_of_view.shells.code = 29; }};
+      [](LightSizes& s) { s.out_of_view.shells.code = 29; },
+      [](LightSizes& s) { s.delta = DeltaDepth::Window; }};
   const LightSizes paper = light_sizes("paper");
   const std::string original = light_text(paper);
   LightSizes all = paper;
@@ -108,6 +109,7 @@ TEST(LightText, OlderThanAField) {
   EXPECT_EQ(read.in_view.width, 24);
   EXPECT_EQ(read.out_of_view.form, OutOfViewForm::Field);
   EXPECT_EQ(read.out_of_view.stem, OutOfViewSize{}.stem);
+  EXPECT_EQ(read.delta, DeltaDepth::Linear);
 }
 
 TEST(LightText, WhatMakesNoSenseIsNamed) {

@@ -249,6 +249,8 @@ TEST_F(SweepProgram, RunsStudiesOneAfterAnother) {
   EXPECT_THAT(words(table, 0), HasSubstr("image|2 of 2|"));
   EXPECT_THAT(words(table, table.rows.size() - 1), HasSubstr("constant|2 of 2|"));
   EXPECT_EQ(run({"run", folder / "tiny.toml", "-m", "run.seed=1,2"}), 2) << "a spread of nothing";
+  EXPECT_EQ(run({"run", folder / "tiny.toml", "-m", "study.kind=layer,training"}), 2) << "two layers";
+  EXPECT_THAT(text_of(said), HasSubstr("study.kind"));
 }
 
 }  // namespace

@@ -38,6 +38,29 @@ TEST(TrainingOptions, ValuesThatDoNotGoTogetherNameTheirKey) {
   EXPECT_THROW(Config(training_schema(), {"train.lr=1"}), Error);
 }
 
+TEST(TrainingOptions, LightsThatTrainButCannotBeAskedAreRefused) {
+  const auto refused = [](const std::vector<std::string>& words, const std::string& key) {
+    std::vector<std::string> all{"train.steps=1", "model.kind=light"};
+    all.insert(all.end(), words.begin(), words.end());
+    try {
+      training_options(Config(training_schema(), all));
+      ADD_FAILURE() << words.back() << " was accepted";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage);
+      EXPECT_NE(std::string(e.what()).find(key), std::string::npos) << e.what();
+    }
+  };
+  refused({"light.width=40"}, "light.width");
+  refused({"light.width=528"}, "light.width");
+  refused({"light.frequencies=257"}, "light.frequencies");
+  refused({"light.out_of_view=field", "light.field=[65]"}, "light.field");
+  refused({"light.out_of_view=field", "light.field=[8,8,8,8,8]"}, "light.field");
+  for (const char* preset : {"compact", "paper"})  // what stays is asked below, in light_test.cpp
+    EXPECT_NO_THROW(training_options(
+        Config(training_schema(), {"train.steps=1", "model.kind=light", std::string("model.preset=") + preset,
+                                   "light.width=512", "light.frequencies=256", "light.field=[64,64,64,64]"})));
+}
+
 TEST(TrainingOptions, WhereARunGoesDoesNotRenameIt) {
   const Config plain(training_schema(), {"train.steps=1"});
   EXPECT_EQ(config_hash(plain), config_hash(plain.with({"run.root=/elsewhere", "log.every=7", "run.seed=3"})));

@@ -9,6 +9,7 @@
 
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/evaluate.hpp"
+#include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
@@ -167,6 +168,38 @@ TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
   EXPECT_EQ(history.views_seen(), 48);
   EXPECT_EQ(history.legs[1].init, "weights.safetensors");
   EXPECT_GT(history.legs[1].curve[0].hours, 0);
+}
+
+TEST_F(TrainingRun, ASecondLegOfOneSeedGoesOnWithTheBatchesOfTheFirst) {
+  const TrainingOptions options = training_options(config("legs", {"train.steps=4", "data.flip=false"}));
+  const auto views_of_leg = [&](std::int64_t before, int steps) {
+    const Device device = Device::open();
+    const auto task = maps_task(device, options, std::make_shared<States>(device));
+    TrainingProgress progress;
+    progress.history.legs.resize(2);
+    progress.history.legs[0].views_seen = before;
+    task->begin(progress);
+    std::vector<std::vector<std::string>> views;
+    for (int i = 0; i < steps; ++i) task->step(0), views.push_back(task->last_views());
+    return views;
+  };
+  const auto first = views_of_leg(0, 4), second = views_of_leg(4, 2);  // batches of two, eight views
+  EXPECT_EQ(second[0], first[2]);
+  EXPECT_EQ(second[1], first[3]);
+  EXPECT_NE(second[0], first[0]);
+}
+
+// Through files: what the first leg's weights say of the views they saw is where the second begins.
+TEST_F(TrainingRun, WeightsCarryWhereTheNextLegBegins) {
+  const TrainingOutcome first = run("first", {"train.steps=3"});
+  const History history = read_history(first.weights);
+  const std::int64_t seen = history.views_seen();
+  EXPECT_GT(seen, 0);
+  const TrainingOutcome second = run("second", {"train.steps=1", "model.init=" + first.weights.string()});
+  const History both = read_history(second.weights);
+  ASSERT_EQ(both.legs.size(), 2u);
+  EXPECT_EQ(both.views_seen_before(), seen);
+  EXPECT_EQ(both.views_seen(), seen + 2);
 }
 
 TEST_F(TrainingRun, LearnsItsOwnViews) {

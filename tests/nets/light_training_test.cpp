@@ -150,11 +150,13 @@ struct Wall {
 };
 
 LightSizes small_sizes() {
-  auto [in_view, far] = light_sizes("compact");
+  LightSizes sizes = light_sizes("compact");
+  LightNetSize& in_view = sizes.in_view;
+  OutOfViewSize& far = sizes.out_of_view;
   in_view.trunk = {.blocks = {1, 1, 0, 0}, .channels = {8, 8, 0, 0}, .stages = 2};
   in_view.frequencies = 4, in_view.width = 16, in_view.layers = 2;
   far.trunk = in_view.trunk, far.stem = 16, far.hidden = {16}, far.march.segments = 8;
-  return {in_view, far};
+  return sizes;
 }
 
 /// The losses of every step.

@@ -9,12 +9,12 @@
 namespace clerestory {
 namespace {
 
-constexpr int kMostLayers = 5, kMostWidth = 64, kMostOctaves = 10;
+constexpr int kMostOctaves = 10;
 
 /// What kernels/light/ask_field.cl takes as its argument `net`.
 struct FieldLayers {
   int count = 0;
-  std::array<int, kMostLayers + 1> width{};
+  std::array<int, kMostFieldLayers + 1> width{};
 };
 
 // Inputs: points, directions, range, background, then list and count when `listed`, then a weight and a bias per layer.
@@ -52,7 +52,7 @@ struct AskFieldOp : NotDifferentiable {
     for (int i = 0; i < layers; ++i) {
       const std::size_t at = static_cast<std::size_t>(first_layer() + 2 * i);
       const int out = net.width[static_cast<std::size_t>(i) + 1];
-      if (out < 1 || out > kMostWidth || (i + 1 == layers && out != 4))
+      if (out < 1 || out > kMostFieldWidth || (i + 1 == layers && out != 4))
         throw Error(ErrorKind::Failed, fmt::format("layer {} has a width that it cannot have", i), "ask_field",
                     std::to_string(out), i + 1 == layers ? "4: red, green, blue, density" : "1 to 64");
       check_layer(in[at], in[at + 1], net.width[static_cast<std::size_t>(i)], out, "ask_field");
@@ -101,7 +101,7 @@ struct AskFieldOp : NotDifferentiable {
 Value ask_field(std::span<const Value> weights, std::span<const Value> biases, Value points, Value directions,
                 Value range, const RayList& list, const FieldOptions& options, Value background) {
   const std::size_t layers = weights.size();
-  if (layers < 1 || layers > kMostLayers || biases.size() != layers)
+  if (layers < 1 || layers > kMostFieldLayers || biases.size() != layers)
     throw Error(ErrorKind::Failed, "a field has as many weights as biases", "ask_field",
                 fmt::format("{} and {}", layers, biases.size()), "1 to 5");
   if (options.octaves < 0 || options.octaves > kMostOctaves)

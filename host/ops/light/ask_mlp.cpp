@@ -9,8 +9,6 @@
 namespace clerestory {
 namespace {
 
-constexpr int kMostWidth = 512, kMostFrequencies = 256;
-
 // Inputs: rows, hit, direction, frequencies; list and count when `listed`; D_0, b_0; of each further layer W_i, b_i,
 // and D_i in between when it is `again`; W, b.
 struct AskMlpOp : NotDifferentiable {
@@ -49,10 +47,10 @@ struct AskMlpOp : NotDifferentiable {
       throw Error(ErrorKind::Failed, "hit pixels (integers) and directions are of different rays", "ask_mlp",
                   hit.text(), direction.text());
     if (listed) check_list(in[4], in[5], hit, "ask_mlp");
-    if (width < 16 || width % 16 != 0 || width > kMostWidth)
+    if (width < 16 || width % 16 != 0 || width > kMostMlpWidth)
       throw Error(ErrorKind::Failed, "a width that this kernel does not have", "ask_mlp", std::to_string(width),
                   "a multiple of 16, at most 512");
-    if (waves.c != 3 || waves.plane() != 1 || waves.n > kMostFrequencies)
+    if (waves.c != 3 || waves.plane() != 1 || waves.n > kMostMlpFrequencies)
       throw Error(ErrorKind::Failed, "frequencies of another kind", "ask_mlp", waves.text(), "mx3x1x1, m up to 256");
     const Shape want{1, 1, rows.h, again > 0 ? 2 * width : width};
     if (!(rows == want)) throw Error(ErrorKind::Failed, "rows of another net", "ask_mlp", rows.text(), want.text());

@@ -8,10 +8,12 @@
 
 namespace clerestory {
 
+inline constexpr int kMostMlpWidth = 512, kMostMlpFrequencies = 256;
+
 /// Weights of an MLP of L hidden layers, each followed by relu, and an output layer. `width` is a multiple of 16, at
-/// most 512.
+/// most kMostMlpWidth.
 struct LightMlp {
-  Value frequencies;             // {m, 3, 1, 1}, cycles per unit of direction; m at most 256
+  Value frequencies;             // {m, 3, 1, 1}, cycles per unit of direction; m at most kMostMlpFrequencies
   std::vector<Value> hidden;     // {width, width, 1, 1} of the layers 1 ... L - 1
   std::vector<Value> direction;  // {width, 2 m, 1, 1} of layer 0 and, with `again`, of that layer
   std::vector<Value> biases;     // {1, width, 1, 1} of the layers 0 ... L - 1

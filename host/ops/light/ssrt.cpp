@@ -90,6 +90,8 @@ DeltaDepth delta_depth_of(const std::string& name) {
   throw usage_error("no such difference of depths", "delta", name, "linear | window");
 }
 
+const char* name_of(DeltaDepth delta) { return delta == DeltaDepth::Linear ? "linear" : "window"; }
+
 SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value directions, Value normal,
               const RayOrigins& origins, const SsrtOptions& options) {
   const Shape& d = depth.shape();

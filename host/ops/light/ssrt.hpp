@@ -12,6 +12,7 @@ enum class DeltaDepth { Linear, Window };
 
 SsrtSolver ssrt_solver_of(const std::string& name);  // dda | hierarchical; throws usage_error
 DeltaDepth delta_depth_of(const std::string& name);  // linear | window; throws usage_error
+const char* name_of(DeltaDepth delta);
 
 struct SsrtOptions {
   SsrtSolver solver = SsrtSolver::Hierarchical;
