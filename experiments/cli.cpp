@@ -12,6 +12,7 @@
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
+#include "host/report/terminal.hpp"
 
 namespace clerestory {
 namespace {
@@ -40,6 +41,10 @@ std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
   return text;
+}
+
+void print_error(const std::exception& error) {
+  std::fprintf(stderr, "clerestory: %s\n", terminal_text(error.what()).c_str());
 }
 
 }  // namespace
@@ -290,17 +295,17 @@ int CommandLine::run(int argc, const char* const* argv) {
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return state_->app.exit(error);  // --help, --version
-    std::fprintf(stderr, "clerestory: %s\n", error.what());
+    print_error(error);
     std::fputs("Run with --help for what there is.\n", stderr);
     return static_cast<int>(ErrorKind::Usage);
   } catch (const Error& error) {
-    std::fprintf(stderr, "clerestory: %s\n", error.what());
+    print_error(error);
     return error.exit_code();
   } catch (const std::bad_alloc&) {
     std::fputs("clerestory: out of memory\n", stderr);
     return static_cast<int>(ErrorKind::Failed);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "clerestory: %s\n", error.what());
+    print_error(error);
     return static_cast<int>(ErrorKind::Failed);
   }
 }

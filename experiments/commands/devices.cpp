@@ -6,6 +6,7 @@
 #include "experiments/cli.hpp"
 #include "host/cl/device.hpp"
 #include "host/cl/device_table.hpp"
+#include "host/report/terminal.hpp"
 
 namespace clerestory {
 namespace {
@@ -38,7 +39,7 @@ void add_devices_command(CommandLine& line) {
     const std::vector<DeviceInfo> devices = list_devices();
     if (common.json) write_json_result(common, devices_json(devices));
     if (devices.empty()) throw Error(ErrorKind::Device, why_no_device());
-    if (!common.json) std::fputs(device_table(devices).c_str(), stdout);
+    if (!common.json) std::fputs(terminal_text(device_table(devices)).c_str(), stdout);
   });
 }
 

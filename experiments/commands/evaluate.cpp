@@ -4,6 +4,7 @@
 
 #include "experiments/applications/predict.hpp"
 #include "experiments/training/evaluate.hpp"
+#include "host/report/terminal.hpp"
 
 namespace clerestory {
 namespace {
@@ -23,7 +24,7 @@ void print(const EvaluateOutcome& outcome) {
   if (!outcome.frames.empty()) text += table_text(frames_table(outcome.frames)) + "\n";
   text += "Conventions\n";
   for (const std::string& line : outcome.conventions) text += "  - " + line + "\n";
-  std::fputs(text.c_str(), stdout);
+  std::fputs(terminal_text(text).c_str(), stdout);
 }
 
 }  // namespace

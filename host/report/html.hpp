@@ -1,4 +1,5 @@
-// A report in one file: no network, no other files; light and dark; prints.
+// A report in one file: no network, no other files; light and dark; prints. Its content security policy lets a browser
+// run and apply only the page's own script and style.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -42,7 +43,8 @@ class HtmlReport {
   /// The best of each column that has a direction in bold, mean ± deviation.
   HtmlReport& table(const Table& table, const std::string& caption = {});
   HtmlReport& plot(const Plot& plot, const std::string& caption = {});
-  /// A plot drawn before: the text of an SVG file that write_plot made.
+  /// A plot drawn before: the text of an SVG file. It is shown as an image, in which no script runs and nothing is
+  /// loaded, whoever made the file.
   HtmlReport& drawing(const std::string& svg, const std::string& caption = {});
   /// Folded: what was left out, why, and what that saved. Nothing when the list is empty.
   HtmlReport& left_out(const std::vector<LeftOut>& list);

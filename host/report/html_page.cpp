@@ -45,10 +45,10 @@ td{border-bottom:1px solid var(--rule)}
 .number{text-align:right;white-space:nowrap;padding-left:.8rem}
 td strong{font-weight:700}
 td .deviation{color:var(--soft);font-weight:400}
-.plot svg{display:block;width:100%;max-width:46rem;height:auto}
+.plot svg,.plot img{display:block;width:100%;max-width:46rem;height:auto}
 .plot svg text{font-family:var(--sans)}
 .plot .gridline{stroke:var(--rule)}
-@media (prefers-color-scheme:dark){.plot svg{filter:brightness(1.2)}}
+@media (prefers-color-scheme:dark){.plot svg{filter:brightness(1.2)}.plot img{filter:brightness(1.6)}}
 .plot [fill="rgb(91,96,102)"]{fill:var(--soft)}
 .plot [stroke="rgb( 91,  96, 102)"]{stroke:var(--soft)}
 .compare .stage{position:relative;overflow:hidden;border-radius:3px;background:var(--stage);margin:0 auto;--at:50%}

@@ -12,6 +12,7 @@
 #include <mutex>
 
 #include "host/error.hpp"
+#include "host/report/terminal.hpp"
 #include "host/stopwatch.hpp"
 
 namespace clerestory {
@@ -29,7 +30,7 @@ int terminal_columns() {
 
 void print_line(const std::string& line) {
   const std::lock_guard guard(g_terminal);
-  std::fprintf(stderr, "%s%s\n", g_bar_shown ? "\r\x1b[K" : "", line.c_str());
+  std::fprintf(stderr, "%s%s\n", g_bar_shown ? "\r\x1b[K" : "", terminal_text(line).c_str());
   g_bar_shown = false;
 }
 
@@ -126,7 +127,8 @@ void Progress::draw(double now) {
     const int full = static_cast<int>(share * kWidth);
     std::string bar;
     for (int i = 0; i < kWidth; ++i) bar += i < full ? "\u2501" : "\u2500";
-    print_bar(first_columns(fmt::format("{} {:3.0f} % {}", bar, share * 100, line(now)), terminal_columns() - 1));
+    const std::string text = terminal_text(fmt::format("{} {:3.0f} % {}", bar, share * 100, line(now)));
+    print_bar(first_columns(text, terminal_columns() - 1));
     drawn_ = true;
   } else {
     const int tenth = static_cast<int>(share * 10);

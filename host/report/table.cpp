@@ -7,6 +7,7 @@
 
 #include "host/error.hpp"
 #include "host/math/statistics.hpp"
+#include "host/report/terminal.hpp"
 
 namespace clerestory {
 namespace {
@@ -112,17 +113,17 @@ bool is_best(const Table& table, std::size_t row, std::size_t column) {
 std::string table_text(const Table& table) {
   const std::size_t columns = table.columns.size();
   std::vector<std::vector<std::string>> cells(1);
-  for (const Column& column : table.columns) cells[0].push_back(heading(column));
+  for (const Column& column : table.columns) cells[0].push_back(terminal_text(heading(column)));
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     cells.emplace_back();
     for (std::size_t c = 0; c < columns; ++c) {
       // Numbers stay below each other whether or not they carry the mark.
       const char* mark = table.columns[c].best == Best::None ? "" : is_best(table, r, c) ? " *" : "  ";
-      cells.back().push_back(cell_text(table.rows[r][c], table.columns[c]) + mark);
+      cells.back().push_back(terminal_text(cell_text(table.rows[r][c], table.columns[c])) + mark);
     }
   }
-  std::string text = table.title.empty() ? "" : table.title + "\n";
-  if (!table.note.empty()) text += table.note + "\n";
+  std::string text = table.title.empty() ? "" : terminal_text(table.title) + "\n";
+  if (!table.note.empty()) text += terminal_text(table.note) + "\n";
   for (std::size_t r = 0; r < cells.size(); ++r) {
     std::string line;
     for (std::size_t c = 0; c < columns; ++c) {

@@ -247,6 +247,20 @@ TEST(CommandLine, ErrorsBecomeExitCodes) {
   EXPECT_EQ(code_of([] { throw std::bad_alloc(); }), 1);
 }
 
+// A file's name may hold what would move the cursor or rename the window.
+TEST(CommandLine, ErrorsDoNotSpeakToTheTerminal) {
+  const std::string name = "photo\x1b[2J\x07.png";
+  for (const auto& action : std::vector<std::function<void()>>{
+           [&] { throw usage_error("cannot be opened", name, name); }, [&] { throw std::runtime_error(name); }}) {
+    CommandLine line;
+    line.add("act", "Acts").run([&](const CommonOptions&) { action(); });
+    const Outcome outcome = run(line, {"act"});
+    EXPECT_THAT(outcome.errors, HasSubstr("photo\\x1b[2J\\x07.png"));
+    EXPECT_THAT(outcome.errors, Not(HasSubstr("\x1b")));
+    EXPECT_THAT(run(line, {name}).errors, Not(HasSubstr("\x1b")));
+  }
+}
+
 TEST(CommandLine, GroupsOfCommands) {
   CommandLine line;
   std::string file, chosen;

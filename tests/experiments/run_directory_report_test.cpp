@@ -66,10 +66,40 @@ TEST_F(RunDirectoryReport, ShowsEverythingThatLiesThere) {
 
   const std::string html = report();
   for (const char* part :
-       {">study<", "vndf_caps", "albedo", "curve of the artifact", "error against time", "<b>strip</b>", ">loss<",
-        ">depth<", ">rate<", "width = 64", "Z started", "clerestory run layer.toml", "<dd>done</dd>"})
+       {">study<", "vndf_caps", "albedo", "src=\"data:image/svg+xml;base64,", "error against time", "<b>strip</b>",
+        ">loss<", ">depth<", ">rate<", "width = 64", "Z started", "clerestory run layer.toml", "<dd>done</dd>"})
     EXPECT_THAT(html, HasSubstr(part));
   EXPECT_LT(html.size(), 300000u) << "3000 records are thinned before they are drawn";
+}
+
+// A run that somebody sent is looked at, not run.
+TEST_F(RunDirectoryReport, HostileArtifactsAreShownAndNotRun) {
+  const std::string script = "<script>alert(1)</script>",
+                    name = "a\"><img src=x onerror=alert(2)>" + std::string("<b>");
+  Provenance provenance = begin_provenance({"clerestory", script}, script);
+  provenance.facts[script] = script;
+  write_provenance(*run_ / "provenance.json", provenance);
+  {
+    MetricsWriter metrics(run_->metrics_path());
+    metrics.write(1, {{script + "loss", 1}, {"</text></svg>" + script, 2}});
+    metrics.write(2, {{script + "loss", 2}, {"</text></svg>" + script, 1}});
+  }
+  const std::string svg =
+      "<?xml version='1.0'?><svg xmlns='http://www.w3.org/2000/svg' onload='alert(3)'>" + script + "</svg>";
+  std::ofstream(run_->artifact("plot.svg")) << svg;
+  std::ofstream(run_->artifact(name + ".svg")) << svg;
+  write_png(run_->artifact(name + ".png"), Image(2, 2, 3, 0.5f));
+  Table table{script, {{script, script}}, {}};
+  table.add({script});
+  std::ofstream(run_->artifact("t.table.json")) << table_json(table);
+  run_->log(script);
+  run_->fail(script);
+
+  const std::string html = report();
+  for (const char* part : {"<script>alert", "<img src=x", "onload='alert", "<b>\"", "</svg><script"})
+    EXPECT_THAT(html, Not(HasSubstr(part)));
+  EXPECT_THAT(html, HasSubstr("src=\"data:image/svg+xml;base64,PD94bWwgdmVyc2lvbj0n"));
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
 }
 
 TEST_F(RunDirectoryReport, UnfinishedRunsHaveOneToo) {

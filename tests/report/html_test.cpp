@@ -6,6 +6,7 @@
 
 #include "host/error.hpp"
 #include "host/io/image.hpp"
+#include "host/report/sha256.hpp"
 #include "tests/report/temporary_folder.hpp"
 
 namespace clerestory {
@@ -31,6 +32,15 @@ TEST(Base64, KnownValues) {
   EXPECT_EQ(base64("foo"), "Zm9v");
   EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
   EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+}
+
+TEST(Sha256, KnownValues) {
+  // FIPS 180-4's examples: of one block, of two, and the empty text; one block more begins at 56 bytes.
+  EXPECT_EQ(base64(sha256("abc")), "ungWv48Bz+pBQUDeXa4iI7ADYaOWF3qctBD/YfIAFa0=");
+  EXPECT_EQ(base64(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq")),
+            "JI1qYdIGOLjlwCaTDD5gOaM85Flk/yFn9uzt1BnbBsE=");
+  EXPECT_EQ(base64(sha256("")), "47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=");
+  EXPECT_EQ(base64(sha256(std::string(1000, 'a'))), "Qe3s5C1j6Nm/UVqbppMuHCDLyfWl0TRkWttdsblzfqM=");
 }
 
 TEST(Previews, RadianceNormalDepthAmount) {
@@ -105,6 +115,65 @@ TEST(HtmlReport, HoldsEverythingAndNeedsNothing) {
     EXPECT_EQ(count(html, std::string("<") + tag + ">") + count(html, std::string("<") + tag + " "),
               count(html, std::string("</") + tag + ">"))
         << tag;
+}
+
+/// What stands between a tag and its end.
+std::string inside(const std::string& html, const std::string& tag) {
+  const std::size_t from = html.find("<" + tag + ">") + tag.size() + 2;
+  return html.substr(from, html.find("</" + tag + ">") - from);
+}
+
+// Whatever a name or a file brings into the page, a browser runs and loads nothing but what the page came with.
+TEST(HtmlReport, ThePolicyAllowsItsOwnScriptAndStyleAndNoNetwork) {
+  HtmlReport report("t");
+  const std::string html = report.compare("a", filled(4, 4, {1, 1, 1}), "b", filled(4, 4, {1, 1, 1})).html();
+  const std::string meta = "<meta http-equiv=\"Content-Security-Policy\" content=\"";
+  ASSERT_NE(html.find(meta), std::string::npos);
+  EXPECT_LT(html.find(meta), html.find("<style>")) << "it holds for what comes after it";
+  const std::size_t from = html.find(meta) + meta.size();
+  const std::string policy = html.substr(from, html.find('"', from) - from);
+  EXPECT_EQ(policy, "default-src 'none'; img-src data:; style-src-elem 'sha256-" +
+                        base64(sha256(inside(html, "style"))) +
+                        "'; style-src-attr 'unsafe-inline'; script-src 'sha256-" +
+                        base64(sha256(inside(html, "script"))) + "'; base-uri 'none'; form-action 'none'");
+  EXPECT_EQ(count(html, "<script"), 1u);
+  EXPECT_EQ(count(html, "<style"), 1u);
+  EXPECT_EQ(html.find("http://"), std::string::npos);
+  EXPECT_EQ(html.find("https://"), std::string::npos);
+}
+
+const std::string hostile = "\"><script>alert(1)</script><img src=x onerror=alert(2)>&'";
+
+TEST(HtmlReport, HostileNamesAreText) {
+  Table table{hostile, {{hostile, hostile}}, {}};
+  table.add({hostile});
+  Plot plot;
+  plot.title = plot.x_label = plot.y_label = hostile;
+  plot.series = {{hostile, {1, 2}, {1, 2}, {}, Stroke::Line}};
+  Provenance provenance = begin_provenance({"clerestory", hostile}, hostile);
+  HtmlReport report(hostile, hostile);
+  report.section(hostile, hostile).paragraph(hostile).facts({{hostile, hostile}});
+  report.pictures({picture_of(hostile, filled(2, 2, {1, 0, 0}), hostile)}, hostile);
+  report.compare(hostile, filled(2, 2, {1, 1, 1}), hostile, filled(2, 2, {1, 1, 1}), hostile);
+  report.table(table, hostile).plot(plot, hostile).details(hostile, hostile).left_out({{hostile, hostile, hostile}});
+  const std::string html = report.footer(provenance).html();
+  EXPECT_EQ(count(html, "<script"), 1u) << "the page's own";
+  EXPECT_EQ(html.find("<img src=x"), std::string::npos);
+  EXPECT_EQ(html.find("\\\"><"), std::string::npos);
+}
+
+// In an img element an SVG runs no script and loads nothing.
+TEST(HtmlReport, DrawingsOfFilesAreImages) {
+  const std::string svg =
+      "<svg xmlns='http://www.w3.org/2000/svg' onload='alert(1)'><script>alert(7)</script>"
+      "<foreignObject><iframe src='https://example.org'/></foreignObject></svg>";
+  HtmlReport report("t");
+  const std::string html = report.drawing(svg, hostile).html();
+  EXPECT_NE(html.find("src=\"data:image/svg+xml;base64," + base64(svg) + "\""), std::string::npos);
+  for (const char* part : {"<svg", "onload", "alert(7)", "iframe"})
+    EXPECT_EQ(html.find(part), std::string::npos) << part;
+  EXPECT_EQ(count(html, "<script"), 1u);
+  EXPECT_THROW(report.drawing("no drawing"), Error);
 }
 
 TEST(HtmlReport, CompareStoresTheExposuresThatAreNeeded) {

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include "host/error.hpp"
+#include "host/report/table.hpp"
+#include "host/report/terminal.hpp"
 
 namespace clerestory {
 namespace {
@@ -39,6 +41,49 @@ TEST(ProgressTest, PlainLinesWithoutATerminal) {
   EXPECT_NE(text.find("views: 1000/1000 views, "), std::string::npos) << text;
   EXPECT_NE(text.find(", loss 0.5\n"), std::string::npos) << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << "fast work: the first line and the last one\n" << text;
+}
+
+TEST(TerminalText, ControlCharactersAreWrittenOut) {
+  EXPECT_EQ(terminal_text("\x1b]0;title\x07\x1b[31mred"), "\\x1b]0;title\\x07\\x1b[31mred");
+  EXPECT_EQ(terminal_text(std::string("a\0b\r\b\x7f", 6)), "a\\x00b\\x0d\\x08\\x7f");
+  EXPECT_EQ(terminal_text("\xc2\x9b"
+                          "31m"),
+            "\\x9b31m")
+      << "CSI of one character, U+009B";
+  EXPECT_EQ(terminal_text("photo\xe2\x80\xaegnp.exe"), "photo\\u202egnp.exe") << "turns the direction of writing";
+  EXPECT_EQ(terminal_text("line\n\tnext"), "line\n\tnext");
+}
+
+TEST(TerminalText, ReadableTextStaysAsItIs) {
+  for (const std::string text : {"", "plain ~ \\x1b",
+                                 "K\xc3\xbc"
+                                 "che \xe5\xb1\x8b\xe5\x86\x85 \xf0\x9f\x8f\xa0 \xc2\xb1 \xc2\xa0"})
+    EXPECT_EQ(terminal_text(text), text);
+}
+
+// RFC 3629: stray and missing bytes, overlong forms, a surrogate, beyond U+10FFFF.
+TEST(TerminalText, BytesThatAreNoUtf8AreWrittenOut) {
+  EXPECT_EQ(terminal_text("\x80"), "\\x80");
+  EXPECT_EQ(terminal_text("\xc3("), "\\xc3(");
+  EXPECT_EQ(terminal_text("\xe5\xb1"), "\\xe5\\xb1");
+  EXPECT_EQ(terminal_text("\xc0\x9b"), "\\xc0\\x9b");
+  EXPECT_EQ(terminal_text("\xe0\x80\x9b"), "\\xe0\\x80\\x9b");
+  EXPECT_EQ(terminal_text("\xed\xa0\x80"), "\\xed\\xa0\\x80");
+  EXPECT_EQ(terminal_text("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");
+  EXPECT_EQ(terminal_text("\xff\xfe"), "\\xff\\xfe");
+}
+
+TEST(TerminalText, NothingThatIsSaidOrTabulatedMovesTheCursor) {
+  const std::string name = "room\x1b[2J", shown = "room\\x1b[2J";
+  EXPECT_EQ(stderr_of([&] { say(name); }), shown + "\n");
+  const std::string progress = stderr_of([&] { Progress(name, 1).advance(name); });
+  EXPECT_EQ(progress.find('\x1b'), std::string::npos);
+  EXPECT_NE(progress.find(shown), std::string::npos);
+  Table table{name, {{name, name}}, {}};
+  table.add({name});
+  const std::string text = table_text(table);
+  EXPECT_EQ(text.find('\x1b'), std::string::npos);
+  EXPECT_NE(text.find(shown), std::string::npos);
 }
 
 TEST(ProgressTest, EstimateOnlyWhenLong) {
