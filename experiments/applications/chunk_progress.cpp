@@ -11,6 +11,7 @@ ChunkListener chunk_progress(const std::string& label) {
     if (!bar) bar = std::make_shared<Progress>(label, chunks, "chunks of rays", done);  // the first built kernels too
     bar->update(done);
     if (done == chunks) bar.reset();
+    give_up_if_interrupted(label);
   };
 }
 

@@ -6,7 +6,8 @@
 
 namespace clerestory {
 
-/// For RenderSettings::after_chunk: a bar on the terminal for every pass over the picture.
+/// For RenderSettings::after_chunk: a bar on the terminal for every pass over the picture, and the end of the work
+/// after an interrupt.
 ChunkListener chunk_progress(const std::string& label);
 
 }  // namespace clerestory

@@ -12,8 +12,9 @@
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/html.hpp"
+#include "host/report/own_files.hpp"
 #include "host/report/progress.hpp"
-#include "host/report/run_directory.hpp"
+#include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
 
 namespace clerestory {
@@ -280,9 +281,11 @@ std::string edit(const EditOptions& options) {
   const Stopwatch watch;
   check_change(options.change), check_bounces(options.bounces);
   is_learned_light(options.render.light), render_spec(options.render);
+  const fs::path out = options.out.empty() ? options.run / "edit" : options.out;
+  const FolderLock lock = lock_run(options.run, LockKind::Read);
+  StagedFolder folder(out, {.inputs = {options.run, options.mask, options.lit_by.weights}, .force = options.force});
   const Scene scene = read_run(options.run);
   const Image mask = read_edit_mask(options.mask, scene);
-  const fs::path out = options.out.empty() ? options.run / "edit" : options.out;
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   RenderSettings render = options.render;
@@ -290,7 +293,6 @@ std::string edit(const EditOptions& options) {
   take_light(render, options.lit_by, device, scene, provenance);
   const Edit done = edit_scene(device, scene, mask, options.change, render, options.bounces);
 
-  StagedFolder folder(out);
   Scene after = done.with.scene;
   after.photo = done.composite;
   write_run(folder.path(), after, std::nullopt);
@@ -323,8 +325,10 @@ std::string edit(const EditOptions& options) {
   const double seconds = watch.seconds();
   provenance.figures["seconds"] = seconds;
   provenance.ended = utc_now();
-  write_provenance(folder / "provenance.json", provenance);
+  provenance.outputs = record_files_in(folder.path());
+  write_provenance(folder / kProvenanceName, provenance);
   write_report(folder.path(), scene, done, provenance);
+  give_up_if_interrupted("edit");
   folder.commit();
 
   say(fmt::format("edit: {} in {:.1f} % of the picture, {:.1f} s: {}", values_text(options.change), 100 * done.shown,

@@ -27,6 +27,7 @@ struct MaterialEdit {
 
 struct EditOptions {
   std::filesystem::path run, mask, out;  // out empty: RUN/edit
+  bool force = false;                    // give up what `out` holds besides the files of an edit
   MaterialEdit change;
   RenderSettings render;
   LightChoice lit_by;

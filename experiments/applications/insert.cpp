@@ -261,6 +261,10 @@ void insert(const InsertOptions& options) {
   if (options.objects.empty())
     throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
   const Stopwatch watch;
+  const fs::path out = options.out.empty() ? options.run : options.out;
+  const fs::path exr = out / "composite.exr", png = out / "composite.png";
+  // The composite of an edit is also the photograph of its folder: an insertion into that may replace it.
+  const ResultFiles files(options.run, out / "insert.json", {exr, png}, options.force, {out / kProvenanceName});
   const Scene scene = read_run(options.run);
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
@@ -274,20 +278,20 @@ void insert(const InsertOptions& options) {
   const double seen = sum(inserted.covers.data) / static_cast<double>(composite.pixels());
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
 
-  const fs::path out = options.out.empty() ? options.run : options.out;
-  make_directories(out);
-  write_exr(out / "composite.exr", composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
-  write_png(out / "composite.png", show_radiance(composite), Encoding::Linear);
+  give_up_if_interrupted("insert");
+  write_exr(exr, composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
+  write_png(png, show_radiance(composite), Encoding::Linear);
   const double seconds = watch.seconds();
+  provenance.inputs = {record_file(options.run / "photo.exr")};
   provenance.seeds["render"] = options.render.seed;
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;
   provenance.facts["samples"] = fmt::format("{}", render_spec(options.render).spp);
   provenance.ended = utc_now();
-  write_provenance(out / "insert.json", provenance);
+  files.write_record(provenance);
   if (options.out.empty()) write_run_report(options.run);
   say(fmt::format("insert: {} object(s), {:.1f} % of the picture, {:.1f} s: {}", options.objects.size(), 100 * seen,
-                  seconds, (out / "composite.png").string()));
+                  seconds, png.string()));
 }
 
 }  // namespace clerestory

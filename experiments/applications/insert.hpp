@@ -26,6 +26,7 @@ struct InsertedObject {
 
 struct InsertOptions {
   std::filesystem::path run, out;  // out empty: the run folder
+  bool force = false;              // replace files of others
   std::vector<InsertedObject> objects;
   RenderSettings render;
   LightChoice lit_by;
@@ -34,7 +35,7 @@ struct InsertOptions {
   std::vector<std::string> command;
 };
 
-/// Writes composite.exr and composite.png, and the run's report again when it goes into the run folder.
+/// Writes composite.exr, composite.png and insert.json, and the run's report again when they go into the run folder.
 void insert(const InsertOptions& options);
 
 /// Surface under a pixel: point and normal in camera space. Throws usage_error naming --at: outside of the picture,

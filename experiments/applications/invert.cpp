@@ -1,6 +1,8 @@
 #include "experiments/applications/invert.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/estimate.hpp"
@@ -14,8 +16,9 @@
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
+#include "host/report/own_files.hpp"
 #include "host/report/progress.hpp"
-#include "host/report/run_directory.hpp"
+#include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
 #include "nets/scene_maps.hpp"
 
@@ -42,18 +45,48 @@ void check_options(const InvertOptions& options) {
     throw usage_error("two ways to set the camera", "--fov and --camera", "both", "one of them");
 }
 
+struct ChosenCamera {
+  Camera camera;      // of the photograph's size
+  std::string from;   // for provenance and report
+  std::string doubt;  // what is wrong or assumed; empty: nothing
+};
+
+/// What is to be said of a camera whose picture has other proportions: pixels of neither could be square, by more than
+/// the rounding of a size to whole pixels.
+std::string other_proportions(const Camera& camera, int width, int height) {
+  const double wide = static_cast<double>(camera.width) * height / camera.height,
+               high = static_cast<double>(camera.height) * width / camera.width;
+  if (std::abs(wide - width) < 1 || std::abs(high - height) < 1) return {};
+  return fmt::format(
+      "it is of a picture of {}x{}, the photograph of {}x{} has other proportions: it is stretched, which is wrong for "
+      "a "
+      "picture that was cropped",
+      camera.width, camera.height, width, height);
+}
+
 /// The camera from --camera, --fov, the G-buffer's own, or the default angle, in this order.
-Camera choose_camera(const InvertOptions& options, const GBuffer& given, int width, int height) {
+ChosenCamera choose_camera(const InvertOptions& options, const GBuffer& given, int width, int height) {
+  ChosenCamera chosen;
+  const auto doubt = [&](const std::string& what) {
+    if (!what.empty()) chosen.doubt += (chosen.doubt.empty() ? "" : "; ") + what;
+  };
   if (!options.camera.empty()) {
     const CameraFile file = read_camera(options.camera);
-    if (!file.has_pose) say("camera: no camera_to_world in the file, a level camera is assumed");
-    if (file.distortion) say("camera: lens distortion is known but not removed");
-    return file.camera.resized(width, height);
+    chosen = {file.camera.resized(width, height), options.camera.string(), {}};
+    doubt(other_proportions(file.camera, width, height));
+    if (!file.has_pose) doubt("no camera_to_world in the file, a level camera is assumed");
+    if (file.distortion) doubt("lens distortion is known but not removed");
+  } else if (options.fov) {
+    chosen = {Camera::from_fov(width, height, options.fov), fmt::format("--fov {:g}", *options.fov), {}};
+    doubt("a level camera is assumed");
+  } else if (given.camera) {
+    chosen = {given.camera->resized(width, height), options.gbuffer.string(), {}};
+    doubt(other_proportions(*given.camera, width, height));
+  } else {
+    chosen = {Camera::from_fov(width, height), "neither --fov nor --camera", {}};
+    doubt("65 degrees across the longer side and a level camera are assumed");
   }
-  if (options.fov) return Camera::from_fov(width, height, options.fov);
-  if (given.camera) return given.camera->resized(width, height);
-  say("camera: no --fov and no --camera, 65 degrees across the longer side and a level camera are assumed");
-  return Camera::from_fov(width, height);
+  return chosen;
 }
 
 void require_size(const std::optional<Image>& map, const std::string& name, const InvertOptions& options,
@@ -126,39 +159,69 @@ std::string answered_text(const Rendering& r) {
   return text;
 }
 
+/// Free, or a run of the photograph with this hash.
+bool fits_default(const fs::path& folder, const std::string& photo) {
+  if (!fs::exists(folder) || (fs::is_directory(folder) && fs::is_empty(folder))) return true;
+  try {
+    const Provenance run = read_provenance(folder / kProvenanceName);
+    return !run.inputs.empty() && run.inputs[0].hash == photo;
+  } catch (const Error&) {
+    return false;  // other things
+  }
+}
+
+/// `--out`; or the first of runs/invert/STEM, PARENT-STEM, PARENT-STEM-2... that is not another photograph's.
+std::unique_ptr<StagedFolder> open_folder(const InvertOptions& options) {
+  const Replacing replacing{{options.photo, options.camera, options.gbuffer, options.weights, options.lit_by.weights},
+                            options.force};
+  if (!options.out.empty()) return std::make_unique<StagedFolder>(options.out, replacing);
+  const std::string stem = options.photo.stem().string(), hash = file_hash(options.photo);
+  const std::string longer = fs::absolute(options.photo).parent_path().filename().string() + "-" + stem;
+  for (int n = 0;; ++n) {
+    const fs::path folder = fs::path("runs/invert") / (n == 0   ? stem
+                                                       : n == 1 ? longer
+                                                                : fmt::format("{}-{}", longer, n));
+    if (!fits_default(folder, hash)) continue;
+    auto staged = std::make_unique<StagedFolder>(folder, replacing);
+    if (!fits_default(folder, hash)) continue;  // another process was faster
+    if (n > 0) say(fmt::format("run: {}, for {} is of another photograph", folder.string(), stem));
+    return staged;
+  }
+}
+
 /// One photograph on its way through. Steps in order: read, predict, join, render, write.
 class Inversion {
  public:
-  explicit Inversion(const InvertOptions& options)
-      : options_(options),
-        photo_(read_photo(options.photo)),
-        out_(options.out.empty() ? fs::path("runs/invert") / options.photo.stem() : options.out) {
-    read();
-  }
+  explicit Inversion(const InvertOptions& options) : options_(options) {}
 
   fs::path run() {
-    StagedFolder folder(out_);
+    read();
+    folder_ = open_folder(options_);
     device_ = Device::open(options_.device);
     begin_record();
     predict();
     join_maps();
     if (rerenders()) render();
-    write(folder);
-    return out_;
+    write();
+    return options_.out.empty() ? folder_->target().lexically_proximate(fs::current_path()) : options_.out;
   }
 
  private:
   bool rerenders() const { return options_.only.empty(); }
 
   void read() {
+    photo_ = read_photo(options_.photo);
     const Image& image = photo_.image;
     if (photo_.clamped) say(fmt::format("{}: {} negative values set to 0", options_.photo.string(), photo_.clamped));
+    if (fs::is_directory(options_.gbuffer)) gbuffer_lock_.emplace(options_.gbuffer, LockKind::Read);
     const bool own_camera = options_.camera.empty() && !options_.fov;  // of the maps
     if (!options_.gbuffer.empty()) given_ = read_gbuffer(options_.gbuffer, own_camera);
     require_size(given_.albedo, "albedo", options_, image), require_size(given_.normal, "normal", options_, image);
     require_size(given_.depth, "depth", options_, image), require_size(given_.material, "material", options_, image);
     scene_.photo = image;
-    scene_.camera = choose_camera(options_, given_, image.width, image.height);
+    camera_ = choose_camera(options_, given_, image.width, image.height);
+    if (!camera_.doubt.empty()) say(fmt::format("camera: {}: {}", camera_.from, camera_.doubt));
+    scene_.camera = camera_.camera;
     scene_.camera.check(options_.camera.empty() ? "--fov" : options_.camera.string());
   }
 
@@ -167,6 +230,8 @@ class Inversion {
     record_.seeds["render"] = options_.render.seed;
     record_.inputs.push_back(record_file(options_.photo));
     record_.facts["photo"] = photo_.note;
+    if (photo_.clamped) record_.facts["photo"] += fmt::format("; {} negative values set to 0", photo_.clamped);
+    record_.facts["camera"] = camera_.from + (camera_.doubt.empty() ? "" : ": " + camera_.doubt);
     lap("reading");
   }
 
@@ -219,7 +284,7 @@ class Inversion {
   }
 
   void render() {
-    scene_.check(out_.string());
+    scene_.check(options_.photo.string());
     RenderSettings settings = options_.render;
     settings.profile = true, settings.after_chunk = chunk_progress("re-render");
     take_light(settings, options_.lit_by, *device_, scene_, record_);
@@ -234,25 +299,34 @@ class Inversion {
     if (!r.first_dropped.empty()) say("re-render: first dropped sample at " + r.first_dropped);
   }
 
-  void write(StagedFolder& folder) {
+  void write() {
+    StagedFolder& folder = *folder_;
     write_run(folder.path(), scene_, rerender_);
     record_.figures["MiB: device memory, most"] = static_cast<double>(device_->memory_peak()) / 0x1p20;
     record_.figures["seconds: building kernels"] = device_->build_seconds();
     lap("writing");
     record_.ended = utc_now();
-    write_provenance(folder / "provenance.json", record_);
     if (!plan_.empty()) write_file(folder / "plan.txt", plan_);
+    record_.outputs = record_files_in(folder.path());
+    write_provenance(folder / kProvenanceName, record_);
     write_run_report(folder.path());
+    give_up_if_interrupted(options_.photo.string());
     folder.commit();
   }
 
-  void lap(const std::string& step) { record_.figures["seconds: " + step] = watch_.lap(); }
+  /// Between two steps: how long the last one took, and whether there is to be a next.
+  void lap(const std::string& step) {
+    record_.figures["seconds: " + step] = watch_.lap();
+    give_up_if_interrupted(options_.photo.string());
+  }
 
   const InvertOptions& options_;
   Stopwatch watch_;
   Photo photo_;
-  fs::path out_;
+  std::optional<FolderLock> gbuffer_lock_;
+  std::unique_ptr<StagedFolder> folder_;
   GBuffer given_;
+  ChosenCamera camera_;
   Scene scene_;
   std::optional<Device> device_;
   Provenance record_;

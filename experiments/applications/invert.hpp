@@ -25,7 +25,8 @@ struct InvertOptions {
   std::optional<KnownDepth> known;
   std::filesystem::path weights;  // empty: the shipped ones
   LightChoice lit_by;
-  std::filesystem::path out;       // empty: runs/invert/<stem of the photo>
+  std::filesystem::path out;       // empty: runs/invert/<stem of the photo>, or a longer name if that is another's
+  bool force = false;              // give up what `out` holds besides a run's own files
   std::string preset = "compact";  // paper: says what it will cost, and wants weights of that preset
   RenderSettings render;
   std::string device, gemm = "auto";

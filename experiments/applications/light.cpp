@@ -90,6 +90,8 @@ std::string light(const LightOptions& options) {
   const fs::path out = options.out.empty() ? options.run / "light.exr" : options.out;
   if (out.extension() != ".exr")
     throw usage_error("a panorama is written as EXR", "--out", out.string(), "a name that ends in .exr");
+  const fs::path png = fs::path(out).replace_extension(".png");
+  const ResultFiles files(options.run, fs::path(out).replace_extension(".json"), {out, png}, options.force);
   const Scene scene = read_run(options.run);
   const AskedPlace place = asked_place(scene, options);
   if (!place.note.empty()) say("light: " + place.note);
@@ -104,10 +106,9 @@ std::string light(const LightOptions& options) {
   const RadianceAnswers answers = light.radiance(rays);
   const Image panorama = image_of(answers.radiance, options.size);
 
-  if (out.has_parent_path()) make_directories(out.parent_path());
+  give_up_if_interrupted("light");
   write_exr(out, panorama, fits_half(panorama) ? ExrType::Half : ExrType::Float);
-  write_png(fs::path(out).replace_extension(".png"), show_radiance(panorama, exposure_of(scene.photo.data)),
-            Encoding::Linear);
+  write_png(png, show_radiance(panorama, exposure_of(scene.photo.data)), Encoding::Linear);
   const double seconds = watch.seconds();
   provenance.inputs = {record_file(options.run / "photo.exr")};
   provenance.facts["point, camera metres"] = text_of(place.point);
@@ -116,7 +117,7 @@ std::string light(const LightOptions& options) {
   provenance.figures["seconds: building kernels"] = device.build_seconds() - built;
   for (const auto& [part, count] : answers.answered) provenance.figures["rays answered " + part] = count;
   provenance.ended = utc_now();
-  write_provenance(fs::path(out).replace_extension(".json"), provenance);
+  files.write_record(provenance);
 
   say(fmt::format("light: {} at {}, {}x{}, {:.1f} s: {}", render.light, text_of(place.point), options.size.width,
                   options.size.height, seconds, out.string()));

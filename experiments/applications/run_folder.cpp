@@ -2,6 +2,8 @@
 
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
+#include "host/io/files.hpp"
+#include "host/report/own_files.hpp"
 #include "host/report/preview.hpp"
 
 namespace clerestory {
@@ -15,6 +17,23 @@ void write_radiance(const fs::path& path, const Image& image) {
 }
 
 void write_preview(const fs::path& path, const Image& display) { write_png(path, display, Encoding::Linear); }
+
+void require_run(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw usage_error("there is no such run folder", folder.string());
+}
+
+/// For reading one run and writing files into a folder, which may be that run, lie in a run, or have to do with none.
+std::vector<FolderLock> lock_both(const fs::path& run, const fs::path& folder) {
+  std::vector<FolderLock> locks;
+  const fs::path into = own_path(folder), from = own_path(run);
+  if (into != from) locks.push_back(lock_run(run, LockKind::Read));
+  for (fs::path p = into; p != p.parent_path(); p = p.parent_path())
+    if (p == from || fs::exists(p / kProvenanceName)) {
+      locks.emplace_back(p, p == into ? LockKind::Write : LockKind::Read);
+      break;
+    }
+  return locks;
+}
 
 }  // namespace
 
@@ -53,7 +72,7 @@ void write_run(const fs::path& folder, const Scene& scene, const std::optional<R
 }
 
 Scene read_run_maps(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw usage_error("there is no such run folder", folder.string());
+  require_run(folder);
   Scene scene;
   scene.camera = read_camera(folder / "camera.json").camera;
   scene.photo = read_map(folder / "photo.exr", 3);
@@ -74,6 +93,38 @@ Scene read_run(const fs::path& folder) {
 Rerender read_rerender(const fs::path& folder) {
   return {read_map(folder / "rerender.exr", 3), read_map(folder / "stderr.exr", 3),
           read_map(folder / "uncertainty.exr", 1)};
+}
+
+FolderLock lock_run(const fs::path& run, LockKind kind) {
+  require_run(run);
+  return FolderLock(run, kind);
+}
+
+ResultFiles::ResultFiles(const fs::path& run, const fs::path& record, const std::vector<fs::path>& results, bool force,
+                         const std::vector<fs::path>& others)
+    : folder_(record.has_parent_path() ? record.parent_path() : "."), record_(record), results_(results) {
+  require_run(run);
+  locks_ = lock_both(run, folder_);
+  made_ = !fs::exists(folder_);
+  make_directories(folder_);
+  std::vector<fs::path> files = results, records = others;
+  files.push_back(record), records.push_back(record);
+  for (const fs::path& file : files) AtomicFile probe(file);  // never committed: nothing remains
+  give_up(foreign_among(files, records), folder_, force);
+}
+
+ResultFiles::~ResultFiles() {
+  std::error_code ignored;
+  if (made_) fs::remove(folder_, ignored);  // while it is empty
+}
+
+void ResultFiles::write_record(Provenance& provenance) const {
+  provenance.outputs.clear();
+  for (const fs::path& file : results_) {
+    provenance.outputs.push_back(record_file(file));
+    provenance.outputs.back().path = file.filename().string();
+  }
+  write_provenance(record_, provenance);
 }
 
 }  // namespace clerestory

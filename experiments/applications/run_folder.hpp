@@ -4,8 +4,11 @@
 #pragma once
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "host/io/image.hpp"
+#include "host/report/file_lock.hpp"
+#include "host/report/provenance.hpp"
 #include "nets/scene.hpp"
 
 namespace clerestory {
@@ -28,5 +31,32 @@ Scene read_run(const std::filesystem::path& folder);
 /// The same without that demand: maps that the folder lacks stay empty.
 Scene read_run_maps(const std::filesystem::path& folder);
 Rerender read_rerender(const std::filesystem::path& folder);
+
+/// Throws usage_error when there is no such folder, or another process works on it.
+FolderLock lock_run(const std::filesystem::path& run, LockKind kind);
+
+/// Files made from a run that are written one by one, into it or anywhere: results, and the provenance that lists them.
+class ResultFiles {
+ public:
+  /// Locks the run, and makes the folder of `record`, where `results` lie too. Throws usage_error before any work: when
+  /// a file cannot be written, or exists and is listed neither by an earlier record nor by one of `others` (`force`
+  /// gives it up), or when another process is at work.
+  ResultFiles(const std::filesystem::path& run, const std::filesystem::path& record,
+              const std::vector<std::filesystem::path>& results, bool force,
+              const std::vector<std::filesystem::path>& others = {});
+  /// Nothing stays of a folder that was made for results that never came.
+  ~ResultFiles();
+  ResultFiles(const ResultFiles&) = delete;
+  ResultFiles& operator=(const ResultFiles&) = delete;
+
+  /// The results are written: lists them in `provenance` and writes that.
+  void write_record(Provenance& provenance) const;
+
+ private:
+  std::filesystem::path folder_, record_;
+  std::vector<std::filesystem::path> results_;
+  std::vector<FolderLock> locks_;
+  bool made_ = false;  // the folder was not there
+};
 
 }  // namespace clerestory

@@ -5,6 +5,7 @@
 #include "experiments/applications/edit.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/cli.hpp"
+#include "host/report/progress.hpp"
 
 namespace clerestory {
 
@@ -22,6 +23,8 @@ void add_edit_command(CommandLine& line) {
       .option("--metallic", "M", "1 for metal", options->change.metallic)
       .option("--bounces", "N", "Bounces of light that follow the edit", options->bounces)
       .option("--out", "DIR", "Folder of results; RUN/edit without it", options->out)
+      .flag("--force", "Replace a folder that holds other files or results made from it: they are given up",
+            options->force)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .notes(
@@ -33,6 +36,7 @@ void add_edit_command(CommandLine& line) {
     options->device = common.device, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed), options->render.light = common.light;
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
+    catch_interrupts();
     const std::string summary = edit(*options);
     write_json_result(common, summary);
   });

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "experiments/applications/predict.hpp"
+#include "experiments/applications/run_folder.hpp"
 #include "experiments/training/evaluate.hpp"
 #include "host/report/terminal.hpp"
 
@@ -51,6 +52,8 @@ void add_evaluate_command(CommandLine& line) {
           throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
         options->device = common.device, options->gemm = common.gemm;
         if (run->empty()) options->weights = weights_or_shipped(common.weights);
+        std::optional<FolderLock> lock;
+        if (!run->empty()) lock.emplace(lock_run(*run, LockKind::Read));
         const EvaluateOutcome outcome = run->empty() ? evaluate_weights(*options) : evaluate_run(*run, options->data);
         if (!common.json || !common.json->empty()) print(outcome);
         write_json_result(common, evaluation_json(outcome.summary, outcome.views, outcome.frames, outcome.conventions,

@@ -3,6 +3,7 @@
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/cli.hpp"
+#include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace {
@@ -76,6 +77,7 @@ void add_insert_command(CommandLine& line) {
               "1")
       .option("--bounces", "N", "Scatterings at objects that are followed", options->bounces)
       .option("--out", "DIR", "Where composite.exr and composite.png go; the run folder without it", options->out)
+      .flag("--force", "Replace files of these names that no insertion wrote", options->force)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Quiet})
       .notes(
@@ -90,6 +92,7 @@ void add_insert_command(CommandLine& line) {
     options->device = common.device, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed), options->render.light = common.light;
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
+    catch_interrupts();
     insert(*options);
   });
 }

@@ -24,7 +24,11 @@ void add_invert_command(CommandLine& line) {
                 const std::vector<double> v = read_numbers(text, "--known", 3);
                 options->known = KnownDepth{v[0], v[1], v[2]};
               })
-      .option("--out", "DIR", "RUN folder; runs/invert/<stem of the photo> without it", options->out)
+      .option("--out", "DIR",
+              "RUN folder; without it runs/invert/<stem of the photo>, or a longer name if that is another's",
+              options->out)
+      .flag("--force", "Replace a RUN folder that holds other files or results made from it: they are given up",
+            options->force)
       .choice("--sampler", "How directions are drawn", options->render.sampler,
               {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
       .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
@@ -46,6 +50,7 @@ void add_invert_command(CommandLine& line) {
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     options->render.light = common.light;
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
+    catch_interrupts();
     const std::filesystem::path out = invert(*options);
     say("report: " + (out / "report.html").string());
   });

@@ -3,6 +3,7 @@
 #include "experiments/applications/light.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/cli.hpp"
+#include "host/report/progress.hpp"
 
 namespace clerestory {
 
@@ -30,6 +31,7 @@ void add_light_command(CommandLine& line) {
           "256x128")
       .option("--out", "FILE.exr", "Panorama in the photograph's unit, a PNG beside it; RUN/light.exr without it",
               options->out)
+      .flag("--force", "Replace files of these names that `light` did not write", options->force)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Json, Common::Quiet})
       .notes(
@@ -40,6 +42,7 @@ void add_light_command(CommandLine& line) {
           lights_note());
   command.run([options](const CommonOptions& common) {
     options->device = common.device, options->command = common.command, options->render.light = common.light;
+    catch_interrupts();
     write_json_result(common, light(*options));
   });
 }

@@ -2,9 +2,11 @@
 
 #include <cstdio>
 
+#include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/cli.hpp"
 #include "experiments/run_directory_report.hpp"
+#include "host/report/run_directory.hpp"
 
 namespace clerestory {
 
@@ -14,10 +16,13 @@ void add_report_command(CommandLine& line) {
       .argument("RUN", "A folder that `invert`, `train` or `run` made", *run)
       .run([run](const CommonOptions&) {
         if (!std::filesystem::is_directory(*run)) throw usage_error("no such folder", run->string(), {}, "a run");
-        if (is_run_directory(*run))
+        if (is_run_directory(*run)) {
+          const FileLock lock(RunDirectory::lock_of(*run), LockKind::Write, *run);
           write_run_directory_report(*run);
-        else
+        } else {
+          const FolderLock lock = lock_run(*run, LockKind::Write);
           write_run_report(*run);
+        }
         std::printf("%s\n", (*run / "report.html").c_str());
       });
 }

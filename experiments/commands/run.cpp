@@ -6,6 +6,7 @@
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/training_study.hpp"
 #include "experiments/sweep.hpp"
+#include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace {
@@ -34,6 +35,7 @@ std::vector<std::string> command_of(const RunArguments& arguments, const CommonO
 }
 
 std::string run(const RunArguments& arguments, const CommonOptions& given) {
+  catch_interrupts();
   CommonOptions common = given;
   common.command = command_of(arguments, given);
   const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());

@@ -6,6 +6,7 @@
 #include "experiments/sweep.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/trainer.hpp"
+#include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace {
@@ -42,6 +43,7 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common, boo
   }
   if (arguments.words.empty())
     throw usage_error("which config?", "CONFIG", "", "a TOML file, such as experiments/configs/mgnet_compact.toml");
+  catch_interrupts();
   const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
   std::vector<std::string> fixed;
   if (!arguments.init.empty()) fixed.push_back("model.init=" + arguments.init);

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdio>
 #include <mutex>
+#include <thread>
 
 #include "host/error.hpp"
 #include "host/report/terminal.hpp"
@@ -19,7 +20,7 @@ namespace clerestory {
 namespace {
 
 std::atomic<bool> g_quiet{false};
-volatile std::sig_atomic_t g_interrupted = 0;
+std::atomic<bool> g_interrupted{false};
 std::mutex g_terminal;     // lines of several threads do not mix
 bool g_bar_shown = false;  // a bar without newline stands on the terminal; guarded by g_terminal
 
@@ -41,15 +42,23 @@ void print_bar(const std::string& line) {
   g_bar_shown = true;
 }
 
-extern "C" void on_interrupt(int signal) {
-  if (g_interrupted) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
+sigset_t interrupts() {
+  sigset_t set;
+  sigemptyset(&set), sigaddset(&set, SIGINT), sigaddset(&set, SIGTERM);
+  return set;
+}
+
+/// A thread of its own waits for signals that all others block.
+void wait_for_interrupts() {
+  const sigset_t set = interrupts();
+  for (int signal = 0; sigwait(&set, &signal) == 0;) {
+    if (g_interrupted.exchange(true)) {
+      std::signal(signal, SIG_DFL);
+      pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+      std::raise(signal);
+    }
+    say("\nstopping as soon as nothing is lost; once more to stop at once");
   }
-  g_interrupted = 1;
-  // write() is among the few calls that a signal handler may make.
-  static constexpr char note[] = "\nstopping as soon as nothing is lost; once more to stop at once\n";
-  if (!g_quiet && ::write(STDERR_FILENO, note, sizeof(note) - 1) < 0) return;
 }
 
 /// Cut at a character, not inside one.
@@ -140,18 +149,26 @@ void Progress::draw(double now) {
 }
 
 void catch_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = on_interrupt;
-  action.sa_flags = SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  static const bool once = [] {
+    // Blocked, not handled: LLVM, which builds kernels in this process, puts a handler of its own over any other, and
+    // on a signal it deletes the files of a build that is under way, which then fails. Threads and programs that are
+    // started from here on inherit the block: a Ctrl-C in a terminal does not end a linker or gnuplot in its work.
+    const sigset_t set = interrupts();
+    pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    std::thread(wait_for_interrupts).detach();
+    return true;
+  }();
+  static_cast<void>(once);
 }
 
-bool interrupted() { return g_interrupted != 0; }
+bool interrupted() { return g_interrupted; }
 
 void stop_if_interrupted(const std::string& where) {
   if (interrupted()) throw Error(ErrorKind::Interrupted, "interrupted, the same command goes on from here", where);
+}
+
+void give_up_if_interrupted(const std::string& where) {
+  if (interrupted()) throw Error(ErrorKind::Interrupted, "interrupted, nothing was written", where);
 }
 
 }  // namespace clerestory

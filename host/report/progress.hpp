@@ -42,11 +42,14 @@ class Progress {
 /// "1 h 12 min", "3 min 20 s", "45 s", "0.8 s".
 std::string duration_text(double seconds);
 
-/// From here on the first Ctrl-C (or SIGTERM) only raises a flag, the second ends the program at once.
+/// From here on the first Ctrl-C (or SIGTERM) only raises a flag, the second ends the program at once. Call it before
+/// threads are started (a device has some): signals that reach an older thread end the program.
 void catch_interrupts();
 bool interrupted();
 /// Throws ErrorKind::Interrupted once the flag is up. Call where stopping is safe: after a checkpoint, between views.
 /// `where` says what can be resumed.
 void stop_if_interrupted(const std::string& where);
+/// The same for work that leaves nothing half done: the same command begins again.
+void give_up_if_interrupted(const std::string& where);
 
 }  // namespace clerestory

@@ -11,6 +11,9 @@
 
 namespace clerestory {
 
+/// By this file a folder of results is known.
+inline constexpr const char* kProvenanceName = "provenance.json";
+
 /// What this program was built from.
 struct Build {
   std::string commit;  // git describe, "unknown" outside git
@@ -25,7 +28,8 @@ struct LeftOut {
 };
 
 struct FileRecord {
-  std::string path, hash;  // as given on the command line or written; file_hash of host/io/files.hpp
+  std::string path, hash;  // as given on the command line, or written: in the provenance's own folder its name alone;
+                           // file_hash of host/io/files.hpp
   std::uintmax_t bytes = 0;
 };
 

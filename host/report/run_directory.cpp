@@ -1,10 +1,6 @@
-// Run directories, staged folders, the lock that both hold.
 #include "host/report/run_directory.hpp"
 
 #include <fcntl.h>
-#include <stdio.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,14 +17,8 @@ namespace clerestory {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kLockName = ".lock";
-
 [[noreturn]] void fail_with_reason(const std::string& what, const fs::path& where, int reason) {
   throw Error(ErrorKind::Failed, what + ": " + std::strerror(reason), where.string());
-}
-
-void move_path(const fs::path& from, const fs::path& to) {
-  if (::rename(from.c_str(), to.c_str()) != 0) fail_with_reason("cannot be moved to " + to.string(), from, errno);
 }
 
 void remove_tree(const fs::path& path) {
@@ -74,29 +64,6 @@ void check_same_config(const fs::path& file, const Config& config) {
 
 }  // namespace
 
-FileLock::FileLock(const fs::path& path) : path_(path) {
-  for (;;) {
-    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (file_ < 0) throw usage_error(std::string("cannot be locked: ") + std::strerror(errno), path.string());
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-      const int reason = errno;
-      ::close(file_);
-      if (reason != EWOULDBLOCK) fail_with_reason("cannot be locked", path, reason);
-      throw usage_error("another process is at work here", path.string());
-    }
-    // The one before us may have deleted the file between our open and our lock: then we hold nothing that anyone sees.
-    struct stat mine {
-    }, there{};
-    if (::fstat(file_, &mine) == 0 && ::stat(path.c_str(), &there) == 0 && mine.st_ino == there.st_ino) return;
-    ::close(file_);
-  }
-}
-
-FileLock::~FileLock() {
-  ::unlink(path_.c_str());
-  ::close(file_);
-}
-
 fs::path RunDirectory::path_of(const fs::path& root, const std::string& experiment, const std::string& variant,
                                const Config& config, std::uint64_t seed) {
   return root / checked_name(experiment, "the experiment's name") /
@@ -107,10 +74,10 @@ RunDirectory::RunDirectory(const fs::path& root, const std::string& experiment, 
                            const Config& config, std::uint64_t seed, bool restart)
     : path_(path_of(root, experiment, variant, config, seed)) {
   make_directories(path_);
-  lock_.emplace(path_ / kLockName);
+  lock_.emplace(lock_of(path_), LockKind::Write, path_);
   if (restart)
     for (const auto& entry : fs::directory_iterator(path_))
-      if (entry.path().filename() != kLockName) remove_tree(entry.path());
+      if (entry.path() != lock_of(path_)) remove_tree(entry.path());
   const fs::path resolved = path_ / "config.resolved.toml";
   if (fs::exists(resolved)) check_same_config(resolved, config);
   make_directories(path_ / "checkpoints");
@@ -161,55 +128,6 @@ void RunDirectory::finish() const {
 
 void RunDirectory::fail(const std::string& message) const {
   write_file(path_ / "FAILED", utc_now() + " " + message + "\n");
-}
-
-StagedFolder::StagedFolder(fs::path target, std::string marker) : marker_(std::move(marker)) {
-  // A link is followed, so that the folder behind it is replaced and the link stays.
-  target_ = fs::weakly_canonical(fs::absolute(target));
-  if (!target_.has_filename()) target_ = target_.parent_path();
-  const fs::path parent = target_.parent_path();
-  if (target_ == parent) throw usage_error("cannot be an output folder", target.string());
-  make_directories(parent);
-  const std::string name = "." + target_.filename().string();
-  lock_.emplace(parent / (name + ".lock"));
-  staging_ = parent / (name + ".partial");
-  const fs::path old = parent / (name + ".old");
-  // A process that died in the middle of a replacement without RENAME_EXCHANGE left the old folder under another name.
-  if (fs::exists(old) && !fs::exists(target_)) move_path(old, target_);
-  remove_tree(old);
-  check_target();
-  remove_tree(staging_);
-  make_directories(staging_);
-}
-
-StagedFolder::~StagedFolder() {
-  std::error_code ignored;
-  if (!committed_) fs::remove_all(staging_, ignored);
-}
-
-void StagedFolder::check_target() const {
-  std::error_code error;
-  const auto status = fs::status(target_, error);
-  if (!fs::exists(status)) return;
-  if (!fs::is_directory(status)) throw usage_error("a file stands where a folder should be", target_.string());
-  if (!fs::is_empty(target_) && !fs::exists(target_ / marker_))
-    throw usage_error("this folder holds other things and is not replaced", target_.string(), {},
-                      "a new or empty folder, or one that holds " + marker_);
-}
-
-void StagedFolder::commit() {
-  check_target();
-  if (!fs::exists(target_)) {
-    move_path(staging_, target_);
-  } else if (::renameat2(AT_FDCWD, staging_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) == 0) {
-    remove_tree(staging_);  // now the old folder
-  } else {
-    const fs::path old = target_.parent_path() / ("." + target_.filename().string() + ".old");
-    move_path(target_, old);
-    move_path(staging_, target_);
-    remove_tree(old);
-  }
-  committed_ = true;
 }
 
 }  // namespace clerestory

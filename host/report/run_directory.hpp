@@ -1,5 +1,4 @@
-// Folders of results. RunDirectory: a run that can be interrupted, resumed, skipped when done. StagedFolder: a folder
-// that appears whole or not at all. Both keep a second process out.
+// A run that can be interrupted, resumed, skipped when done, and that keeps a second process out.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -7,22 +6,10 @@
 #include <string>
 
 #include "host/io/config.hpp"
+#include "host/report/file_lock.hpp"
 #include "host/report/provenance.hpp"
 
 namespace clerestory {
-
-/// An exclusive lock that ends with the process, however it ends. Throws ErrorKind::Usage when another one holds it.
-class FileLock {
- public:
-  explicit FileLock(const std::filesystem::path& path);
-  ~FileLock();
-  FileLock(const FileLock&) = delete;
-  FileLock& operator=(const FileLock&) = delete;
-
- private:
-  int file_ = -1;
-  std::filesystem::path path_;
-};
 
 struct Checkpoint {
   std::int64_t step = 0;
@@ -44,6 +31,8 @@ class RunDirectory {
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  /// The lock of the directory at `path`, for others who work on it.
+  static std::filesystem::path lock_of(const std::filesystem::path& path) { return path / ".lock"; }
   /// The run was completed before: skip it.
   bool done() const;
   /// An earlier run left a checkpoint.
@@ -68,30 +57,6 @@ class RunDirectory {
  private:
   std::filesystem::path path_;
   std::optional<FileLock> lock_;
-};
-
-/// A folder written beside its final place and moved there at the end. Until commit() the target is untouched; without
-/// commit() nothing is left. An existing target is replaced only if it is empty or holds `marker`, the file by which
-/// such folders are known: `--out ~` must not cost anyone their home.
-class StagedFolder {
- public:
-  explicit StagedFolder(std::filesystem::path target, std::string marker = "provenance.json");
-  ~StagedFolder();
-  StagedFolder(const StagedFolder&) = delete;
-  StagedFolder& operator=(const StagedFolder&) = delete;
-
-  /// Where to write for now.
-  const std::filesystem::path& path() const { return staging_; }
-  std::filesystem::path operator/(const std::string& name) const { return staging_ / name; }
-  const std::filesystem::path& target() const { return target_; }
-  void commit();
-
- private:
-  void check_target() const;
-  std::filesystem::path target_, staging_;
-  std::string marker_;
-  std::optional<FileLock> lock_;
-  bool committed_ = false;
 };
 
 }  // namespace clerestory

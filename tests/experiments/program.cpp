@@ -12,8 +12,9 @@
 
 namespace clerestory {
 
-Program::Program(const std::vector<std::string>& arguments, const std::filesystem::path& output) {
-  std::vector<std::string> words{CLERESTORY_PROGRAM};
+Program::Program(const std::vector<std::string>& arguments, const std::filesystem::path& output,
+                 const Surroundings& around) {
+  std::vector<std::string> words{around.program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> raw;
   for (std::string& w : words) raw.push_back(w.data());
@@ -22,6 +23,8 @@ Program::Program(const std::vector<std::string>& arguments, const std::filesyste
   if (pid_ != 0) return;
   const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   dup2(file, 1), dup2(file, 2);
+  if (!around.folder.empty() && chdir(around.folder.c_str()) != 0) _exit(126);
+  for (const auto& [name, value] : around.environment) setenv(name.c_str(), value.c_str(), 1);
   execv(raw[0], raw.data());
   _exit(127);
 }

@@ -5,15 +5,24 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace clerestory {
 
+/// What a started program finds around it, where that is not what the test finds.
+struct Surroundings {
+  std::filesystem::path folder;                    // to work in
+  std::map<std::string, std::string> environment;  // set besides the test's own
+  std::filesystem::path program = CLERESTORY_PROGRAM;
+};
+
 /// A started program; what it says goes to a file.
 class Program {
  public:
-  Program(const std::vector<std::string>& arguments, const std::filesystem::path& output);
+  Program(const std::vector<std::string>& arguments, const std::filesystem::path& output,
+          const Surroundings& around = {});
   /// Kills what still runs: a test that gave up leaves no process behind.
   ~Program();
   Program(const Program&) = delete;

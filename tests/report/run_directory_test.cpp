@@ -1,10 +1,10 @@
 #include "host/report/run_directory.hpp"
 
 #include <signal.h>
-#include <sys/wait.h>
 
 #include "host/error.hpp"
 #include "host/report/metrics.hpp"
+#include "tests/report/in_child.hpp"
 #include "tests/report/temporary_folder.hpp"
 
 namespace clerestory {
@@ -18,16 +18,6 @@ Schema schema() {
   s.integer("width", 64, "Channels.").text("title", "", "Heading.");
   s.aside();
   return s;
-}
-
-/// Runs `work` in another process and gives its exit status.
-template <class Work>
-int in_child(const Work& work) {
-  const pid_t child = fork();
-  if (child == 0) _exit(work());
-  int status = 0;
-  waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 class RunDirectoryTest : public InTemporaryFolder {
@@ -129,112 +119,6 @@ TEST_F(RunDirectoryTest, NamesMustFitAFolder) {
   EXPECT_THROW(RunDirectory(folder_, "x", "", config, 0), Error);
   put(folder_ / "file", "");
   EXPECT_THROW(RunDirectory(folder_ / "file", "x", "a", config, 0), Error);
-}
-
-class StagedFolderTest : public InTemporaryFolder {};
-
-TEST_F(StagedFolderTest, AppearsWholeAtCommit) {
-  const fs::path target = folder_ / "new" / "office";
-  {
-    StagedFolder staged(target);
-    put(staged / "provenance.json", "{}");
-    EXPECT_FALSE(fs::exists(target));
-    EXPECT_EQ(staged.path().parent_path(), target.parent_path()) << "a rename must stay on one file system";
-    staged.commit();
-  }
-  EXPECT_EQ(names_in(target), Names{"provenance.json"});
-  EXPECT_EQ(names_in(target.parent_path()), Names{"office"}) << "nothing is left behind";
-}
-
-TEST_F(StagedFolderTest, WithoutCommitNothingIsLeft) {
-  {
-    StagedFolder staged(folder_ / "office");
-    put(staged / "provenance.json", "{}");
-  }
-  EXPECT_TRUE(names_in(folder_).empty());
-}
-
-TEST_F(StagedFolderTest, ReplacesItsOwnKindOnly) {
-  const fs::path target = folder_ / "office";
-  fs::create_directory(target);
-  put(target / "provenance.json", "old");
-  put(target / "old.png", "old");
-  {
-    StagedFolder staged(target.string() + "/");
-    put(staged / "provenance.json", "new");
-    EXPECT_EQ(text_of(target / "provenance.json"), "old");
-    staged.commit();
-  }
-  EXPECT_EQ(names_in(target), Names{"provenance.json"});
-  EXPECT_EQ(text_of(target / "provenance.json"), "new");
-  EXPECT_EQ(names_in(folder_), Names{"office"});
-
-  const fs::path home = folder_ / "home";
-  fs::create_directory(home);
-  put(home / "thesis.tex", "years of work");
-  EXPECT_THROW(StagedFolder{home}, Error);
-  EXPECT_EQ(names_in(home), Names{"thesis.tex"});
-  put(folder_ / "file", "text");
-  EXPECT_THROW(StagedFolder{folder_ / "file"}, Error);
-  EXPECT_THROW(StagedFolder{"/"}, Error);
-  fs::create_directory(folder_ / "empty");
-  StagedFolder empty(folder_ / "empty");
-  put(empty / "provenance.json", "{}");
-  EXPECT_NO_THROW(empty.commit());
-}
-
-TEST_F(StagedFolderTest, FilledMeanwhileIsNotReplaced) {
-  StagedFolder staged(folder_ / "office");
-  put(staged / "provenance.json", "{}");
-  fs::create_directory(folder_ / "office");
-  put(folder_ / "office" / "thesis.tex", "years of work");
-  EXPECT_THROW(staged.commit(), Error);
-  EXPECT_EQ(text_of(folder_ / "office" / "thesis.tex"), "years of work");
-}
-
-TEST_F(StagedFolderTest, FollowsALink) {
-  fs::create_directories(folder_ / "disk" / "office");
-  fs::create_directory_symlink(folder_ / "disk" / "office", folder_ / "link");
-  StagedFolder staged(folder_ / "link");
-  put(staged / "provenance.json", "{}");
-  staged.commit();
-  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
-  EXPECT_EQ(names_in(folder_ / "disk" / "office"), Names{"provenance.json"});
-}
-
-TEST_F(StagedFolderTest, RemainsOfAKilledProcessAreCleared) {
-  const int killed = in_child([&] {
-    StagedFolder staged(folder_ / "office");
-    put(staged / "half.exr", "half");
-    raise(SIGKILL);
-    return 0;
-  });
-  EXPECT_EQ(killed, -1);
-  EXPECT_FALSE(fs::exists(folder_ / "office"));
-  {
-    StagedFolder staged(folder_ / "office");
-    EXPECT_TRUE(names_in(staged.path()).empty());
-    EXPECT_EQ(in_child([&] {
-                try {
-                  StagedFolder second(folder_ / "office");
-                } catch (const Error&) {
-                  return 7;
-                }
-                return 9;
-              }),
-              7)
-        << "two processes, one target";
-    put(staged / "provenance.json", "{}");
-    staged.commit();
-  }
-  EXPECT_EQ(names_in(folder_), Names{"office"});
-}
-
-TEST_F(StagedFolderTest, OldFolderMovedAsideComesBack) {
-  fs::create_directory(folder_ / ".office.old");
-  put(folder_ / ".office.old" / "provenance.json", "old");
-  { StagedFolder staged(folder_ / "office"); }
-  EXPECT_EQ(text_of(folder_ / "office" / "provenance.json"), "old");
 }
 
 }  // namespace

@@ -1,0 +1,342 @@
+// What becomes of a user's files: run folders through the real program, on a small generated room with true maps. No
+// weights are needed, and every light is the photograph.
+#include "experiments/applications/run_folder.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/io/datasets.hpp"
+#include "host/io/image.hpp"
+#include "host/report/progress.hpp"
+#include "tests/experiments/program.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using Words = std::vector<std::string>;
+
+constexpr int kUsage = 2, kInterrupted = 4;
+
+void put(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+
+/// One bare room, its view taken apart once; each test works on a copy.
+struct RunFolder : testing::Test {
+  static void SetUpTestSuite() {
+    set_quiet(true);
+    made_ = std::make_unique<ScratchFolder>("clerestory-run-folder-made");
+    GenerateOptions o;
+    o.out = *made_ / "rooms", o.rooms = 1, o.views = 1, o.width = 64, o.height = 48;
+    o.spp = 8, o.light = false, o.box_rooms = true, o.split = "test";
+    generate(Device::open(), o);
+    view_ = o.out / list_rooms(o.out, "test").at(0) / "000";
+    set_quiet(false);
+    Program program(taken_apart(photo(), *made_ / "run"), *made_ / "said.txt");
+    ASSERT_EQ(program.wait(), 0) << text_of(*made_ / "said.txt");
+  }
+  static void TearDownTestSuite() { made_.reset(); }
+
+  static fs::path photo() { return view_.string() + "_im.exr"; }
+  /// `invert` by true maps, in a second.
+  static Words taken_apart(const fs::path& photograph, const fs::path& out) {
+    Words words{"invert", photograph, "--gbuffer", view_, "--light", "image", "--spp", "2"};
+    if (!out.empty()) words.insert(words.end(), {"--out", out});
+    return words;
+  }
+  Words inserted(const Words& more = {}) const {
+    Words words{"insert", run(), "--at", "32,40", "--radius", "0.1", "--light", "image", "--spp", "2"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  Words edited(const Words& more = {}) const {
+    Words words{"edit", run(), "--mask", mask(), "--roughness", "0.5", "--light", "image", "--spp", "2"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  Words lit(const Words& more = {}) const {
+    Words words{"light", run(), "--at", "32,40", "--size", "16x8", "--light", "image"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+
+  /// A copy of the run, and a mask over half of its picture.
+  void SetUp() override {
+    fs::copy(*made_ / "run", run());
+    Image half(64, 48, 1);
+    std::fill(half.data.begin() + half.data.size() / 2, half.data.end(), 1.0f);
+    write_png(mask(), half, Encoding::Linear);
+  }
+  fs::path run() const { return folder_ / "run"; }
+  fs::path mask() const { return folder_ / "mask.png"; }
+
+  int start(Words words, const Surroundings& around = {}) const { return Program(words, said_, around).wait(); }
+  std::string said() const { return text_of(said_); }
+  void expect_refused(const Words& words, const std::string& because) const {
+    EXPECT_EQ(start(words), kUsage) << said();
+    EXPECT_THAT(said(), HasSubstr(because));
+  }
+  nlohmann::json record(const fs::path& path) const { return nlohmann::json::parse(text_of(path)); }
+
+  ScratchFolder folder_{"clerestory-run-folder"};
+  fs::path said_ = folder_ / "said.txt";
+  static inline std::unique_ptr<ScratchFolder> made_;
+  static inline fs::path view_;
+};
+
+TEST_F(RunFolder, ReplacesItsOwnKind) {
+  put(run() / "report.html", "made again by `clerestory report`");
+  EXPECT_EQ(start(taken_apart(photo(), run())), 0) << said();
+  EXPECT_EQ(files_below(run()), files_below(*made_ / "run"));
+}
+
+TEST_F(RunFolder, RefusesToReplaceAFolderWithForeignFiles) {
+  put(run() / "notes.txt", "a week of thoughts");
+  fs::create_directory(run() / "old");
+  put(run() / "old" / "first.exr", "");
+  put(run() / "albedo.png", "painted over by hand");
+  const std::vector<std::string> before = files_below(run());
+  expect_refused(taken_apart(photo(), run()), "--force");
+  EXPECT_THAT(said(), AllOf(HasSubstr("notes.txt"), HasSubstr("old/"), HasSubstr("albedo.png"), HasSubstr("--force")));
+  EXPECT_THAT(said(), Not(HasSubstr("normal.png")));
+  EXPECT_THAT(said(), Not(HasSubstr("chunks of rays"))) << "refused before anything is rendered";
+  EXPECT_EQ(files_below(run()), before);
+  EXPECT_EQ(text_of(run() / "notes.txt"), "a week of thoughts");
+  EXPECT_EQ(text_of(run() / "albedo.png"), "painted over by hand");
+
+  Words words = taken_apart(photo(), run());
+  words.push_back("--force");
+  EXPECT_EQ(start(words), 0) << said();
+  EXPECT_THAT(said(), AllOf(HasSubstr("notes.txt"), HasSubstr("old/"), HasSubstr("albedo.png")));
+  EXPECT_EQ(files_below(run()), files_below(*made_ / "run"));
+}
+
+TEST_F(RunFolder, RefusesToReplaceResultsMadeFromIt) {
+  ASSERT_EQ(start(inserted()), 0) << said();
+  ASSERT_EQ(start(edited()), 0) << said();
+  ASSERT_EQ(start(lit()), 0) << said();
+  const std::vector<std::string> before = files_below(run());
+  expect_refused(taken_apart(photo(), run()), "--force");
+  EXPECT_THAT(said(), AllOf(HasSubstr("composite.exr"), HasSubstr("edit/"), HasSubstr("light.exr")));
+  EXPECT_EQ(files_below(run()), before);
+  EXPECT_EQ(start(inserted()), 0) << "each replaces its own: " << said();
+  EXPECT_EQ(start(edited()), 0) << said();
+  EXPECT_EQ(start(lit()), 0) << said();
+  EXPECT_EQ(files_below(run()), before);
+}
+
+TEST_F(RunFolder, AnInputInsideIsNeverDeleted) {
+  const fs::path inside = run() / "room.exr";
+  fs::copy(photo(), inside);
+  fs::create_directory_symlink(run(), folder_ / "link");
+  fs::create_symlink(inside, folder_ / "room.exr");
+  const std::string bytes = text_of(inside);
+  for (const fs::path& photograph : {inside, folder_ / "link" / "room.exr", folder_ / "room.exr"})
+    for (const char* force : {"", "--force"}) {
+      Words words = taken_apart(photograph, run());
+      if (*force) words.push_back(force);
+      expect_refused(words, "room.exr");
+      EXPECT_THAT(said(), HasSubstr("lies inside")) << photograph;
+      EXPECT_EQ(text_of(inside), bytes) << photograph;
+    }
+  fs::remove(inside);
+  // Every other kind of input.
+  const Words from_run{"invert", photo(), "--gbuffer", run(),   "--light", "image",
+                       "--spp",  "2",     "--force",   "--out", run()};
+  expect_refused(from_run, "lies inside");
+  Words words{"invert", photo(), "--camera", run() / "camera.json", "--force", "--out", run()};
+  expect_refused(words, "lies inside");
+  words = {"invert", photo(), "--weights", run() / "my.safetensors", "--force", "--out", run()};
+  expect_refused(words, "lies inside");
+  words = {"invert", photo(), "--light", "net", "--light-weights", run(), "--force", "--out", run()};
+  expect_refused(words, "lies inside");
+  expect_refused(edited({"--out", run(), "--force"}), "lies inside");
+  EXPECT_EQ(files_below(run()), files_below(*made_ / "run"));
+}
+
+TEST_F(RunFolder, AFolderThatIsNoRunIsNeverReplaced) {
+  const fs::path home = folder_ / "home";
+  fs::create_directory(home);
+  put(home / "thesis.tex", "years of work");
+  for (const char* force : {"", "--force"}) {
+    Words words = taken_apart(photo(), home);
+    if (*force) words.push_back(force);
+    expect_refused(words, home.string());
+    EXPECT_EQ(files_below(home), Words{"thesis.tex"});
+  }
+}
+
+TEST_F(RunFolder, TwoPhotographsOfOneNameAreTwoRuns) {
+  const Surroundings here{folder_.path(), {}};
+  for (const char* name : {"attic", "cellar"}) fs::create_directory(folder_ / name);
+  fs::copy(photo(), folder_ / "attic" / "rgb.exr");
+  Image other = read_map(photo(), 3);
+  other.data[7] += 0.5f;
+  write_exr(folder_ / "cellar" / "rgb.exr", other);
+  const fs::path runs = folder_ / "runs" / "invert";
+  const auto names = [&] {
+    std::set<std::string> found;
+    for (const auto& entry : fs::directory_iterator(runs)) found.insert(entry.path().filename());
+    return found;
+  };
+  ASSERT_EQ(start(taken_apart("attic/rgb.exr", {}), here), 0) << said();
+  EXPECT_EQ(names(), (std::set<std::string>{"rgb"}));
+  ASSERT_EQ(start(taken_apart("cellar/rgb.exr", {}), here), 0) << said();
+  EXPECT_EQ(names(), (std::set<std::string>{"rgb", "cellar-rgb"}));
+  EXPECT_THAT(said(), HasSubstr("runs/invert/cellar-rgb"));
+  EXPECT_EQ(record(runs / "rgb" / "provenance.json")["inputs"][0]["path"], "attic/rgb.exr");
+  EXPECT_EQ(record(runs / "cellar-rgb" / "provenance.json")["inputs"][0]["path"], "cellar/rgb.exr");
+  // Each again: into its own.
+  ASSERT_EQ(start(taken_apart("cellar/rgb.exr", {}), here), 0) << said();
+  ASSERT_EQ(start(taken_apart("attic/rgb.exr", {}), here), 0) << said();
+  EXPECT_EQ(names(), (std::set<std::string>{"rgb", "cellar-rgb"}));
+  EXPECT_EQ(record(runs / "cellar-rgb" / "provenance.json")["inputs"][0]["path"], "cellar/rgb.exr");
+  // What is in it by hand is safe there too.
+  put(runs / "rgb" / "notes.txt", "");
+  EXPECT_EQ(start(taken_apart("attic/rgb.exr", {}), here), kUsage);
+  EXPECT_THAT(said(), HasSubstr("notes.txt"));
+}
+
+TEST_F(RunFolder, FilesBesideAPanoramaAreNotReplaced) {
+  put(folder_ / "room.png", "the photograph itself");
+  expect_refused(lit({"--out", folder_ / "room.exr"}), "room.png");
+  EXPECT_EQ(text_of(folder_ / "room.png"), "the photograph itself");
+  EXPECT_FALSE(fs::exists(folder_ / "room.exr"));
+  expect_refused(lit({"--out", run() / "albedo.exr"}), "albedo.exr");
+  EXPECT_EQ(start(lit({"--out", folder_ / "room.exr", "--force"})), 0) << said();
+  put(folder_ / "composite.png", "by another program");
+  expect_refused(inserted({"--out", folder_.path()}), "composite.png");
+  EXPECT_EQ(text_of(folder_ / "composite.png"), "by another program");
+}
+
+// --- One at a time ---------------------------------------------------------------------------------------------------
+
+/// What another process of the program holds while it reads or writes a run.
+struct Held {
+  Held(const fs::path& run, int how) : file(run.parent_path() / ("." + run.filename().string() + ".lock")) {
+    descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    ::flock(descriptor, how);
+  }
+  ~Held() { ::unlink(file.c_str()), ::close(descriptor); }
+  fs::path file;
+  int descriptor = -1;
+};
+
+TEST_F(RunFolder, AWriterKeepsAllOthersOut) {
+  const Held held(run(), LOCK_EX);
+  const fs::path elsewhere = folder_ / "elsewhere";
+  const Words words = taken_apart(photo(), elsewhere);
+  Words from_run{"invert", photo(), "--gbuffer", run(), "--light", "image", "--spp", "2", "--out", elsewhere};
+  for (const Words& command :
+       {inserted(), inserted({"--out", elsewhere}), edited(), edited({"--out", elsewhere}), lit(),
+        lit({"--out", folder_ / "probe.exr"}), Words{"report", run()}, taken_apart(photo(), run()), from_run})
+    expect_refused(command, "another process is at work");
+  EXPECT_EQ(files_below(run()), files_below(*made_ / "run"));
+}
+
+TEST_F(RunFolder, ReadersShareARunAndKeepWritersOut) {
+  const Held held(run(), LOCK_SH);
+  EXPECT_EQ(start(lit({"--out", folder_ / "probe.exr"})), 0) << said();
+  EXPECT_EQ(start(edited({"--out", folder_ / "edited"})), 0) << said();
+  EXPECT_EQ(start(edited()), 0) << "a folder of its own in the run: " << said();
+  EXPECT_TRUE(fs::exists(held.file)) << "others still hold it";
+  for (const Words& command : {inserted(), Words{"report", run()}, taken_apart(photo(), run())})
+    expect_refused(command, "another process is at work");
+}
+
+TEST_F(RunFolder, ARunIsNotReplacedUnderAnEditOfIt) {
+  ASSERT_EQ(start(edited()), 0) << said();
+  // Who works on RUN/edit reads RUN.
+  const std::string spp = "20000";
+  Program editing({"edit", run() / "edit", "--mask", mask(), "--roughness", "0.1", "--light", "image", "--spp", spp},
+                  folder_ / "editing.txt");
+  ASSERT_TRUE(wait_until([&] { return text_of(folder_ / "editing.txt").find("chunks of rays") != std::string::npos; }));
+  Words words = taken_apart(photo(), run());
+  words.push_back("--force");
+  expect_refused(words, "another process is at work");
+  editing.signal(SIGINT);
+  EXPECT_EQ(editing.wait(), kInterrupted);
+}
+
+// --- Before the work -------------------------------------------------------------------------------------------------
+
+TEST_F(RunFolder, AnImpossibleOutputIsRefusedBeforeTheDeviceIsAsked) {
+  put(folder_ / "file", "");
+  fs::create_directories(folder_ / "probe.exr");
+  const fs::path below = folder_ / "file" / "below";
+  const auto refused = [&](Words words, const std::string& named) {
+    words.insert(words.end(), {"--device", "there is no such device"});
+    expect_refused(words, named);
+    EXPECT_THAT(said(), Not(HasSubstr("no such device")));
+  };
+  refused(inserted({"--out", below}), "file");
+  refused(edited({"--out", below}), "file");
+  refused(lit({"--out", below / "probe.exr"}), "file");
+  refused(lit({"--out", folder_ / "probe.exr"}), "probe.exr");
+  refused(taken_apart(photo(), below), "file");
+  refused(inserted({"--out", "/proc"}), "/proc");
+  refused(edited({"--out", "/proc/edit"}), "/proc");
+  refused(lit({"--out", "/proc/probe.exr"}), "/proc");
+}
+
+// --- Interrupted -----------------------------------------------------------------------------------------------------
+
+struct RunFolderInterrupted : RunFolder, testing::WithParamInterface<int> {
+  /// Starts work that takes minutes, sends the signal once rays are traced; nothing that was there has changed and
+  /// nothing is left.
+  void stop(Words words) const {
+    words.insert(words.end(), {"--spp", "100000"});
+    put(said_, "");
+    const std::vector<std::string> before = files_below(folder_.path());
+    Program program(words, said_);
+    ASSERT_TRUE(wait_until([&] { return said().find("chunks of rays") != std::string::npos; })) << said();
+    program.signal(GetParam());
+    EXPECT_EQ(program.wait(), kInterrupted) << said();
+    EXPECT_THAT(said(), HasSubstr("interrupted"));
+    EXPECT_THAT(said(), Not(HasSubstr("goes on from here"))) << "it begins again";
+    EXPECT_EQ(files_below(folder_.path()), before) << words[0];
+  }
+  static Words without_spp(Words words) {
+    const auto spp = std::ranges::find(words, "--spp");
+    words.erase(spp, spp + 2);
+    return words;
+  }
+};
+
+TEST_P(RunFolderInterrupted, LeavesNothingAndEndsWithFour) {
+  stop(without_spp(taken_apart(photo(), run())));
+  stop(without_spp(inserted()));
+  stop(without_spp(inserted({"--out", run()})));
+  stop(without_spp(edited()));
+}
+
+// LLVM, which builds kernels in the process, deletes the files of a build on a signal that reaches it.
+TEST_P(RunFolderInterrupted, WhileKernelsAreBuilt) {
+  const fs::path cache = folder_ / "kernels";
+  fs::create_directory(cache);
+  Program program(taken_apart(photo(), folder_ / "new"), said_, {{}, {{"POCL_CACHE_DIR", cache}}});
+  ASSERT_TRUE(wait_until([&] {
+    return std::ranges::any_of(files_below(cache), [](const std::string& f) { return f.ends_with(".tmp"); });
+  }));
+  program.signal(GetParam());
+  EXPECT_EQ(program.wait(), kInterrupted) << said();
+  EXPECT_FALSE(fs::exists(folder_ / "new") || fs::exists(folder_ / ".new.lock") ||
+               fs::exists(folder_ / ".new.partial"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, RunFolderInterrupted, testing::Values(SIGINT, SIGTERM));
+
+}  // namespace
+}  // namespace clerestory
