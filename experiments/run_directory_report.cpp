@@ -31,8 +31,8 @@ std::string words_of(std::string name) {
   return name;
 }
 
-std::string state_of(const fs::path& folder) {
-  if (fs::exists(folder / "DONE")) return "done";
+std::string state_of(const fs::path& folder, bool finishing) {
+  if (finishing || fs::exists(folder / "DONE")) return "done";
   return fs::exists(folder / "FAILED") ? "failed: " + read_file(folder / "FAILED") : "not finished";
 }
 
@@ -81,11 +81,11 @@ void add_artifacts(HtmlReport& report, const fs::path& folder) {
 
 bool is_run_directory(const fs::path& folder) { return fs::exists(folder / "config.resolved.toml"); }
 
-void write_run_directory_report(const fs::path& folder) {
+void write_run_directory_report(const fs::path& folder, bool finishing) {
   const Provenance provenance = read_provenance(folder / "provenance.json");
   const fs::path whole = fs::weakly_canonical(folder);
   HtmlReport report(whole.parent_path().filename().string(), whole.filename().string());
-  std::vector<std::pair<std::string, std::string>> facts{{"State", state_of(folder)}};
+  std::vector<std::pair<std::string, std::string>> facts{{"State", state_of(folder, finishing)}};
   for (const auto& [name, value] : provenance.facts) facts.emplace_back(words_of(name), value);
   for (const auto& [name, value] : provenance.figures) facts.emplace_back(words_of(name), fmt::format("{:.4g}", value));
   report.facts(facts);

@@ -9,7 +9,8 @@ bool is_run_directory(const std::filesystem::path& folder);
 
 /// Writes `folder`/report.html: facts of provenance.json, tables (*.table.json), pictures (*.png) and plots
 /// (*.svg) of the artifacts, a plot for every group of curves in metrics.jsonl ("val/depth" belongs to group "val"),
-/// config and log. An unfinished run gets the report of what there is.
-void write_run_directory_report(const std::filesystem::path& folder);
+/// config and log. An unfinished run gets the report of what there is. `finishing`: the run is done
+/// as soon as it has this report.
+void write_run_directory_report(const std::filesystem::path& folder, bool finishing = false);
 
 }  // namespace clerestory

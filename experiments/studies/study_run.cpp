@@ -66,8 +66,8 @@ std::string StudyRun::run() {
   provenance_.figures["minutes"] = metrics_->seconds() / 60;
   provenance_.ended = utc_now();
   write_provenance(run_ / "provenance.json", provenance_);
+  write_run_directory_report(run_.path(), true);
   run_.finish();
-  write_run_directory_report(run_.path());
   return run_.path().string();
 }
 

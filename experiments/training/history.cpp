@@ -206,7 +206,8 @@ std::string model_card(const History& history, const std::vector<std::pair<std::
                       history.legs.size(), history.legs.size() == 1 ? "" : "s");
   if (!history.legs.empty() && !history.legs.back().curve.empty())
     card += "\n## Validation\n" + result_table(history.legs.back().curve.back(), history.kind()) +
-            fmt::format("\n![validation error against hours]({})\n", plot) + fmt::format("\n{}\n", text.conventions);
+            (plot.empty() ? "" : fmt::format("\n![validation error against hours]({})\n", plot)) +
+            fmt::format("\n{}\n", text.conventions);
   card +=
       "\n## Legs\n| leg | started (UTC) | size | batch | rooms | views | steps | views seen | hours | seed | from | "
       "commit | settings |\n"

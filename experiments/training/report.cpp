@@ -51,7 +51,7 @@ void add_sample(HtmlReport& report, const ReportSample& sample) {
 std::string card_of(const std::vector<std::filesystem::path>& files, const History& history,
                     const std::filesystem::path& folder, const std::string& plot_name) {
   const Plot plot = history_plot(history);
-  if (!plot.series.empty()) write_plot((folder / plot_name).string(), plot);
+  const bool drawn = !plot.series.empty() && write_plot(folder / plot_name, plot);
   std::vector<std::string> names, sizes, hashes;
   for (const std::filesystem::path& file : files) {
     const FileRecord record = record_file(file);
@@ -67,7 +67,7 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
                      {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width,
                                            last.height, last.kind == "light" ? "" : ", clamped to [0, 1]")},
                      {"commit", last.commit}},
-                    plot_name);
+                    drawn ? plot_name : "");
 }
 
 }  // namespace

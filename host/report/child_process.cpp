@@ -10,7 +10,10 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <sstream>
 
 #include "host/error.hpp"
 
@@ -76,6 +79,17 @@ bool drain(int from, std::string& to) {
 }
 
 }  // namespace
+
+bool is_program(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/bin:/usr/bin");  // what posix_spawnp assumes
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::filesystem::path file = std::filesystem::path(folder.empty() ? "." : folder) / name;
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0) return true;
+  }
+  return false;
+}
 
 ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input) {
   const IgnoreBrokenPipe ignore;

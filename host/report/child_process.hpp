@@ -10,6 +10,9 @@ struct ChildResult {
   std::string out, errors;  // what it wrote to stdout and stderr
 };
 
+/// Whether PATH holds a program of this name.
+bool is_program(const std::string& name);
+
 /// Starts `arguments[0]` from PATH without a shell, feeds it `input`, waits. Throws ErrorKind::Failed when it cannot be
 /// started.
 ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input);

@@ -236,6 +236,7 @@ HtmlReport& HtmlReport::table(const Table& table, const std::string& caption) {
 }
 
 HtmlReport& HtmlReport::plot(const Plot& plot, const std::string& caption) {
+  if (!can_plot()) return paragraph(left_out_plot(plot));
   body_ += plot_figure(inline_svg(plot_svg(plot), ++plots_), caption);
   return *this;
 }

@@ -42,6 +42,7 @@ class HtmlReport {
                       const Image& after, const std::string& caption = {});
   /// The best of each column that has a direction in bold, mean ± deviation.
   HtmlReport& table(const Table& table, const std::string& caption = {});
+  /// Without gnuplot a sentence in its place.
   HtmlReport& plot(const Plot& plot, const std::string& caption = {});
   /// A plot drawn before: the text of an SVG file. It is shown as an image, in which no script runs and nothing is
   /// loaded, whoever made the file.

@@ -7,6 +7,7 @@
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/report/child_process.hpp"
+#include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace {
@@ -168,6 +169,26 @@ std::string plot_svg(const Plot& plot) { return drawn(script_of(plot), plot.titl
 
 std::string plot_svg(const DotPlot& plot) { return drawn(script_of(plot), plot.title); }
 
-void write_plot(const std::filesystem::path& path, const Plot& plot) { write_file(path, plot_svg(plot)); }
+bool can_plot() {
+  if (is_program("gnuplot")) return true;
+  static const bool said = [] {
+    say("gnuplot is not installed: plots are left out");
+    return true;
+  }();
+  return !said;
+}
+
+std::string left_out_plot(const Plot& plot) {
+  return fmt::format("The plot \u201c{}\u201d is left out: gnuplot is not installed.", plot.title);
+}
+
+bool write_plot(const std::filesystem::path& path, const Plot& plot) {
+  if (can_plot()) {
+    write_file(path, plot_svg(plot));
+    return true;
+  }
+  std::filesystem::remove(path);
+  return false;
+}
 
 }  // namespace clerestory

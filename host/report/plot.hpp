@@ -25,10 +25,16 @@ struct Plot {
   int width = 640, height = 360;  // of the SVG's view box
 };
 
+/// Whether gnuplot is there to draw. Where it is not, plots are left out, which is said once.
+bool can_plot();
+/// What stands where a plot would.
+std::string left_out_plot(const Plot& plot);
+
 /// Throws ErrorKind::Failed when gnuplot is missing or complains, ErrorKind::Usage on series of unequal lengths or
 /// with nothing to draw. Points a log axis cannot show (<= 0) are left out.
 std::string plot_svg(const Plot& plot);
-void write_plot(const std::filesystem::path& path, const Plot& plot);
+/// plot_svg() into a file. Without gnuplot there is none, not even one drawn before of other data; false.
+bool write_plot(const std::filesystem::path& path, const Plot& plot);
 
 /// A number by name.
 struct Dot {

@@ -73,7 +73,12 @@ TEST_F(PlotTest, MissingGnuplotIsSaid) {
   } catch (const Error& error) {
     message = error.what();
   }
+  put(folder_ / "plot.svg", "of other data");
+  EXPECT_FALSE(can_plot());
+  EXPECT_FALSE(write_plot(folder_ / "plot.svg", example()));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "plot.svg"));
   setenv("PATH", path.c_str(), 1);
+  EXPECT_TRUE(can_plot());
   EXPECT_NE(message.find("gnuplot"), std::string::npos) << message;
 }
 
