@@ -216,7 +216,7 @@ Command& Command::common(std::initializer_list<Common> which) {
         choice("--preset", "Size of the nets", to.preset, {"paper", "compact"});
         break;
       case Common::Gemm:
-        choice("--gemm", "Matrix products by CLBlast, by our packed kernels, or whichever was measured faster", to.gemm,
+        choice("--gemm", "Matrix products by CLBlast or by our packed kernels; auto: packed on a CPU, CLBlast elsewhere", to.gemm,
                {"clblast", "packed", "auto"});
         break;
       case Common::Json:

@@ -134,10 +134,11 @@ class UserStudy : public StudyRun {
 
   Table user_table() const {
     Table table;
-    table.title =
-        "What a user gets: " + conditions() +
+    table.title = "What a user gets";
+    table.note =
+        conditions() +
         ". Lamps and the fitted constant are fitted to the picture that the re-render is judged by; air, balls "
-        "and the room around them are not";
+        "and the room around them are not.";
     table.columns = {{"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
     struct Shown {
       std::string job, column;
@@ -163,7 +164,8 @@ class UserStudy : public StudyRun {
 
   Table all_figures_table() const {
     Table table;
-    table.title = "The same by every measure: " + conditions();
+    table.title = "The same by every measure";
+    table.note = conditions() + ".";
     table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
     for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
     table.columns.push_back({"rooms", "", Best::None, 3});
@@ -184,10 +186,11 @@ class UserStudy : public StudyRun {
   Table differences_table() const {
     Table table;
     const std::string& ours = config_.texts("user.lights").at(0);
-    table.title = fmt::format(
-        "{} less the others, room by room: a difference of at most two spreads is none; spread is the larger of that "
-        "over seeds and the standard error over rooms",
-        label_of(ours));
+    table.title = label_of(ours) + " less the others, room by room";
+    table.note =
+        "A difference of at most two spreads is none; spread is the larger of that over seeds and the standard error over "
+        "rooms. " +
+        conditions() + ".";
     table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"less", "", Best::None, 3}};
     for (const RadianceFigure& f : {kShownPsnr, kSmape}) {
       table.columns.push_back({f.name, f.unit, Best::None, f.digits});
@@ -219,7 +222,8 @@ class UserStudy : public StudyRun {
 
   Table maps_table() const {
     Table table;
-    table.title = "Maps predicted from these photographs: mean over rooms ± its standard error";
+    table.title = "Maps predicted from these photographs";
+    table.note = "Mean over rooms ± its standard error. " + conditions() + ".";
     table.columns = {{"map", "", Best::None, 3},
                      {"error", "", Best::None, 3},
                      {"predicted", "", Best::None, 3},

@@ -57,7 +57,7 @@ CardText card_text(const std::string& kind) {
     return {
         "Weights of the light",
         "LightNet and the out-of-view field: the light that arrives at any point of a photographed room from any "
-        "direction. Trained from random weights on generated rooms alone, by the commands below.",
+        "direction. Trained from random weights on generated rooms alone, by the legs below.",
         "relMSE: mean over rays and channels of d² / (truth² + 0.01); log-RGB RMSE: root of the mean of ln((y + "
         "0.01) / (truth + 0.01))²; then means over views, under true maps unless the last leg says light.maps: then "
         "under MGNet's. Trivial predictors: the photograph (the pixel that a ray hits, mixed by the hit's uncertainty "
@@ -66,7 +66,7 @@ CardText card_text(const std::string& kind) {
         "is a guess at its colour and strength, without detail."};
   return {"Weights of MGNet",
           "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained from random "
-          "weights on generated rooms alone, by the commands below.",
+          "weights on generated rooms alone, by the legs below.",
           "Conventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.",
           "Trained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its "
           "scale in metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are "
