@@ -65,8 +65,8 @@ void check(const ResultsArguments& a) {
     ++old;
     std::printf("%s: %s\n", entry.name.c_str(), state_of(entry).c_str());
   }
-  const std::vector<Difference> differences = differences_in(a.tree);
-  for (const Difference& d : differences) std::printf("%s: %s\n", d.where.c_str(), d.what.c_str());
+  const std::vector<std::string> differences = differences_in(a.tree);
+  for (const std::string& difference : differences) std::printf("%s\n", difference.c_str());
   std::printf("%zu results, %zu of them missing or stale; %zu differences from their figures\n", entries.size(), old,
               differences.size());
   if (!differences.empty())

@@ -92,30 +92,29 @@ std::string first_difference(const std::string& text, const std::string& expecte
   }
 }
 
-void compare_files(const Result& result, const fs::path& tree, std::vector<Difference>& found) {
+void compare_files(const Result& result, const fs::path& tree, std::vector<std::string>& found) {
   const fs::path json = result_file(tree, result.name);
   const fs::path markdown = fs::path(json).replace_extension(".md"), plot = fs::path(json).replace_extension(".svg");
   const auto name = [&](const fs::path& path) { return path.lexically_relative(tree).string(); };
   if (const std::string have = text_or_nothing(markdown), want = result_markdown(result); have != want)
-    found.push_back({name(markdown), "differs from its JSON: " + first_difference(have, want)});
+    found.push_back(name(markdown) + ": differs from its JSON: " + first_difference(have, want));
   if (!text_or_nothing(plot).ends_with(plot_mark(result)))
-    found.push_back({name(plot), "was not drawn from the figures of its JSON"});
+    found.push_back(name(plot) + ": was not drawn from the figures of its JSON");
   if (!fs::exists(scripts_folder(tree) / (result.name + ".sh")))
-    found.push_back({name(json), "no experiments/reproduce/" + result.name + ".sh makes it"});
+    found.push_back(name(json) + ": no experiments/reproduce/" + result.name + ".sh makes it");
 }
 
 void compare_document(const fs::path& tree, const fs::path& document, const std::map<std::string, Result>& results,
-                      std::vector<Difference>& found) {
+                      std::vector<std::string>& found) {
   try {
     for (const Block& block : blocks_of(read_file(tree / document), document.string())) {
       const std::string want = block_text(block, results, document.string());
       if (block.text != want)
-        found.push_back({fmt::format("{}:{}", document.string(), block.line),
-                         fmt::format("differs from table {} of docs/results/{}.json: {}", block.table, block.result,
-                                     first_difference(block.text, want))});
+        found.push_back(fmt::format("{}:{}: differs from table {} of docs/results/{}.json: {}", document.string(),
+                                    block.line, block.table, block.result, first_difference(block.text, want)));
     }
   } catch (const Error& error) {
-    found.push_back({document.string(), error.what()});
+    found.push_back(error.what());
   }
 }
 
@@ -129,10 +128,7 @@ std::vector<CatalogueEntry> catalogue(const fs::path& tree) {
     if (!entry) continue;
     const fs::path json = result_file(tree, entry->name);
     entry->missing = !fs::exists(json);
-    if (!entry->missing) {
-      const Result result = read_result(json);
-      entry->minutes = result.minutes, entry->staled = staled(result, tree);
-    }
+    if (!entry->missing) entry->staled = staled(read_result(json), tree);
     entries.push_back(std::move(*entry));
   }
   const auto order = [](const CatalogueEntry& e) { return std::tuple(e.current(), e.name); };
@@ -140,17 +136,17 @@ std::vector<CatalogueEntry> catalogue(const fs::path& tree) {
   return entries;
 }
 
-std::vector<Difference> differences_in(const fs::path& tree) {
-  std::vector<Difference> found;
+std::vector<std::string> differences_in(const fs::path& tree) {
+  std::vector<std::string> found;
   const std::map<std::string, Result> results = results_in(tree);
   for (const auto& [name, result] : results) {
-    if (result.name != name) found.push_back({"docs/results/" + name + ".json", "calls itself " + result.name});
+    if (result.name != name) found.push_back("docs/results/" + name + ".json: calls itself " + result.name);
     compare_files(result, tree, found);
   }
   if (fs::is_directory(results_folder(tree)))
     for (const auto& entry : fs::directory_iterator(results_folder(tree)))
       if (!results.contains(entry.path().stem().string()))
-        found.push_back({entry.path().lexically_relative(tree).string(), "belongs to no JSON"});
+        found.push_back(entry.path().lexically_relative(tree).string() + ": belongs to no JSON");
   for (const fs::path& document : documents_of(tree)) compare_document(tree, document, results, found);
   return found;
 }

@@ -10,7 +10,7 @@ namespace clerestory {
 /// "# minutes: N", the minutes that it takes on two cores.
 struct CatalogueEntry {
   std::string name, title;
-  double minutes = 0;               // as measured, else as the script says
+  double minutes = 0;               // as the script says; a result's own depend on what else the machine did
   bool missing = false;             // no docs/results/NAME.json
   std::vector<std::string> staled;  // what the figures were made with and is no longer so: kernels, config, files
 
@@ -21,13 +21,9 @@ struct CatalogueEntry {
 /// script or a JSON that cannot be read.
 std::vector<CatalogueEntry> catalogue(const std::filesystem::path& tree);
 
-/// A text that differs from the results, or speaks of one that does not exist.
-struct Difference {
-  std::string where, what;
-};
-
-/// Compares every docs/results/NAME.json with its .md and .svg, and with the blocks of all documents (blocks.hpp).
-std::vector<Difference> differences_in(const std::filesystem::path& tree);
+/// Compares every docs/results/NAME.json with its .md and .svg, and with the blocks of all documents (blocks.hpp). What
+/// differs, or speaks of a result that does not exist, each with its place: "README.md:12: ...".
+std::vector<std::string> differences_in(const std::filesystem::path& tree);
 
 /// Makes the blocks of result `name`, of all results if empty, in all documents anew. Returns the files changed. Throws
 /// ErrorKind::Usage for a block of such a result or table that does not exist.

@@ -22,10 +22,11 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
+using testing::StartsWith;
 using Texts = std::vector<std::string>;
 
 TEST(Results, EveryTableOfTheTreeIsThatOfItsFigures) {
-  for (const Difference& d : differences_in(CLERESTORY_SOURCE_DIR)) ADD_FAILURE() << d.where << ": " << d.what;
+  for (const std::string& difference : differences_in(CLERESTORY_SOURCE_DIR)) ADD_FAILURE() << difference;
 }
 
 TEST(Results, EveryScriptHasATitleAndMinutes) {
@@ -130,12 +131,11 @@ class ResultTree : public testing::Test {
     write_result(result(), tree());
     refresh_blocks(tree(), "study");
   }
-  std::vector<Difference> differences() const { return differences_in(tree()); }
-  /// The one difference, as "where: what".
+  Texts differences() const { return differences_in(tree()); }
   std::string difference() const {
-    const auto all = differences();
+    const Texts all = differences();
     EXPECT_THAT(all, SizeIs(1));
-    return all.empty() ? "" : all[0].where + ": " + all[0].what;
+    return all.empty() ? "" : all[0];
   }
   CatalogueEntry entry() const { return catalogue(tree()).at(0); }
 
@@ -166,7 +166,7 @@ TEST_F(ResultTree, FromARunToFilesAndBlocks) {
 
 TEST_F(ResultTree, ABlockOfNoResultIsFound) {
   make();
-  EXPECT_THAT(difference(), HasSubstr("no such result: other")) << "the README speaks of it";
+  EXPECT_THAT(difference(), StartsWith("README.md:13: no such result (found other"));
   EXPECT_THROW(refresh_blocks(tree()), Error);
   replace("README.md", "result other errors", "result study nothing");
   EXPECT_THAT(difference(), HasSubstr("has no such table"));
@@ -177,7 +177,7 @@ TEST_F(ResultTree, AChangedDigitIsFoundWhereverItIs) {
   replace("README.md", "<!-- result other errors -->\nkept\n<!-- end of result -->\n", "");
   EXPECT_THAT(differences(), IsEmpty());
   replace("README.md", "0.310", "0.210");
-  EXPECT_THAT(difference(), HasSubstr("README.md:2: differs from table errors of docs/results/study.json: line 5: "));
+  EXPECT_THAT(difference(), HasSubstr("README.md:2: differs from table errors of docs/results/study.json: line 7: "));
   refresh_blocks(tree());
   EXPECT_THAT(differences(), IsEmpty());
 
@@ -187,9 +187,8 @@ TEST_F(ResultTree, AChangedDigitIsFoundWhereverItIs) {
   EXPECT_THAT(differences(), IsEmpty());
 
   replace("docs/results/study.json", "0.47", "0.48");  // then all others are wrong
-  Texts where;
-  for (const Difference& d : differences()) where.push_back(d.where);
-  EXPECT_THAT(where, ElementsAre("docs/results/study.md", "docs/results/study.svg", "README.md:2"));
+  EXPECT_THAT(differences(), ElementsAre(StartsWith("docs/results/study.md: "), StartsWith("docs/results/study.svg: "),
+                                         StartsWith("README.md:2: ")));
 }
 
 TEST_F(ResultTree, ProseBetweenMarkersIsFound) {
@@ -214,7 +213,6 @@ TEST_F(ResultTree, StaleIsWhatWasMadeWithOtherThings) {
   EXPECT_EQ(entry().minutes, 12);
   make();
   EXPECT_TRUE(entry().current()) << entry().staled[0];
-  EXPECT_EQ(entry().minutes, 3.1) << "measured";
   EXPECT_EQ(entry().title, "Ours against theirs");
   write("weights/maps.safetensors", "better ones");
   EXPECT_THAT(entry().staled, ElementsAre("weights/maps.safetensors"));
