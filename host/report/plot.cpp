@@ -134,7 +134,10 @@ std::string script_of(const DotPlot& plot) {
   }
   if (data.empty()) throw usage_error("nothing to draw", "plot " + plot.title);
   const auto count = static_cast<int>(plot.dots.size());
-  std::string script = style_commands(plot.title, plot.width, kAroundRows + kRowHeight * count, "y");
+  std::string script = style_commands({}, plot.width, kAroundRows + kRowHeight * count, "y");
+  // A title would stand over the axis, which names of rows push to the right, and be cut off.
+  script += fmt::format("set tmargin 3\nset label {} at screen 0.02, screen 1 left offset 0,-1.2 textcolor rgb '{}'\n",
+                        quoted(plot.title), kInk);
   script += fmt::format("set grid xtics\nset xlabel {} textcolor rgb '{}'\n", quoted(plot.x_label), kInk);
   if (plot.log_x) script += "set logscale x\n";
   script += fmt::format("set ytics ({})\nset yrange [{}:-0.5]\nset offsets graph 0.03, graph 0.03, 0, 0\n", rows,

@@ -47,7 +47,7 @@ struct DotPlot {
   std::string title, x_label;
   bool log_x = false;
   std::vector<Dot> dots;  // a value that cannot be drawn leaves its row empty
-  int width = 640;
+  int width = 760;
 };
 
 /// Throws what plot_svg(Plot) throws.
