@@ -39,7 +39,7 @@ struct RenderSettings {
 
 /// What the layer gives for every pixel, in the scene's own units, and what it counted.
 struct Rendering {
-  Image radiance, standard_error, uncertainty;  // 3, 3, 1 channels
+  Image radiance, standard_error, uncertainty;  // 3, 3, 1 channels; the error is a bound under Sobol points
   double rays = 0;                              // traced
   double dropped = 0;                           // samples that were not finite: a bias, printed
   std::string first_dropped;                    // pixel, sample and seed of the first of them, to be replayed

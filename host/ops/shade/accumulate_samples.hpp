@@ -17,8 +17,12 @@ struct SampleSums {
 SampleSums accumulate_samples(Value weight, Value radiance, Value pdf, Value u, Value hit_pixel, int count);
 
 struct SampleStatistics {
-  Value standard_error;  // {n, 3, h, w}: of the mean
-  Value uncertainty;     // {n, 1, h, w}: mean u over the directions drawn; 0 where there are none
+  /// {n, 3, h, w}: of the mean, if samples are independent. Of Sobol's points it is an upper bound: over 48 seeds the
+  /// spread of a wall's pixels was 0.76 of it (median; quartiles 0.69 and 0.85) at 64 samples, 0.53 at 256, of a
+  /// furnished room's 0.71 (0.60, 0.78) and 0.49. Independently scrambled copies of fewer points would tell their own
+  /// error, at a price: four of them had 1.3 and 1.5 times the squared error at 64 samples, 1.5 and 1.8 times at 256.
+  Value standard_error;
+  Value uncertainty;  // {n, 1, h, w}: mean u over the directions drawn; 0 where there are none
 };
 
 /// From whole maps of the sums. `chunks`: chunks of samples a pixel's samples came in (each takes one degree of
