@@ -37,7 +37,7 @@ std::array<double, 3> ambient_of(const Image& photo, const float* emits) {
 
 RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light) {
   RenderSpec spec = render_spec(settings);
-  spec.trace = light.traces;
+  spec.trace = light.traces, spec.sampling.lobes = light.lamps;
   if (settings.chunk_rays == 0) spec.chunk_rays = light.chunk_rays;
   return spec;
 }

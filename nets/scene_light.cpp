@@ -73,7 +73,7 @@ std::vector<Value> inputs_of(const SceneLight& light, Value points) {
 LightBuilder builder_of(const SceneLight& light) {
   return [radiance = light.radiance](Graph&, const RayBatch& rays, std::span<const Value> in) {
     const Value points = points_of_chunk(in.back(), rays.direction);
-    return radiance({points, rays.direction, rays.pdf, rays.hits, rays.camera}, in.first(in.size() - 1), rays.counts);
+    return radiance({points, rays.direction, rays.lobes, rays.hits, rays.camera}, in.first(in.size() - 1), rays.counts);
   };
 }
 

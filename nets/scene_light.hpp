@@ -17,7 +17,7 @@ struct LightNets {
 struct AskedRays {
   Value points;     // where they start, camera metres: {1, 3, P, S}, or {1, 3, P, 1} for all rays of a row
   Value direction;  // {1, 3, P, S}: camera frame, pointing away; (0, 0, 0): none
-  Value pdf;        // {1, 1, P, S}: 1/sr, of the widest lobe that drew them; 0: no surface asks
+  Lobes lobes;      // how the surface that asks sees them; no values where none does, or no lamp is there
   SsrtHits hits;    // on the scene's maps; no values where the light does not read them
   Value camera;     // {1, 4, 1, 1}
 };
@@ -27,6 +27,7 @@ struct AskedRays {
 struct SceneLight {
   std::vector<Value> inputs;  // hand these into a map_chunks body, in this order
   bool traces = false;        // reads AskedRays::hits
+  bool lamps = false;         // reads AskedRays::lobes
   int chunk_rays = 1 << 18;   // at most this many at once, so that what it keeps of them stays below half a GiB
   /// Radiance {1, 3, P, S} in the photograph's unit. `inputs`: the above, as the body sees them. Learned light appends
   /// to `counts`, unless it is null, how many rays each of its parts answered.
@@ -45,7 +46,7 @@ const std::vector<std::string>& light_names();
 /// Whether a light needs RenderSettings::nets. Throws usage_error on an unknown name.
 bool is_learned_light(const std::string& name);
 
-/// render_spec() as this light wants it: whether rays are traced, how many at once.
+/// render_spec() as this light wants it: whether rays are traced, with lobes, how many at once.
 RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light);
 
 /// For render(): pass inputs_of(light, points) with `points` = surface_points() of what is shaded, {1, 3, h, w}.

@@ -19,7 +19,7 @@ struct SceneRadiance::State {
   Graph whole, block;
   std::unique_ptr<Executor> prepared, ask;
   int rows = 0;
-  bool reads_hits = false, given = false;
+  bool reads_hits = false, given = false, lamps = false;
   Value radiance;
   SsrtHits hits;
   RayCounts counts;
@@ -34,7 +34,7 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   const SceneValues v = scene_values(s.whole, scene);
   const SceneLight light = scene_light(s.whole, v, scene, settings);
   const RenderSpec spec = render_spec(settings, light);
-  s.reads_hits = light.traces, s.given = light.traces && who == RayHits::Given;
+  s.lamps = light.lamps, s.reads_hits = light.traces, s.given = light.traces && who == RayHits::Given;
   const bool traces = s.reads_hits && !s.given;
   s.rows = static_cast<int>(std::clamp<std::size_t>((most + kSamples - 1) / kSamples, 1,
                                                     static_cast<std::size_t>(std::max(spec.chunk_rays / kSamples, 1))));
@@ -56,7 +56,8 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   const Shape rays{1, 3, s.rows, kSamples};
   AskedRays asked;
   asked.points = s.block.input("points", rays), asked.direction = s.block.input("directions", rays);
-  asked.pdf = s.block.input("pdf", {1, 1, s.rows, kSamples}), asked.camera = in[own];
+  asked.camera = in[own];
+  if (s.lamps) asked.lobes = {s.block.input("specular", rays), s.block.input("lobe", {1, 1, s.rows, kSamples})};
   const Value skip = s.block.input("skip", {1, 1, s.rows, kSamples}, Type::Int);
   if (traces)
     s.hits = asked.hits = ssrt(in[own + 1], in[own + 2], asked.camera, in[own + 3], asked.direction, in[own + 4],
@@ -79,8 +80,10 @@ SceneRadiance::~SceneRadiance() = default;
 RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
   const std::size_t count = rays.points.size();
   State& s = *state_;
+  const bool lobes = !rays.lobes.density.empty();
   if (rays.directions.size() != count || (!rays.skip.empty() && rays.skip.size() != count) ||
-      (!rays.pdf.empty() && rays.pdf.size() != count) || (s.given && rays.hits.size() != count))
+      (lobes && (rays.lobes.density.size() != count || rays.lobes.specular.size() != 3 * count)) ||
+      (s.given && rays.hits.size() != count))
     throw Error(ErrorKind::Failed, "lists of rays of unlike lengths", "radiance");
   const std::size_t block = static_cast<std::size_t>(s.capacity());
   RadianceAnswers answers;
@@ -92,20 +95,22 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
     const Shape shape{1, 3, s.rows, kSamples};
     Tensor points(shape), directions(shape);  // a ray of no direction is none
     std::vector<int> skip(block, -1), hits(block, -1);
-    Tensor uncertainty({1, 1, s.rows, kSamples}), pdf({1, 1, s.rows, kSamples});
+    Tensor uncertainty({1, 1, s.rows, kSamples}), specular(shape), lobe({1, 1, s.rows, kSamples});
     for (std::size_t i = 0; i < used; ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         points.real[c * block + i] = rays.points[first + i][static_cast<int>(c)];
         directions.real[c * block + i] = rays.directions[first + i][static_cast<int>(c)];
+        if (lobes) specular.real[c * block + i] = rays.lobes.specular[c * count + first + i];
       }
       if (!rays.skip.empty()) skip[i] = rays.skip[first + i];
-      if (!rays.pdf.empty()) pdf.real[i] = rays.pdf[first + i];
+      if (lobes) lobe.real[i] = rays.lobes.density[first + i];
       if (!s.given) continue;
       hits[i] = rays.hits[first + i];
       uncertainty.real[i] = hits[i] < 0 ? 1 : 0;
       answers.pixel[first + i] = hits[i], answers.uncertainty[first + i] = hits[i] < 0 ? 1 : 0;
     }
-    s.ask->feed("points", points), s.ask->feed("directions", directions), s.ask->feed("pdf", pdf);
+    s.ask->feed("points", points), s.ask->feed("directions", directions);
+    if (s.lamps) s.ask->feed("specular", specular), s.ask->feed("lobe", lobe);
     s.ask->feed("skip", Tensor::of_int({1, 1, s.rows, kSamples}, std::move(skip)));
     if (s.given) {
       s.ask->feed("hits", Tensor::of_int({1, 1, s.rows, kSamples}, std::move(hits)));

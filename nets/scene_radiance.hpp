@@ -9,13 +9,18 @@
 
 namespace clerestory {
 
+/// How a surface sees rays (host/ops/light/rays.hpp): specular {3, count} planar, density {count}.
+struct RayLobes {
+  std::vector<float> specular, density;
+};
+
 /// Rays in camera space: where they start (metres), where they go (any length but zero, pointing away), and the pixel
 /// y * w + x of the scene that a ray does not hit, or -1. Lists of one length; skip may be empty: none is skipped.
 struct Rays {
   std::vector<Vec3> points, directions;
   std::vector<int> skip;
-  std::vector<float> pdf;  // 1/sr, of the sampling that drew each; empty: no surface asks
-  std::vector<int> hits;   // under RayHits::Given: the pixel that a ray surely hits, or -1
+  RayLobes lobes;         // empty: no surface asks
+  std::vector<int> hits;  // under RayHits::Given: the pixel that a ray surely hits, or -1
 };
 
 /// Who says where rays end: the scene's depth map, or whoever asks (an oracle).

@@ -19,7 +19,7 @@ namespace clerestory {
 namespace {
 
 constexpr int kGrid = 40;     // pixels along the picture's longer side that are explained
-constexpr int kSamples = 64;  // directions from each
+constexpr int kSamples = 64;  // directions from each, but for a fixed grid of them
 // Candidates stand in a lattice of directions around the camera, at these shares of how far the picture sees; each is
 // as large as the gap to its neighbours.
 constexpr int kDirections = 96;
@@ -95,23 +95,28 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
   Graph graph;
   const SceneValues v = scene_values(graph, scene);
   const SceneLight light = scene_light(graph, v, scene, settings);
+  const RenderSpec spec = render_spec(settings);
   const auto map = [&](const char* name, const Image& image) {
     return graph.input(name, {1, image.channels, image.height, image.width});
   };
   const Value z = map("grid depth", depth), eye = graph.input("grid camera", {1, 4, 1, 1});
   const Surfaces surfaces{map("grid albedo", albedo), map("grid normal", normal), map("grid material", material)};
-  const BrdfSamples drawn = sample_brdf(z, eye, surfaces, surfaces, pixels, kSamples);
+  // The sampler that renders; the grid's directions are no samples, and there is no leaving out any.
+  SamplingOptions sampling = spec.sampling;
+  sampling.lobes = true;
+  const int samples = sampling.sampler == Sampler::Grid8x16 ? spec.spp : kSamples;
+  const BrdfSamples drawn = sample_brdf(z, eye, surfaces, surfaces, pixels, samples, sampling);
   const Value points = surface_points(z, eye), row_points = reshape(points, {1, 3, pixels, 1});
-  const Value starts = ray_origins(points, kSamples);
-  const Value skip = graph.input("grid skip", {1, 1, pixels, kSamples}, Type::Int);
+  const Value starts = ray_origins(points, samples);
+  const Value skip = graph.input("grid skip", {1, 1, pixels, samples}, Type::Int);
   const SsrtHits hits = ssrt(v.maps.depth, depth_pyramid(v.maps.depth), v.camera, v.range, drawn.direction,
-                             v.maps.surfaces.normal, {starts, skip}, render_spec(settings).ssrt);
+                             v.maps.surfaces.normal, {starts, skip}, spec.ssrt);
   const Value radiance =
-      light.radiance({row_points, drawn.direction, drawn.pdf, hits, v.camera}, light.inputs, nullptr);
-  const Value alone = accumulate_samples(drawn.weight, radiance, drawn.pdf, {}, {}, kSamples).mean;
+      light.radiance({row_points, drawn.direction, drawn.lobes, hits, v.camera}, light.inputs, nullptr);
+  const Value alone = accumulate_samples(drawn.weight, radiance, drawn.pdf, {}, {}, samples).mean;
   const Value shares = scale(
-      weigh_lamps(drawn.weight, {row_points, drawn.direction, hits.u, drawn.pdf}, graph.constant(places_of(lamps))),
-      1.0 / kSamples);
+      weigh_lamps(drawn.weight, {row_points, drawn.direction, hits.u, drawn.lobes}, graph.constant(places_of(lamps))),
+      1.0 / samples);
 
   Executor executor(compile(graph, {alone, shares, drawn.status}, device), light.states);
   feed_scene(executor, scene);
@@ -122,8 +127,9 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
   std::vector<int> own;
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x)
-      own.insert(own.end(), kSamples, (stride * y + first) * scene.width() + stride * x + first);
-  executor.feed("grid skip", Tensor::of_int({1, 1, pixels, kSamples}, std::move(own)));
+      own.insert(own.end(), static_cast<std::size_t>(samples),
+                 (stride * y + first) * scene.width() + stride * x + first);
+  executor.feed("grid skip", Tensor::of_int({1, 1, pixels, samples}, std::move(own)));
   executor.run(settings.seed);
 
   Explained e{coarse(scene.photo), Image(camera.width, camera.height, 1), executor.fetch_floats(alone),
@@ -216,10 +222,10 @@ SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp
   if (lamps.empty()) return light;
   const std::size_t own = light.inputs.size();
   light.inputs.push_back(graph.constant(places_of(lamps))), light.inputs.push_back(graph.constant(colors_of(lamps)));
-  light.traces = true;
+  light.traces = light.lamps = true;
   light.radiance = [own, alone = light.radiance](const AskedRays& rays, std::span<const Value> in, RayCounts* counts) {
-    return add_lamps(alone(rays, in.first(own), counts), {rays.points, rays.direction, rays.hits.u, rays.pdf}, in[own],
-                     in[own + 1]);
+    return add_lamps(alone(rays, in.first(own), counts), {rays.points, rays.direction, rays.hits.u, rays.lobes},
+                     in[own], in[own + 1]);
   };
   return light;
 }

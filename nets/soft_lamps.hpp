@@ -37,7 +37,8 @@ struct LampFit {
 
 /// A coarse grid of the photograph's pixels is rendered again under settings.light with settings.nets; what is missing
 /// is a sum of candidates' shares, blobs around the camera wherever the picture does not look, and their radiances are
-/// the non-negative least squares solution (Lawson and Hanson 1974), by coordinate descent. Pixels that emit or are
+/// the non-negative least squares solution (Lawson and Hanson 1974), by coordinate descent. Directions are drawn as
+/// `settings` says, and surfaces are its surface model. Pixels that emit or are
 /// clipped do not count. settings.lamps are not read. Throws what scene_light() throws.
 LampFit fit_lamps(Device& device, const Scene& scene, const RenderSettings& settings);
 

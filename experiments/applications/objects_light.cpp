@@ -56,21 +56,21 @@ struct Chunked {
     SsrtHits seen;
     Value radiance;
   };
-  OfScene of_scene(Value points, Value skip, Value direction, Value pdf, int number) const {
+  OfScene of_scene(Value points, Value skip, Value direction, const Lobes& lobes, int number) const {
     const SsrtHits seen =
         ssrt(in.depth, in.pyramid, camera, in.range, direction, in.normal, {.points = points, .skip = skip}, options);
     const Value starts = number == 1 ? points_of_chunk(points, direction) : points;
-    return {seen, light.radiance({starts, direction, pdf, seen, camera}, light_inputs, counts)};
+    return {seen, light.radiance({starts, direction, lobes, seen, camera}, light_inputs, counts)};
   }
 
   /// Radiance along rays from `points`: those of pixels that show the scene where `shows` is given, else of objects.
-  Value radiance(Value points, Value skip, Value direction, Value pdf, int number, Value shows) const {
-    if (number > bounces) return of_scene(points, skip, direction, pdf, number).radiance;
+  Value radiance(Value points, Value skip, Value direction, const Lobes& lobes, int number, Value shows) const {
+    if (number > bounces) return of_scene(points, skip, direction, lobes, number).radiance;
     const ObjectHits met = meet(objects, points, direction);
     const OfScene scene =
-        of_scene(points, skip, shows ? needed_rays(direction, met.object, shows) : direction, pdf, number);
-    const Bounce next = bounce(direction, pdf, met.normal, met.object, in.materials, number);
-    const Value beyond = radiance(met.point, nowhere, next.direction, next.widest, number + 1, {});
+        of_scene(points, skip, shows ? needed_rays(direction, met.object, shows) : direction, lobes, number);
+    const Bounce next = bounce(direction, met.normal, met.object, in.materials, lobes, number);
+    const Value beyond = radiance(met.point, nowhere, next.direction, next.lobes, number + 1, {});
     return nearer({points, direction, scene.seen.pixel, met.object, met.distance}, scene.radiance, next.weight, beyond,
                   in.depth, camera, shows);
   }
@@ -95,7 +95,7 @@ LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SceneLig
         inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));
     const Chunked chunk{objects, light,  v.subspan(kOwnInputs), ssrt_options, in, rays.camera, rays.counts,
                         nowhere, bounces};
-    return chunk.radiance(in.points, in.skip, rays.direction, rays.pdf, 1, in.shows);
+    return chunk.radiance(in.points, in.skip, rays.direction, rays.lobes, 1, in.shows);
   };
 }
 

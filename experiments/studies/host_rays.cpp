@@ -14,8 +14,7 @@ std::vector<float> values_of(Device& device, const TensorView& view) {
 }  // namespace
 
 DenseRays dense_rays(Device& device, const HostRays& rays) {
-  const std::vector<float> points = values_of(device, rays.points), directions = values_of(device, rays.direction),
-                           pdf = values_of(device, rays.pdf);
+  const std::vector<float> points = values_of(device, rays.points), directions = values_of(device, rays.direction);
   const auto pixels = static_cast<std::size_t>(rays.points.shape.plane());
   const auto plane = static_cast<std::size_t>(rays.direction.shape.plane());
   DenseRays dense;
@@ -23,13 +22,18 @@ DenseRays dense_rays(Device& device, const HostRays& rays) {
     for (int s = 0; s < rays.chunk.samples; ++s) {
       const std::size_t i = static_cast<std::size_t>(p) * rays.sample_capacity + s;
       if (directions[i] == 0 && directions[plane + i] == 0 && directions[2 * plane + i] == 0) continue;
-      dense.at.push_back(i), dense.pixel.push_back(rays.chunk.first_pixel + p), dense.pdf.push_back(pdf[i]);
+      dense.at.push_back(i), dense.pixel.push_back(rays.chunk.first_pixel + p);
     }
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t i = 0; i < dense.count(); ++i) {
       dense.points.push_back(points[c * pixels + static_cast<std::size_t>(dense.pixel[i])]);
       dense.directions.push_back(directions[c * plane + dense.at[i]]);
     }
+  if (!rays.lobe.buffer) return dense;
+  const std::vector<float> specular = values_of(device, rays.specular), density = values_of(device, rays.lobe);
+  for (const std::size_t i : dense.at) dense.lobes.density.push_back(density[i]);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (const std::size_t i : dense.at) dense.lobes.specular.push_back(specular[c * plane + i]);
   return dense;
 }
 

@@ -4,14 +4,16 @@
 
 #include "host/io/image.hpp"
 #include "host/ops/shade/render.hpp"
+#include "nets/scene_radiance.hpp"
 
 namespace clerestory {
 
-/// Rays of a chunk, planar {3, count} in camera space. at[i]: where ray i lies in the chunk; pdf[i]: of its sampling.
+/// Rays of a chunk, planar {3, count} in camera space. at[i]: where ray i lies in the chunk.
 struct DenseRays {
   std::vector<std::size_t> at;
   std::vector<int> pixel;  // of the picture, that ray i starts from
-  std::vector<float> points, directions, pdf;
+  std::vector<float> points, directions;
+  RayLobes lobes;  // empty unless the layer's sampling has them
 
   std::size_t count() const { return at.size(); }
 };

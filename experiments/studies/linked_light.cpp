@@ -30,6 +30,7 @@ class Clock {
 RenderSpec spec_of(const RenderSettings& settings) {
   RenderSpec spec = render_spec(settings);
   spec.trace = false, spec.chunk_rays = kChunkRays;
+  spec.sampling.lobes = true;  // lamps of a plain light ask
   return spec;
 }
 
@@ -49,7 +50,7 @@ Rays asked_rays(const DenseRays& dense, bool of_scene) {
     rays.points.emplace_back(dense.points[i], dense.points[n + i], dense.points[2 * n + i]);
     rays.directions.emplace_back(dense.directions[i], dense.directions[n + i], dense.directions[2 * n + i]);
   }
-  rays.pdf = dense.pdf;
+  rays.lobes = dense.lobes;
   if (of_scene) rays.skip = dense.pixel;
   return rays;
 }
@@ -107,7 +108,6 @@ EmittedLight those_that_shine(const DenseRays& rays, const std::vector<float>& r
   EmittedLight light;
   for (const std::size_t i : bright) {
     light.rays.at.push_back(rays.at[i]), light.rays.pixel.push_back(rays.pixel[i]);
-    light.rays.pdf.push_back(rays.pdf[i]);
   }
   for (std::size_t c = 0; c < 3; ++c)
     for (const std::size_t i : bright) {

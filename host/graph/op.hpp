@@ -64,7 +64,8 @@ class Launch {
   const TensorView& in(int i) const { return inputs[static_cast<std::size_t>(i)]; }
   const TensorView& out(int i = 0) const { return outputs[static_cast<std::size_t>(i)]; }
 
-  /// Runs kernel `name` of `file`; a TensorView argument becomes buffer, offset and stride, `Real` a float or double.
+  /// Runs kernel `name` of `file`; a TensorView argument becomes buffer, offset and stride, a list of them all of
+  /// theirs, `Real` a float or double.
   template <class... Args>
   void run(std::string_view file, std::string_view name, const Range& range, const Args&... args) {
     run_with({}, file, name, range, args...);
@@ -86,6 +87,9 @@ class Launch {
  private:
   void push(std::vector<Arg>& list, const TensorView& t) const {
     list.emplace_back(t.buffer), list.emplace_back(t.offset), list.emplace_back(t.stride);
+  }
+  void push(std::vector<Arg>& list, const std::vector<TensorView>& tensors) const {
+    for (const TensorView& t : tensors) push(list, t);
   }
   void push(std::vector<Arg>& list, const Real& r) const {
     if (precision == Precision::Double)

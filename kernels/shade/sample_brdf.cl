@@ -5,6 +5,9 @@
 // where there is none; weight 3 = f cos / pdf; pdf 1, 1/sr, of the whole mixture, 0 where there is no direction.
 // The directions, pdf and lobe probabilities come from the sampling maps and are detached; weights are those of the
 // evaluation maps (DETACHED), or of the same maps, and then in the form of kernels/lib/ggx.clh in which D cancels.
+// With LOBES the weight comes in two parts, weight (1 - specular) of the Lambertian and weight * specular of the lobe:
+// specular 3, its share of f, and lobe 1, 1/sr, the density of the lobe itself at that direction. Both are of the
+// evaluation maps and the direction alone, whoever draws it.
 // status {1, 1, pixels, 1}: 0 shaded, 1 no depth, 2 the normal faces away from the viewer (n.v <= 0) or
 // is not a number.
 //
@@ -33,106 +36,154 @@ static inline Material material_at(global const real *albedo, global const real 
   return m;
 }
 
-// The pixel that the ray belongs to: picture n, row j, index in its plane.
-#define PIXEL_OF_RAY                                   \
-  const int plane = w * h;                             \
-  const int n = (first_pixel + p) / plane;             \
-  const int pixel = first_pixel + p - n * plane;       \
-  const int j = pixel / w;
-
-static inline real3 f_times_cosine(Material m, real3 wo, real3 wi) {
+static inline Parts f_times_cosine(Material m, real3 wo, real3 wi) {
 #ifdef LI2020
   return li2020_times_cosine(m, wo, wi);
 #else
-  return brdf_times_cosine(m, wo, wi);
+  return parts_times_cosine(m, wo, wi);
 #endif
 }
 
-kernel void sample_brdf(IN(depth), IN(camera), IN(normal), IN(albedo), IN(material),
-#ifdef DETACHED
-                        IN(e_normal), IN(e_albedo), IN(e_material),
-#endif
-                        OUT(direction), OUT(weight), OUT(pdf), OUT(status), CHUNK_ARGS, const int w, const int h,
-                        const uint seed) {
-  RAY_OF_WORK_ITEM
-  PIXEL_OF_RAY
+// A ray as the kernel and its adjoint see it: the same random numbers, and the same bits of the direction in the frame of
+// the surface that is evaluated. A direction that went through the camera's frame comes back good to 6e-8 alone.
+typedef struct {
+  int status, drawn;  // drawn: there is a direction
+  real3 towards;      // camera frame
+  real density;       // of the sampling, 1/sr
+  // Of the evaluation maps; vectors in their local frame.
+  Frame frame;
+  real3 normal;  // as in the map, of any length
+  Material material;
+  real3 wo;
+  Drawn in;
+  Parts weight;  // f cos / density
+} Sample;
 
-  const real3 view = -unit3(pixel_ray(camera_at(AT(camera, n)), pixel - j * w, j));
-  const real3 raw = rgb_at(AT(normal, n), plane, pixel);
-  const Material m = material_at(AT(albedo, n), AT(material, n), plane, pixel);
-  const int has_depth = AT(depth, n)[pixel] > R(0);
-  const int shaded = has_depth && dot3(raw, view) > R(0);
+// Maps of one picture.
+typedef struct {
+  global const real *normal, *albedo, *material;
+} Maps;
+
+static inline Sample sample_of(global const real *depth, const Camera camera, const Maps drawing, const Maps evaluated,
+                               const int w, const int plane, const int pixel, const uint row, const uint index,
+                               const uint seed) {
+  const int j = pixel / w;
+  const real3 view = -unit3(pixel_ray(camera, pixel - j * w, j));
+  const real3 raw = rgb_at(drawing.normal, plane, pixel);
+  const Material m = material_at(drawing.albedo, drawing.material, plane, pixel);
+  Sample sample;
+  sample.status = depth[pixel] > R(0) ? (dot3(raw, view) > R(0) ? 0 : 2) : 1;
 
 #if SAMPLER == SAMPLER_GRID
   const Frame frame = grid_frame(unit3(raw));
-#else
-  const Frame frame = frame_of(unit3(raw));
-#endif
   const real3 wo = to_local(frame, view);
-  const uint index = (uint)(first_sample + s);
-#if SAMPLER == SAMPLER_GRID
-  const real3 wi = grid_direction((int)index);
-  const real density = grid_pdf((int)index);
+  const Drawn in = drawn_of(wo, grid_direction((int)index));
+  sample.density = grid_pdf((int)index);
 #else
 #ifdef SOBOL
-  const real4 u = sobol_point4(seed ^ SALT, (uint)(first_pixel + p), index, 0u);
+  const real4 u = sobol_point4(seed ^ SALT, row, index, 0u);
 #else
-  const real4 u = random4(seed ^ SALT, (uint)(first_pixel + p), index, 0u);
+  const real4 u = random4(seed ^ SALT, row, index, 0u);
 #endif
+  const Frame frame = frame_of(unit3(raw));
+  const real3 wo = to_local(frame, view);
   const real alpha = alpha_of(m.roughness);
   const real chance = specular_probability(m, wo);
-  const real3 wi = sample_direction(SAMPLER, wo, alpha, chance, u.xyz);
-  const real density = sampler_pdf(SAMPLER, wo, wi, alpha, chance);
+  const Drawn in = draw_direction(SAMPLER, wo, alpha, chance, u.xyz);
+  sample.density = drawn_pdf(SAMPLER, wo, in, alpha, chance);
 #endif
-
   // Not wi.z > 0: a direction that is not a number is handed on, to be dropped and counted where samples are summed.
-  const int valid = shaded && s < samples && !(wi.z <= R(0));
-  const real3 towards = to_world(frame, wi);
-#ifdef DETACHED
-  const Frame e_frame = frame_of(unit3(rgb_at(AT(e_normal, n), plane, pixel)));
-  const Material e = material_at(AT(e_albedo, n), AT(e_material, n), plane, pixel);
-  const real3 worth = f_times_cosine(e, to_local(e_frame, view), to_local(e_frame, towards)) / density;
-#elif SAMPLER == SAMPLER_GRID || defined(LI2020)
-  const real3 worth = f_times_cosine(m, wo, wi) / density;
-#else
-  const real3 worth = sample_weight(SAMPLER, m, wo, wi, chance);
-#endif
+  sample.drawn = sample.status == 0 && !(in.wi.z <= R(0));
+  sample.towards = to_world(frame, in.wi);
 
-  global real *d = AT(direction, 0) + ray, *f = AT(weight, 0) + ray;
-  d[0] = valid ? towards.x : R(0);
-  d[RAY_PLANE] = valid ? towards.y : R(0);
-  d[2 * RAY_PLANE] = valid ? towards.z : R(0);
-  f[0] = valid ? worth.x : R(0);
-  f[RAY_PLANE] = valid ? worth.y : R(0);
-  f[2 * RAY_PLANE] = valid ? worth.z : R(0);
-  AT(pdf, 0)[ray] = valid ? density : R(0);
-  if (s == 0) AT(status, 0)[p] = first_sample > 0 || shaded ? R(0) : has_depth ? R(2) : R(1);
+#ifdef DETACHED
+  sample.normal = rgb_at(evaluated.normal, plane, pixel);
+  sample.frame = frame_of(unit3(sample.normal));
+  sample.material = material_at(evaluated.albedo, evaluated.material, plane, pixel);
+  sample.wo = to_local(sample.frame, view);
+  sample.in = drawn_of(sample.wo, to_local(sample.frame, sample.towards));
+#else
+  sample.normal = raw, sample.frame = frame, sample.material = m, sample.wo = wo, sample.in = in;
+#endif
+#if defined(DETACHED) || SAMPLER == SAMPLER_GRID || defined(LI2020)
+  sample.weight = f_times_cosine(sample.material, sample.wo, sample.in.wi);
+  sample.weight.diffuse /= sample.density, sample.weight.specular /= sample.density;
+#else
+  sample.weight = drawn_weight(SAMPLER, m, wo, in, chance);
+#endif
+  return sample;
 }
 
-// Detached adjoint: what the weights of rays give to the evaluation maps, as f cos of fixed directions over a fixed pdf.
+#ifdef DETACHED
+#define MAP_ARGS \
+  IN(depth), IN(camera), IN(normal), IN(albedo), IN(material), IN(e_normal), IN(e_albedo), IN(e_material)
+#define EVALUATED (Maps){AT(e_normal, n), AT(e_albedo, n), AT(e_material, n)}
+#else
+#define MAP_ARGS IN(depth), IN(camera), IN(normal), IN(albedo), IN(material)
+#define EVALUATED DRAWING
+#endif
+#define DRAWING (Maps){AT(normal, n), AT(albedo, n), AT(material, n)}
+
+// The ray of the work-item: that of picture n, `pixel` of its plane.
+#define SAMPLE_OF_RAY                                                                                             \
+  const int plane = w * h;                                                                                        \
+  const int n = (first_pixel + p) / plane;                                                                        \
+  const Sample sample = sample_of(AT(depth, n), camera_at(AT(camera, n)), DRAWING, EVALUATED, w, plane,           \
+                                  first_pixel + p - n * plane, (uint)(first_pixel + p), (uint)(first_sample + s), \
+                                  seed);
+
+static inline void store3(real3 v, global real *to, ulong step) { to[0] = v.x, to[step] = v.y, to[2 * step] = v.z; }
+static inline real3 load3(global const real *from, ulong step) {
+  return (real3)(from[0], from[step], from[2 * step]);
+}
+
+kernel void sample_brdf(MAP_ARGS, OUT(direction), OUT(weight), OUT(pdf), OUT(status),
+#ifdef LOBES
+                        OUT(specular), OUT(lobe),
+#endif
+                        CHUNK_ARGS, const int w, const int h, const uint seed) {
+  RAY_OF_WORK_ITEM
+  SAMPLE_OF_RAY
+  const int valid = sample.drawn && s < samples;
+  const real3 none = (real3)(R(0));
+  store3(valid ? sample.towards : none, AT(direction, 0) + ray, RAY_PLANE);
+  store3(valid ? whole(sample.weight) : none, AT(weight, 0) + ray, RAY_PLANE);
+  AT(pdf, 0)[ray] = valid ? sample.density : R(0);
+#ifdef LOBES
+  store3(valid ? specular_share(sample.weight) : none, AT(specular, 0) + ray, RAY_PLANE);
+  AT(lobe, 0)[ray] = valid ? lobe_density(sample.wo, sample.in, alpha_of(sample.material.roughness)) : R(0);
+#endif
+  if (s == 0) AT(status, 0)[p] = first_sample > 0 ? R(0) : (real)sample.status;
+}
+
+// Detached adjoint: what the weights of rays give to the evaluation maps, as f cos of fixed directions over a fixed pdf;
+// with LOBES what the lobe's share and density give, too.
 // d_surface {1, 8, pixels, samples}: normal 3 (of the map as it is, of any length), albedo 3, roughness, metallic; 0
 // where there is no direction. With S = cos_i t(cos_o) + cos_o t(cos_i), V = 1 / (2 S) and k from D = k^2 / pi
 // (lib/ggx.clh):  dV = -2 V^2 dS,  dk/dh.z = 2 alpha |h|^2 h.z (1 - alpha^2) / q^2,
 // dk/dalpha = |h|^2 (h.x^2 + h.y^2 - alpha^2 h.z^2) / q^2,  q = h.x^2 + h.y^2 + alpha^2 h.z^2.
-kernel void sample_brdf_adjoint(IN(camera), IN(normal), IN(albedo), IN(material), IN(direction), IN(pdf), IN(d_weight),
-                                OUT(d_surface), CHUNK_ARGS, const int w, const int h) {
+// Share s / (s + d) of the parts s and d of f: ds (1 - share) / (s + d) - dd share / (s + d).
+// The lobe's density D m with m = 1 / (2 (cos_o + t(cos_o))): dm = -2 m^2 (dcos_o + dt).
+kernel void sample_brdf_adjoint(MAP_ARGS, IN(d_weight),
+#ifdef LOBES
+                                IN(d_specular), IN(d_lobe),
+#endif
+                                OUT(d_surface), CHUNK_ARGS, const int w, const int h, const uint seed) {
   RAY_OF_WORK_ITEM
-  PIXEL_OF_RAY
-
-  const real3 raw = rgb_at(AT(normal, n), plane, pixel);
-  const Frame frame = frame_of(unit3(raw));
-  const Material m = material_at(AT(albedo, n), AT(material, n), plane, pixel);
-  global const real *d = AT(direction, 0) + ray, *dw = AT(d_weight, 0) + ray;
-  const real3 wo = to_local(frame, -unit3(pixel_ray(camera_at(AT(camera, n)), pixel - j * w, j)));
-  const real3 wi = to_local(frame, (real3)(d[0], d[RAY_PLANE], d[2 * RAY_PLANE]));
-  const real density = AT(pdf, 0)[ray];
-  const real3 arriving = (real3)(dw[0], dw[RAY_PLANE], dw[2 * RAY_PLANE]);
-  const int valid = s < samples && density > R(0) && wi.z > R(0) && wo.z > R(0) &&
-                    fabs(arriving.x) + fabs(arriving.y) + fabs(arriving.z) > R(0);
-  const real3 g = arriving / density;
+  SAMPLE_OF_RAY
+  const Material m = sample.material;
+  const real3 wo = sample.wo, wi = sample.in.wi, half_way = sample.in.h;
+  const real3 arriving = load3(AT(d_weight, 0) + ray, RAY_PLANE);
+  real asked = fabs(arriving.x) + fabs(arriving.y) + fabs(arriving.z);
+#ifdef LOBES
+  const real3 to_share = load3(AT(d_specular, 0) + ray, RAY_PLANE);
+  const real to_density = AT(d_lobe, 0)[ray];
+  asked += fabs(to_share.x) + fabs(to_share.y) + fabs(to_share.z) + fabs(to_density);
+#endif
+  const int valid =
+      s < samples && sample.drawn && sample.density > R(0) && wi.z > R(0) && wo.z > R(0) && asked > R(0);
 
   const real alpha = alpha_of(m.roughness), a2 = alpha * alpha;
-  const real3 half_way = wi + wo;
   const real across = half_way.x * half_way.x + half_way.y * half_way.y, hz = half_way.z, h2 = across + hz * hz;
   const real q = across + a2 * hz * hz;
   const real k = alpha * h2 / q, dist = k * k * INV_PI;
@@ -141,28 +192,44 @@ kernel void sample_brdf_adjoint(IN(camera), IN(normal), IN(albedo), IN(material)
   const real dist_alpha = dist_k * (h2 / q) * ((across - a2 * hz * hz) / q);
 
   const real ti = smith_t(wi.z, alpha), to = smith_t(wo.z, alpha);
+  const real to_co = wo.z * (R(1) - a2) / to, to_alpha = alpha * (R(1) - wo.z * wo.z) / to;
   const real v = smith_v(wi.z, wo.z, alpha), v_s = R(-2) * v * v;
   const real v_ci = v_s * (to + wo.z * (wi.z * (R(1) - a2) / ti));
-  const real v_co = v_s * (ti + wi.z * (wo.z * (R(1) - a2) / to));
-  const real v_alpha = v_s * alpha * (wi.z * (R(1) - wo.z * wo.z) / to + wo.z * (R(1) - wi.z * wi.z) / ti);
+  const real v_co = v_s * (ti + wi.z * to_co);
+  const real v_alpha = v_s * (wi.z * to_alpha + wo.z * (alpha * (R(1) - wi.z * wi.z) / ti));
 
+  // To the two parts of f cos.
+  const real3 g = arriving / sample.density;
+#ifdef LOBES
+  const real3 share = specular_share(sample.weight), all = whole(sample.weight) * sample.density;
+  const real3 by_share = select((real3)(R(0)), to_share / all, all != R(0));
+  const real3 g_specular = g + by_share * (R(1) - share), g_diffuse = g - by_share * share;
+#else
+  const real3 g_specular = g, g_diffuse = g;
+#endif
   const real3 fresnel = schlick(specular_f0(m), half_cosine(wo, wi));
   const real f_f0 = schlick((real3)(R(0)), half_cosine(wo, wi)).x;  // F = f0 + (1 - f0) times this
   const real lobe = dist * v * wi.z, lambert = wi.z * INV_PI;
-  const real to_lobe = dot3(g, fresnel);
-  const real d_ci = dot3(g, diffuse_albedo(m)) * INV_PI + to_lobe * dist * (v + wi.z * v_ci);
-  const real d_co = to_lobe * dist * wi.z * v_co;
-  const real d_hz = to_lobe * v * wi.z * dist_hz;
-  const real d_alpha = to_lobe * wi.z * (dist_alpha * v + dist * v_alpha);
+  const real to_lobe = dot3(g_specular, fresnel);
+  const real d_ci = dot3(g_diffuse, diffuse_albedo(m)) * INV_PI + to_lobe * dist * (v + wi.z * v_ci);
+  real d_co = to_lobe * dist * wi.z * v_co;
+  real d_hz = to_lobe * v * wi.z * dist_hz;
+  real d_alpha = to_lobe * wi.z * (dist_alpha * v + dist * v_alpha);
+#ifdef LOBES
+  const real masking = specular_factor(SAMPLER_VNDF_CAPS, wo, half_way, alpha), masking_s = R(-2) * masking * masking;
+  d_co += to_density * dist * masking_s * (R(1) + to_co);
+  d_hz += to_density * dist_hz * masking;
+  d_alpha += to_density * (dist_alpha * masking + dist * masking_s * to_alpha);
+#endif
 
   // Along the normal nothing changes but its length.
   const real3 turned = d_ci * wi + d_co * wo + d_hz * half_way;
-  const real length = sqrt(dot3(raw, raw));
-  const real3 d_normal = to_world(frame, (real3)(turned.x, turned.y, R(0))) / (length > R(0) ? length : R(1));
-  const real3 d_f0 = g * ((R(1) - f_f0) * lobe);
-  const real3 d_albedo = g * ((R(1) - m.metallic) * lambert) + d_f0 * m.metallic;
+  const real length = sqrt(dot3(sample.normal, sample.normal));
+  const real3 d_normal = to_world(sample.frame, (real3)(turned.x, turned.y, R(0))) / (length > R(0) ? length : R(1));
+  const real3 d_f0 = g_specular * ((R(1) - f_f0) * lobe);
+  const real3 d_albedo = g_diffuse * ((R(1) - m.metallic) * lambert) + d_f0 * m.metallic;
   const real d_roughness = alpha > R(1e-4) ? R(2) * m.roughness * d_alpha : R(0);
-  const real d_metallic = dot3(d_f0, m.albedo - R(0.04)) - dot3(g, m.albedo) * lambert;
+  const real d_metallic = dot3(d_f0, m.albedo - R(0.04)) - dot3(g_diffuse, m.albedo) * lambert;
 
   const real values[8] = {d_normal.x, d_normal.y, d_normal.z, d_albedo.x, d_albedo.y, d_albedo.z, d_roughness, d_metallic};
   for (int c = 0; c < 8; ++c) AT(d_surface, 0)[c * RAY_PLANE + ray] = valid ? values[c] : R(0);

@@ -83,6 +83,26 @@ TEST(SoftLamps, SameBitsRunToRunAndLinearInThePhotographsUnit) {
     }
 }
 
+TEST(SoftLamps, AreFittedWithTheSamplerAndTheSurfacesThatRender) {
+  const Scene scene = lit_corner();
+  const LampFit usual = fit_lamps(device(), scene, under_constant(64));
+  const auto fit_under = [&](auto change) {
+    RenderSettings settings = under_constant(64);
+    change(settings);
+    return fit_lamps(device(), scene, settings);
+  };
+  // What the light alone leaves is an estimate: another sampler's is another one of the same, about as large.
+  for (const LampFit& fit : {fit_under([](RenderSettings& s) { s.sampler = "cosine"; }),
+                             fit_under([](RenderSettings& s) { s.sampler = "grid8x16"; }),
+                             fit_under([](RenderSettings& s) { s.points = "independent"; })}) {
+    EXPECT_NE(fit.before, usual.before);
+    EXPECT_NEAR(fit.before, usual.before, 0.2 * usual.before);
+    EXPECT_LT(fit.after, 0.6 * fit.before);
+  }
+  // The surface model of Li et al. knows no metal.
+  EXPECT_NE(fit_under([](RenderSettings& s) { s.brdf = "li2020"; }).before, usual.before);
+}
+
 TEST(SoftLamps, NoneWhereNothingIsMissing) {
   Scene scene = corner();
   std::fill(scene.photo.data.begin(), scene.photo.data.end(), 0.f);

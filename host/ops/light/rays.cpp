@@ -23,6 +23,14 @@ void check_points(const Value& points, const Value& directions, const char* op) 
                 fmt::format("{}, or one sample of it", rays.text()));
 }
 
+void check_lobes(const Lobes& lobes, const Value& directions, const char* op) {
+  if (!lobes) return;
+  const Shape& rays = directions.shape();
+  if (!(lobes.specular.shape() == rays) || !(lobes.density.shape() == Shape{1, 1, rays.h, rays.w}))
+    throw Error(ErrorKind::Failed, "directions and lobes are of different rays", op, lobes.specular.shape().text(),
+                rays.text());
+}
+
 Range ray_range(const RayTile& tile) {
   const std::size_t samples = static_cast<std::size_t>(tile.sample_capacity);
   return Range::of2(samples, static_cast<std::size_t>(tile.pixels), samples % 64 == 0 ? 64 : 16);

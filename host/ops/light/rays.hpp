@@ -5,6 +5,17 @@
 
 namespace clerestory {
 
+/// How a surface sees the light that rays bring: not who drew them, but what of its weight for each is the specular
+/// lobe's (0 to 1, 3 channels; the rest is Lambertian), and that lobe's own density there (1/sr, 1 channel). For light
+/// that lobes narrower than itself do not see whole (soft_lamps.hpp). No values: no surface asks, or no light cares.
+struct Lobes {
+  Value specular, density;
+  explicit operator bool() const { return static_cast<bool>(density); }
+};
+
+/// Throws Error unless `lobes`, if there are any, are of the rays of `directions`.
+void check_lobes(const Lobes& lobes, const Value& directions, const char* op);
+
 /// What of a ray tensor a launch works on: the chunk at hand, outside of map_chunks all of it. In the order of
 /// CHUNK_ARGS.
 struct RayTile {

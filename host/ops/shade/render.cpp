@@ -80,8 +80,8 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
       traced = {in[0], t[1], t[0], surfaces.normal, {}};
       if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
     }
-    const RayBatch rays{samples.direction, samples.pdf, trace(spec, traced, in[1], samples.direction),
-                        {in[0], surfaces}, in[1],       counts.get()};
+    const RayBatch rays{samples.direction, samples.lobes, trace(spec, traced, in[1], samples.direction),
+                        {in[0], surfaces}, in[1],         counts.get()};
     counts->clear();
     const Value radiance = light(g, rays, in.subspan(light_at));
     const SampleSums sums =
@@ -170,6 +170,7 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   const SsrtHits hits = trace(spec, traced, camera, samples.direction);
   std::vector<Value> made{samples.direction, samples.weight, samples.pdf, samples.status};
   if (spec.trace) made.insert(made.end(), {hits.u, hits.pixel});
+  if (samples.lobes) made.insert(made.end(), {samples.lobes.specular, samples.lobes.density});
   Executor draw(compile(first, made, device));
   for (const char* name : {"depth", "albedo", "normal", "material", "camera"}) draw.feed(name, feed(name));
   if (spec.trace) {
@@ -204,8 +205,9 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
     const Chunk chunk{pixel, static_cast<int>(std::min<long>(domain.chunk_pixels, picture.n * plane - pixel)), 0,
                       spec.spp};
     draw.run(seed, chunk);
-    fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction), draw.view(samples.pdf),
-          spec.trace ? draw.view(hits.pixel) : TensorView{}, radiance});
+    const auto view = [&](Value v) { return v ? draw.view(v) : TensorView{}; };
+    fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction), view(samples.lobes.specular),
+          view(samples.lobes.density), view(hits.pixel), radiance});
     sum.run(seed, chunk);
     const auto place = [&](const Tensor& columns, Tensor& to) {
       for (int c = 0; c < columns.shape.c; ++c)

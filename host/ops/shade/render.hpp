@@ -37,7 +37,7 @@ using RayCounts = std::vector<std::pair<std::string, Value>>;
 /// One chunk's rays, as a light sees them inside map_chunks.
 struct RayBatch {
   Value direction;   // {1, 3, pixels, samples}, camera frame; (0, 0, 0): none
-  Value pdf;         // {1, 1, pixels, samples}: 1/sr, of the sampling that drew the direction
+  Lobes lobes;       // how the surface sees them; no values unless RenderSpec::sampling asks for lobes
   SsrtHits hits;     // no values when RenderSpec::trace is false
   SurfaceMaps maps;  // whole maps of the pixels that the rays start from
   Value camera;
@@ -48,7 +48,7 @@ using LightBuilder = std::function<Value(Graph& inner, const RayBatch& rays, std
 
 struct Rendered {
   Value radiance;        // {n, 3, h, w}: reflected light
-  Value standard_error;  // {n, 3, h, w}: of it
+  Value standard_error;  // {n, 3, h, w}: of it, as independent samples have it (SampleStatistics)
   Value uncertainty;     // {n, 1, h, w}: mean u
   Value status;          // {n, 1, h, w}: 0 shaded, 1 no depth, 2 normal faces away
   Value tally;           // {n, 5, h, w}: tally and first of SampleSums
@@ -83,12 +83,12 @@ RenderCounts render_counts(const Tensor& status, const Tensor& tally);
 struct HostRays {
   Chunk chunk;
   int pixel_capacity = 0,
-      sample_capacity = 0;  // ray (p, s) of channel c lies at offset + (c * pixel_capacity + p) * sample_capacity + s
-  TensorView points;        // {n, 3, h, w}: surface points of all pixels, camera metres
-  TensorView direction;     // {1, 3, pixel_capacity, sample_capacity}
-  TensorView pdf;           // {1, 1, ...}: 1/sr, of the sampling that drew it
-  TensorView hit_pixel;     // Int {1, 1, ...}; empty when nothing is traced
-  TensorView radiance;      // {1, 3, ...}: to be filled
+      sample_capacity = 0;    // ray (p, s) of channel c lies at offset + (c * pixel_capacity + p) * sample_capacity + s
+  TensorView points;          // {n, 3, h, w}: surface points of all pixels, camera metres
+  TensorView direction;       // {1, 3, pixel_capacity, sample_capacity}
+  TensorView specular, lobe;  // {1, 3, ...} and {1, 1, ...}: Lobes; empty unless RenderSpec::sampling asks for lobes
+  TensorView hit_pixel;       // Int {1, 1, ...}; empty when nothing is traced
+  TensorView radiance;        // {1, 3, ...}: to be filled
 };
 struct HostRendered {
   Tensor radiance, standard_error, uncertainty, status, tally;

@@ -16,27 +16,49 @@ constexpr int kGridDirections = 128;
 
 constexpr auto kFile = "shade/sample_brdf.cl";
 
-// Inputs: camera, normal, albedo, material of evaluation, direction, pdf, gradient of the weight.
-struct SampleBrdfAdjointOp : NotDifferentiable {
-  std::string name() const override { return "sample_brdf_adjoint"; }
-  std::vector<Signature> infer(std::span<const Value> in) const override {
-    const Shape& rays = in[4].shape();
-    return {{{1, 8, rays.h, rays.w}, Type::Real}};
+/// What both kernels are built with, and how many inputs are maps: depth, camera, normal, albedo, material of sampling,
+/// and those of evaluation when they differ.
+struct Drawing {
+  SamplingOptions options;
+  bool detached;
+
+  std::size_t maps() const { return detached ? 8 : 5; }
+  Defines defines() const {
+    Defines defines{{"SAMPLER", std::to_string(static_cast<int>(options.sampler))}};
+    if (options.points == Points::Sobol && options.sampler != Sampler::Grid8x16) defines["SOBOL"] = "1";
+    if (options.brdf == BrdfModel::Li2020) defines["LI2020"] = "1";
+    if (options.lobes) defines["LOBES"] = "1";
+    if (detached) defines["DETACHED"] = "1";
+    return defines;
   }
-  void launch(Launch& l) const override {
-    const Shape& s = l.in(1).shape;
-    const RayTile t = ray_tile(l, l.out().shape, s.n * s.plane());
-    l.run(kFile, "sample_brdf_adjoint", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), l.in(5), l.in(6),
-          l.out(), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, s.w, s.h);
+  /// Runs `kernel` with the maps, then all other tensors of the launch, the tile and the seed.
+  void run(Launch& l, const char* kernel, const Shape& rays) const {
+    const Shape& s = l.in(0).shape;
+    const RayTile t = ray_tile(l, rays, s.n * s.plane());
+    std::vector<TensorView> tensors = l.inputs;
+    tensors.insert(tensors.end(), l.outputs.begin(), l.outputs.end());
+    l.run_with(defines(), kFile, kernel, ray_range(t), tensors, t.first_pixel, t.pixels, t.first_sample, t.samples,
+               t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
   }
 };
 
-// Inputs: depth, camera, normal, albedo, material of sampling, and those of evaluation when they differ.
+// Inputs: maps, gradients of the weight and, with lobes, of its specular share and their density.
+struct SampleBrdfAdjointOp : NotDifferentiable {
+  Drawing drawing;
+  explicit SampleBrdfAdjointOp(const Drawing& d) : drawing(d) {}
+  std::string name() const override { return "sample_brdf_adjoint"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override {
+    const Shape& rays = in[drawing.maps()].shape();
+    return {{{1, 8, rays.h, rays.w}, Type::Real}};
+  }
+  void launch(Launch& l) const override { drawing.run(l, "sample_brdf_adjoint", l.out().shape); }
+};
+
+// Inputs: maps. Outputs: direction, weight, pdf, status and, with lobes, their specular share and density.
 struct SampleBrdfOp : Op {
   int pixels, samples;
-  SamplingOptions options;
-  bool detached;
-  SampleBrdfOp(int p, int s, const SamplingOptions& o, bool d) : pixels(p), samples(s), options(o), detached(d) {}
+  Drawing drawing;
+  SampleBrdfOp(int p, int s, const Drawing& d) : pixels(p), samples(s), drawing(d) {}
 
   std::string name() const override { return "sample_brdf"; }
 
@@ -56,30 +78,36 @@ struct SampleBrdfOp : Op {
     if (samples % 16 != 0 || samples < 16 || pixels < 1)
       throw Error(ErrorKind::Failed, "samples come in sixteens", "sample_brdf",
                   fmt::format("{} x {}", pixels, samples));
-    if (options.sampler == Sampler::Grid8x16 && samples > kGridDirections)
+    if (drawing.options.sampler == Sampler::Grid8x16 && samples > kGridDirections)
       throw usage_error("the grid has a fixed number of directions", "spp", std::to_string(samples), "128");
-    return {{{1, 3, pixels, samples}, Type::Real},
-            {{1, 3, pixels, samples}, Type::Real},
-            {{1, 1, pixels, samples}, Type::Real},
-            {{1, 1, pixels, 1}, Type::Real}};
+    const Signature one{{1, 1, pixels, samples}}, three{{1, 3, pixels, samples}};
+    std::vector<Signature> outputs{three, three, one, {{1, 1, pixels, 1}}};
+    if (drawing.options.lobes) outputs.insert(outputs.end(), {three, one});
+    return outputs;
   }
-
-  int evaluation() const { return detached ? 5 : 2; }  // the first of the maps that the weight is a function of
 
   Slope slope(int input, int output) const override {
-    if (input == 1) return Slope::None;
-    if (options.brdf == BrdfModel::Li2020 && output == 1 && input >= evaluation()) return Slope::None;
+    const int evaluation = static_cast<int>(drawing.maps()) - 3;  // the first of the maps that weights are functions of
+    const bool weighs = (output == 1 || output >= 4) && input >= evaluation;
+    if (input == 1 || (weighs && drawing.options.brdf == BrdfModel::Li2020)) return Slope::None;
     // Depth only says where a surface is; maps of sampling choose.
-    return output == 1 && input >= evaluation() ? Slope::Adjoint : Slope::Detached;
+    return weighs ? Slope::Adjoint : Slope::Detached;
   }
 
-  /// Detached: through the weights alone, as f cos over a pdf that stays what it was.
+  /// Detached: through the weights and lobes alone, as f cos over a pdf that stays what it was.
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
     std::vector<Value> result(node.inputs.size());
-    const auto at = static_cast<std::size_t>(evaluation());
+    const bool lobes = drawing.options.lobes;
+    const auto given = [&](int k) {
+      const auto at = static_cast<std::size_t>(k);
+      return g[at] ? g[at] : node.graph->fill(node.outputs[at].shape, 0);
+    };
+    std::vector<Value> in = node.inputs;
+    in.push_back(given(1));
+    if (lobes) in.insert(in.end(), {given(4), given(5)});
+    const Value columns = sum_samples(node.graph->make<SampleBrdfAdjointOp>(in, drawing));
+    const std::size_t at = drawing.maps() - 3;
     const Value normal = node.inputs[at], albedo = node.inputs[at + 1], material = node.inputs[at + 2];
-    const Value columns = sum_samples(node.graph->make<SampleBrdfAdjointOp>(
-        {node.inputs[1], normal, albedo, material, node.value(0), node.value(2), g[1]}));
     const Shape two{material.shape().n, 2, material.shape().h, material.shape().w};
     const Value d_material = put_pixels(slice(columns, 6, 2), two);
     const Shape rest{two.n, material.shape().c - 2, two.h, two.w};
@@ -89,25 +117,7 @@ struct SampleBrdfOp : Op {
     return result;
   }
 
-  void launch(Launch& l) const override {
-    Defines defines{{"SAMPLER", std::to_string(static_cast<int>(options.sampler))}};
-    if (options.points == Points::Sobol && options.sampler != Sampler::Grid8x16) defines["SOBOL"] = "1";
-    if (options.brdf == BrdfModel::Li2020) defines["LI2020"] = "1";
-    if (detached) {
-      defines["DETACHED"] = "1";
-      return draw(l, defines, l.in(5), l.in(6), l.in(7));
-    }
-    draw(l, defines);
-  }
-
-  template <class... Evaluation>
-  void draw(Launch& l, const Defines& defines, const Evaluation&... evaluation) const {
-    const Shape& s = l.in(0).shape;
-    const RayTile t = ray_tile(l, l.out(0).shape, s.n * s.plane());
-    l.run_with(defines, kFile, "sample_brdf", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), evaluation...,
-               l.out(0), l.out(1), l.out(2), l.out(3), t.first_pixel, t.pixels, t.first_sample, t.samples,
-               t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
-  }
+  void launch(Launch& l) const override { drawing.run(l, "sample_brdf", l.out().shape); }
 
   Cost cost(const Node& node) const override {
     const double rays = static_cast<double>(node.outputs[2].shape.count());
@@ -142,8 +152,9 @@ BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, con
   const bool detached = !(evaluation.normal == sampling.normal && evaluation.albedo == sampling.albedo &&
                           evaluation.material == sampling.material);
   if (detached) inputs.insert(inputs.end(), {evaluation.normal, evaluation.albedo, evaluation.material});
-  const Value first = depth.graph().make<SampleBrdfOp>(inputs, pixels, samples, options, detached);
-  return {first, first.node->value(1), first.node->value(2), first.node->value(3)};
+  const Value first = depth.graph().make<SampleBrdfOp>(inputs, pixels, samples, Drawing{options, detached});
+  const auto output = [&](int k) { return first.node->value(k); };
+  return {first, output(1), output(2), output(3), options.lobes ? Lobes{output(4), output(5)} : Lobes{}};
 }
 
 }  // namespace clerestory

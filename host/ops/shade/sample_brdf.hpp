@@ -3,6 +3,7 @@
 #include <string>
 
 #include "host/graph/graph.hpp"
+#include "host/ops/light/rays.hpp"
 
 namespace clerestory {
 
@@ -20,6 +21,7 @@ struct SamplingOptions {
   Sampler sampler = Sampler::VndfCaps;
   Points points = Points::Sobol;
   BrdfModel brdf = BrdfModel::Ggx;
+  bool lobes = false;  // BrdfSamples::lobes: the weight in its two parts, for lights that ask
 };
 
 /// Maps that describe surfaces, all {n, C, h, w}: albedo 3 (linear), normal 3 (camera frame; any length but zero),
@@ -33,11 +35,12 @@ struct BrdfSamples {
   Value weight;     // {1, 3, pixels, samples}: f cos / pdf; 0 where there is no direction
   Value pdf;        // {1, 1, pixels, samples}: 1/sr; 0 where there is no direction
   Value status;     // {1, 1, pixels, 1}: 0 shaded, 1 no depth, 2 normal faces away from the viewer
+  Lobes lobes;      // weight * specular is the specular lobe's part of it, weight * (1 - specular) the Lambertian's
 };
 
 /// Samples of a chunk of `pixels` x `samples` (multiple of 16) rays. `sampling` maps choose directions, lobes and pdf
-/// and are detached; `weight` is a function of the `evaluation` maps (by default the same), to which its gradient goes
-/// as that of f cos over a fixed pdf.
+/// and are detached; `weight` and `lobes` are functions of the `evaluation` maps (by default the same), to which their
+/// gradients go as those of f cos over a fixed pdf. The adjoint draws each ray again, from the seed.
 /// depth {n, 1, h, w} (0 = no surface), camera {n, 4, 1, 1}. Random numbers: (run seed, pixel, sample).
 BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, const Surfaces& evaluation, int pixels,
                         int samples, const SamplingOptions& options = {});

@@ -22,7 +22,8 @@ Tensors inputs() {
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
   Tensors t{{"direction", Tensor(Shape{1, 3, kRows, kSamples})},
-            {"arriving", random_tensor({1, 1, kRows, kSamples}, 4, 0, 2)},
+            {"specular", random_tensor({1, 3, kRows, kSamples}, 5, 0, 1)},
+            {"lobe", random_tensor({1, 1, kRows, kSamples}, 4, 0, 2)},
             {"normal", Tensor(Shape{1, 3, kRows, kSamples})},
             {"object", random_ints({1, 1, kRows, kSamples}, 2, -1, kObjects - 1)},
             {"materials", random_tensor({kObjects, 5, 1, 1}, 3, 0.1, 0.9)}};
@@ -46,7 +47,7 @@ Vec3 visible_normal(const Vec3& wo, double alpha, double u, double v) {
 }
 
 std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
-  Tensor next(Shape{1, 3, kRows, kSamples}), weight = next, widest(Shape{1, 1, kRows, kSamples});
+  Tensor next(Shape{1, 3, kRows, kSamples}), weight = next, specular = next, widest(Shape{1, 1, kRows, kSamples});
   for (int p = 0; p < kRows; ++p)
     for (int s = 0; s < kSamples; ++s) {
       const int object = t.at("object").integer[static_cast<std::size_t>(p * kSamples + s)];
@@ -69,33 +70,42 @@ std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
       }
       if (wi.z <= 0) continue;
       const Vec3 towards = frame.from_local(wi), worth = surface.f_cos(wo, wi) / surface.pdf(0, wo, wi, chance);
-      widest.at(0, 0, p, s) = std::min(t.at("arriving").at(0, 0, p, s), surface.pdf(0, wo, wi, chance));
       for (int c = 0; c < 3; ++c) next.at(0, c, p, s) = towards[c], weight.at(0, c, p, s) = worth[c];
+      if (!t.contains("lobe")) continue;
+      widest.at(0, 0, p, s) = std::min(t.at("lobe").at(0, 0, p, s), surface.specular_pdf(0, wo, wi));
+      const Vec3 share = surface.specular_share(wo, wi);
+      for (int c = 0; c < 3; ++c) specular.at(0, c, p, s) = t.at("specular").at(0, c, p, s) * share[c];
     }
-  return {next, weight, widest};
+  if (!t.contains("lobe")) return {next, weight};
+  return {next, weight, specular, widest};
 }
 
 OP_CASES(bounce) {
   OpCase c{.stem = "bounce", .label = "objects", .kernels = {"bounce"}, .inputs = inputs()};
   c.build = [](Graph&, const Values& v) {
-    const Bounce b =
-        bounce(v.at("direction"), v.at("arriving"), v.at("normal"), v.at("object"), v.at("materials"), kNumber);
-    return std::vector<Value>{b.direction, b.weight, b.widest};
+    const Lobes arriving = v.contains("lobe") ? Lobes{v.at("specular"), v.at("lobe")} : Lobes{};
+    const Bounce b = bounce(v.at("direction"), v.at("normal"), v.at("object"), v.at("materials"), arriving, kNumber);
+    if (!arriving) return std::vector<Value>{b.direction, b.weight};
+    return std::vector<Value>{b.direction, b.weight, b.lobes.specular, b.lobes.density};
   };
   c.reference = [seed = c.seed](const Tensors& t) { return reference(t, seed); };
   // Directions go through two frames and a reflection; grazing ones magnify that in the weight.
   c.roundings = 200;
   c.no_gradient = "for applications, detached";
-  return {c};
+  OpCase without = c;
+  without.label = "without_lobes";
+  without.inputs.erase("specular"), without.inputs.erase("lobe");
+  return {c, without};
 }
 
 TEST(Bounce, RefusesWhatDoesNotFit) {
   Graph g;
   const Value rays = g.input("rays", {1, 3, 4, 16}), object = g.input("object", {1, 1, 4, 16}, Type::Int);
   const Value real = g.input("real", {1, 1, 4, 16}), five = g.input("five", {2, 5, 1, 1});
-  EXPECT_THROW(bounce(rays, real, rays, real, five, 1), Error);
-  EXPECT_THROW(bounce(rays, rays, rays, object, five, 1), Error);
-  EXPECT_THROW(bounce(rays, real, rays, object, g.input("four", {2, 4, 1, 1}), 1), Error);
+  EXPECT_THROW(bounce(rays, rays, real, five, {}, 1), Error);
+  EXPECT_THROW(bounce(real, rays, object, five, {}, 1), Error);
+  EXPECT_THROW(bounce(rays, rays, object, five, {real, real}, 1), Error);
+  EXPECT_THROW(bounce(rays, rays, object, g.input("four", {2, 4, 1, 1}), {}, 1), Error);
 }
 
 }  // namespace

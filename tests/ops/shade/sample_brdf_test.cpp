@@ -7,9 +7,11 @@
 #include <random>
 
 #include "host/math/frames.hpp"
+#include "host/math/statistics.hpp"
 #include "host/ops/light/ssrt.hpp"
 #include "host/ops/shade/accumulate_samples.hpp"
 #include "host/ops/shade/sum_samples.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/hash_reference.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
@@ -67,24 +69,39 @@ SurfaceReference surface_of(const Tensors& t, const std::string& prefix, int p) 
 }
 
 /// Li et al.'s model, from the formulas of their program.
-Vec3 li2020_f_cos(const SurfaceReference& s, const Vec3& wo, const Vec3& wi) {
+Vec3 li2020_f_cos_specular(const SurfaceReference& s, const Vec3& wo, const Vec3& wi) {
   const Vec3 h = glm::normalize(wo + wi);
   const double vh = glm::dot(wo, h), a2 = std::pow(s.roughness, 4), k = std::pow(s.roughness + 1, 2) / 8;
   const double f = 0.05 + 0.95 * std::pow(2, (-5.55472 * vh - 6.98316) * vh);
   const double below = 4 * M_PI * std::pow(h.z * h.z * (a2 - 1) + 1, 2) * (wo.z * (1 - k) + k) * (wi.z * (1 - k) + k);
-  return (s.albedo / M_PI + a2 * f / std::clamp(below, 1e-6, 4 * M_PI)) * wi.z;
+  return Vec3(a2 * f / std::clamp(below, 1e-6, 4 * M_PI) * wi.z);
 }
 
 struct Drawn {
   Vec3 local;
   double pdf;
 };
+/// f cos, the specular lobe's share of it, and that lobe's own density.
+struct Weighed {
+  Vec3 f_cos, share;
+  double lobe;
+};
+Weighed weigh_ours(const SurfaceReference& s, const Vec3& wo, const Vec3& wi) {
+  if (wo.z <= 0 || wi.z <= 0) return {Vec3(0), Vec3(0), 0};
+  return {s.f_cos(wo, wi), s.specular_share(wo, wi), s.specular_pdf(0, wo, wi)};
+}
 
-/// What sample_brdf gives, from a rule that draws (pixel, sample) -> local direction in a frame of the normal.
+Weighed weigh_li2020(const SurfaceReference& s, const Vec3& wo, const Vec3& wi) {
+  const Vec3 specular = li2020_f_cos_specular(s, wo, wi), whole = specular + s.albedo / M_PI * wi.z;
+  return {whole, specular / whole, s.specular_pdf(0, wo, wi)};
+}
+
+/// What sample_brdf gives with lobes, from a rule that draws (pixel, sample) -> local direction in a frame of the
+/// normal.
 template <class Draw, class Weigh>
 std::vector<Tensor> reference(const Tensors& t, bool li_frame, Draw draw, Weigh weigh) {
-  Tensor direction(Shape{1, 3, kRows, 16}), weight(Shape{1, 3, kRows, 16}), pdf(Shape{1, 1, kRows, 16}),
-      status(Shape{1, 1, kRows, 1});
+  Tensor direction(Shape{1, 3, kRows, 16}), weight = direction, specular = direction, pdf(Shape{1, 1, kRows, 16}),
+                                            lobe = pdf, status(Shape{1, 1, kRows, 1});
   for (int p = 0; p < kRows; ++p) {
     const Vec3 raw = pixel_of(t.at("normal"), p),
                view = -camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5);
@@ -94,15 +111,20 @@ std::vector<Tensor> reference(const Tensors& t, bool li_frame, Draw draw, Weigh 
     const Frame frame = li_frame ? hemisphere_frame(glm::normalize(raw)) : frame_around(glm::normalize(raw));
     for (int s = 0; s < 16; ++s) {
       const Drawn d = draw(p, s);
-      const Vec3 wi = frame.from_local(d.local), worth = weigh(p, frame.to_local(view), d.local, view, wi) / d.pdf;
-      for (int c = 0; c < 3; ++c) direction.at(0, c, p, s) = wi[c], weight.at(0, c, p, s) = worth[c];
-      pdf.at(0, 0, p, s) = d.pdf;
+      const Vec3 wi = frame.from_local(d.local);
+      const Weighed w = weigh(p, frame.to_local(view), d.local, view, wi);
+      for (int c = 0; c < 3; ++c) {
+        direction.at(0, c, p, s) = wi[c], weight.at(0, c, p, s) = w.f_cos[c] / d.pdf;
+        specular.at(0, c, p, s) = w.share[c];
+      }
+      pdf.at(0, 0, p, s) = d.pdf, lobe.at(0, 0, p, s) = w.lobe;
     }
   }
-  return {direction, weight, pdf, status};
+  return {direction, weight, pdf, status, specular, lobe};
 }
 
-OpCase sample_case(const std::string& label, const SamplingOptions& options, bool detached) {
+OpCase sample_case(const std::string& label, SamplingOptions options, bool detached) {
+  options.lobes = true;
   OpCase c{.stem = "sample_brdf", .label = label, .kernels = {"sample_brdf"}, .inputs = maps(20)};
   if (detached)
     for (const auto& [name, tensor] : maps(40))
@@ -111,7 +133,7 @@ OpCase sample_case(const std::string& label, const SamplingOptions& options, boo
     const Surfaces sampling{v.at("albedo"), v.at("normal"), v.at("material")};
     const Surfaces evaluation = detached ? Surfaces{v.at("e_albedo"), v.at("e_normal"), v.at("e_material")} : sampling;
     const BrdfSamples s = sample_brdf(v.at("depth"), v.at("camera"), sampling, evaluation, kRows, 16, options);
-    return std::vector<Value>{s.direction, s.weight, s.pdf, s.status};
+    return std::vector<Value>{s.direction, s.weight, s.pdf, s.status, s.lobes.specular, s.lobes.density};
   };
   c.roundings = 100;  // directions through frames, a density, five factors of f and their squares
   c.no_gradient = "detached: see the cases of gradients";
@@ -139,13 +161,13 @@ OP_CASES(sample_brdf) {
   OpCase ours = sample_case("grid", {.sampler = Sampler::Grid8x16}, false);
   ours.reference = [](const Tensors& t) {
     return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) {
-      return surface_of(t, "", p).f_cos(wo, wi);
+      return weigh_ours(surface_of(t, "", p), wo, wi);
     });
   };
   OpCase theirs = sample_case("grid_li2020", {.sampler = Sampler::Grid8x16, .brdf = BrdfModel::Li2020}, false);
   theirs.reference = [](const Tensors& t) {
     return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) {
-      return li2020_f_cos(surface_of(t, "", p), wo, wi);
+      return weigh_li2020(surface_of(t, "", p), wo, wi);
     });
   };
   OpCase detached = sample_case("uniform_detached", {.sampler = Sampler::Uniform, .points = Points::Independent}, true);
@@ -158,7 +180,7 @@ OP_CASES(sample_brdf) {
     };
     return reference(t, false, draw, [&](int p, const Vec3&, const Vec3&, const Vec3& view, const Vec3& towards) {
       const Frame e = frame_around(glm::normalize(pixel_of(t.at("e_normal"), p)));
-      return surface_of(t, "e_", p).f_cos(e.to_local(view), e.to_local(towards));
+      return weigh_ours(surface_of(t, "e_", p), e.to_local(view), e.to_local(towards));
     });
   };
   OpCase gradients = detached;
@@ -166,6 +188,16 @@ OP_CASES(sample_brdf) {
   gradients.kernels = {"sample_brdf", "sample_brdf_adjoint", "sum_samples"};
   for (const char* name : {"normal", "albedo"}) gradients.inputs[std::string("e_") + name] = same_twice(0.4)[name];
   gradients.inputs["e_material"] = same_twice(0.4)["material"];
+  gradients.build = [build = detached.build](Graph& g, const Values& v) {
+    std::vector<Value> outputs = build(g, v);
+    outputs[4] = multiply(outputs[1], outputs[4]);  // the specular part: the share alone is steep where both are little
+    return outputs;
+  };
+  gradients.reference = [of_shares = detached.reference](const Tensors& t) {
+    std::vector<Tensor> outputs = of_shares(t);
+    for (std::size_t i = 0; i < outputs[4].real.size(); ++i) outputs[4].real[i] *= outputs[1].real[i];
+    return outputs;
+  };
   gradients.no_gradient = {};
   gradients.differentiate = {"e_normal", "e_albedo", "e_material"};
   gradients.gradient_tolerance = 1e-6;
@@ -180,22 +212,32 @@ TEST(SampleBrdf, GradientsOfLobesAgainstDifferences) {
     Graph graph;
     Values v;
     for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
-    const BrdfSamples drawn =
-        sample_brdf(v["depth"], v["camera"], {v["albedo"], v["normal"], v["material"]},
-                    {v["e_albedo"], v["e_normal"], v["e_material"]}, kRows, 16, {.points = Points::Independent});
-    const Tensor cotangent = random_tensor({1, 3, kRows, 16}, 5);
+    const BrdfSamples drawn = sample_brdf(v["depth"], v["camera"], {v["albedo"], v["normal"], v["material"]},
+                                          {v["e_albedo"], v["e_normal"], v["e_material"]}, kRows, 16,
+                                          {.points = Points::Independent, .lobes = true});
+    // The share alone has no slope of use where a part is nearly nothing: of black, or of metal beside its lobe.
+    const std::vector<Value> drawn_values{drawn.weight, multiply(drawn.weight, drawn.lobes.specular),
+                                          drawn.lobes.density};
+    std::vector<Tensor> cotangents{random_tensor({1, 3, kRows, 16}, 5), random_tensor({1, 3, kRows, 16}, 6),
+                                   random_tensor({1, 1, kRows, 16}, 7)};
     const std::vector<std::string> names{"e_normal", "e_albedo", "e_material"};
-    const std::vector<Value> gradients = gradient(std::vector{drawn.weight}, std::vector{graph.constant(cotangent)},
-                                                  std::vector{v["e_normal"], v["e_albedo"], v["e_material"]});
-    std::vector<Value> outputs{drawn.weight};
+    const double alpha = std::max(roughness * roughness, 1e-4);
+    for (double& d : cotangents[2].real) d *= alpha * alpha;  // a lobe's density reaches 1 / (pi alpha^2)
+    std::vector<Value> seeds;
+    for (const Tensor& c : cotangents) seeds.push_back(graph.constant(c));
+    const std::vector<Value> gradients =
+        gradient(drawn_values, seeds, std::vector{v["e_normal"], v["e_albedo"], v["e_material"]});
+    std::vector<Value> outputs = drawn_values;
     outputs.insert(outputs.end(), gradients.begin(), gradients.end());
     Executor executor(compile(graph, outputs, test_device(Precision::Double), {.precision = Precision::Double}));
     for (const auto& [name, tensor] : t) executor.feed(name, tensor);
     const auto weighed = [&] {
       executor.run(1);
-      const Tensor weight = executor.fetch(drawn.weight);
       double sum = 0;
-      for (std::size_t i = 0; i < weight.real.size(); ++i) sum += weight.real[i] * cotangent.real[i];
+      for (std::size_t k = 0; k < drawn_values.size(); ++k) {
+        const Tensor value = executor.fetch(drawn_values[k]);
+        for (std::size_t i = 0; i < value.real.size(); ++i) sum += value.real[i] * cotangents[k].real[i];
+      }
       return sum;
     };
     weighed();
@@ -203,7 +245,7 @@ TEST(SampleBrdf, GradientsOfLobesAgainstDifferences) {
     for (const Value& g : gradients) stated.push_back(executor.fetch(g));
     // A lobe of width alpha turns over within alpha: a difference errs by (step / alpha)^2 of the gradient, and by
     // rounding, 1e-16 of the sum over the step.
-    const double alpha = std::max(roughness * roughness, 1e-4), step = 1e-4 * alpha;
+    const double step = 1e-4 * alpha;
     for (std::size_t k = 0; k < names.size(); ++k) {
       double largest = 0;
       for (const double g : stated[k].real) largest = std::max(largest, std::abs(g));
@@ -310,6 +352,68 @@ TEST(SampleBrdf, Li2020sModelIsTheirsFromThePeakOfTheLobeToItsTail) {
     }
   EXPECT_GT(peak, 50);
   EXPECT_GT(tail, 50);
+}
+
+/// Gradients of the sum of one ray's weights a pixel, by map, and which ray: {1, C, pixels, 1} each.
+std::vector<Tensor> gradients_of_rays(const Tensors& t, Precision precision, Sampler sampler) {
+  const Shape picture = t.at("depth").shape;
+  const int pixels = static_cast<int>(picture.plane());
+  Graph graph;
+  Values v;
+  for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+  const Surfaces maps{v["albedo"], v["normal"], v["material"]};
+  const BrdfSamples drawn = sample_brdf(v["depth"], v["camera"], maps, maps, pixels, 16, {.sampler = sampler});
+  Tensor first(Shape{1, 3, pixels, 16});
+  for (int c = 0; c < 3; ++c)
+    for (int p = 0; p < pixels; ++p) first.at(0, c, p, 0) = 1;
+  const std::vector<Value> gradients = gradient(std::vector{drawn.weight}, std::vector{graph.constant(first)},
+                                                std::vector{v["normal"], v["albedo"], v["material"]});
+  Executor executor(compile(graph, gradients, test_device(precision), {.precision = precision}));
+  for (const auto& [name, tensor] : t) executor.feed(name, tensor);
+  executor.run(1);
+  std::vector<Tensor> found;
+  for (const Value& g : gradients) found.push_back(executor.fetch(g));
+  return found;
+}
+
+// The adjoint sees the very ray that was drawn: a direction that went to the camera's frame and back is good to 6e-8,
+// which of a lobe of width alpha is 6e-8 / alpha.
+TEST(SampleBrdf, GradientsInFloatAreThoseInDoubleDownToTheNarrowestLobe) {
+  constexpr int w = 96, h = 64;
+  const Camera eye = Camera::from_fov(w, h, 75.0);
+  Tensors t{{"depth", Tensor(Shape{1, 1, h, w}, 2)},
+            {"normal", Tensor(Shape{1, 3, h, w})},
+            {"albedo", random_tensor({1, 3, h, w}, 2, 0.1, 0.9)},
+            {"material", Tensor(Shape{1, 2, h, w})},
+            {"camera", camera_tensor(std::span(&eye, 1))}};
+  const Tensor turn = random_tensor({1, 3, h, w}, 4, -0.5, 0.5);
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) {
+      t["material"].at(0, 1, y, x) = x % 2;
+      const Vec3 view = -eye.direction(x + 0.5, y + 0.5);
+      for (int c = 0; c < 3; ++c) t["normal"].at(0, c, y, x) = static_cast<float>(view[c] + turn.at(0, c, y, x));
+    }
+  for (double& a : t["albedo"].real) a = static_cast<float>(a);
+  for (const Sampler sampler : {Sampler::VndfCaps, Sampler::VndfHemisphere, Sampler::VndfBounded, Sampler::Ndf})
+    for (const float roughness : {0.01f, 0.02f, 0.05f}) {
+      for (int i = 0; i < w * h; ++i) t["material"].real[static_cast<std::size_t>(i)] = roughness;
+      const std::vector<Tensor> single = gradients_of_rays(t, Precision::Single, sampler),
+                                twin = gradients_of_rays(t, Precision::Double, sampler);
+      for (std::size_t k = 0; k < twin.size(); ++k) {  // normal, albedo, material
+        std::vector<double> errors;
+        for (int y = 0; y < h; ++y)
+          for (int x = 0; x < w; ++x) {
+            double difference = 0, size = 0;
+            for (int c = 0; c < twin[k].shape.c; ++c) {
+              difference += std::pow(single[k].at(0, c, y, x) - twin[k].at(0, c, y, x), 2);
+              size += std::pow(twin[k].at(0, c, y, x), 2);
+            }
+            if (size > 0) errors.push_back(std::sqrt(difference / size));
+          }
+        ASSERT_GT(errors.size(), 0.6 * w * h);
+        EXPECT_LT(quantile(std::span<const double>(errors), 0.999), 1e-4) << "roughness " << roughness << ", map " << k;
+      }
+    }
 }
 
 TEST(SampleBrdf, NamesAndLimits) {

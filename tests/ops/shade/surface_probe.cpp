@@ -47,7 +47,14 @@ Vec3 SurfaceReference::f_cos(const Vec3& wo, const Vec3& wi) const {
   const double g2 = 1 / (1 + lambda(wo) + lambda(wi));
   const Vec3 f = f0() + (1.0 - f0()) * std::pow(1 - glm::dot(wo, h), 5);
   const Vec3 specular = f * (d(h) * g2 / (4 * wo.z * wi.z));
-  return (albedo * ((1 - metallic) / M_PI) + specular) * wi.z;
+  return diffuse_f_cos(wi) + specular * wi.z;
+}
+
+Vec3 SurfaceReference::diffuse_f_cos(const Vec3& wi) const { return albedo * ((1 - metallic) / M_PI * wi.z); }
+
+Vec3 SurfaceReference::specular_share(const Vec3& wo, const Vec3& wi) const {
+  const Vec3 whole = f_cos(wo, wi);
+  return (whole - diffuse_f_cos(wi)) / whole;
 }
 
 double SurfaceReference::specular_probability(const Vec3& wo) const {
@@ -103,7 +110,7 @@ Vec3 SurfaceReference::directional_albedo(const Vec3& wo, int u_cells, int turn_
       const double across = glm::dot(wo, h);
       const Vec3 wi = 2 * across * h - wo;
       if (across <= 0 || wi.z <= 0) continue;
-      const Vec3 specular = f_cos(wo, wi) - albedo * ((1 - metallic) / M_PI * wi.z);
+      const Vec3 specular = f_cos(wo, wi) - diffuse_f_cos(wi);
       sum += specular * (directions_per_chart(wo, h) * stretch * 2 * M_PI / (u_cells * turn_cells));
     }
   return sum + albedo * (1 - metallic);

@@ -56,6 +56,8 @@ struct SurfaceReference {
   double d(const Vec3& h) const;
   /// f cos(wi); local frame.
   Vec3 f_cos(const Vec3& wo, const Vec3& wi) const;
+  Vec3 diffuse_f_cos(const Vec3& wi) const;                   // its Lambertian part, wi above the surface
+  Vec3 specular_share(const Vec3& wo, const Vec3& wi) const;  // of the rest, in the whole
   double specular_probability(const Vec3& wo) const;
   /// Density of a direction of the specular lobe (samplers 0 to 3 of ggx.clh).
   double specular_pdf(int sampler, const Vec3& wo, const Vec3& wi) const;
