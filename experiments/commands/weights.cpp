@@ -8,6 +8,7 @@
 #include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
 #include "host/io/files.hpp"
+#include "host/report/terminal.hpp"
 
 namespace clerestory {
 namespace {
@@ -20,7 +21,7 @@ void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
   const TensorFile file = read_safetensors(arguments.file);
   std::size_t numbers = 0;
   nlohmann::ordered_json out;
-  std::string text;
+  std::string text, not_finite_text;
   for (const auto& [key, value] : file.metadata) {
     out["metadata"][key] = value;
     if (key != "history") text += fmt::format("{}: {}\n", key, value);
@@ -30,11 +31,18 @@ void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
     numbers += tensor.count();
     out["tensors"][name] = tensor.shape;
     text += fmt::format("{:<60} {}\n", name, fmt::join(tensor.shape, "x"));
+    if (const std::string found = not_finite(tensor); !found.empty()) {
+      out["not_finite"][name] = found;
+      not_finite_text += fmt::format("tensor {}: a value is not finite: {}\n", name, found);
+    }
   }
   out["numbers"] = numbers;
+  out["checksums"] = file.checksummed;
   text += fmt::format("\n{} tensors, {} numbers, {} bytes\n", file.tensors.size(), numbers,
                       std::filesystem::file_size(arguments.file));
-  if (!common.json || !common.json->empty()) std::fputs(text.c_str(), stdout);
+  text += file.checksummed ? "checksums agree\n" : "no checksums: damage to this file would not be found\n";
+  text += not_finite_text;
+  if (!common.json || !common.json->empty()) std::fputs(terminal_text(text).c_str(), stdout);
   write_json_result(common, out.dump(1));
 }
 

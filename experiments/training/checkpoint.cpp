@@ -21,11 +21,10 @@ std::string shape_text(const std::vector<long>& shape) { return fmt::format("{}"
 
 StoredTensor stored_state(const States& states, const std::string& name) {
   const Tensor tensor = states.get(name);
-  for (const double v : tensor.real)
-    if (!std::isfinite(v))
-      throw Error(ErrorKind::Failed, "a state of the network is not finite; the checkpoint before stays", name,
-                  fmt::format("{}", v));
-  return StoredTensor(stored_shape(tensor.shape), tensor.floats());
+  StoredTensor stored(stored_shape(tensor.shape), tensor.floats());
+  if (const std::string found = not_finite(stored); !found.empty())
+    throw Error(ErrorKind::Failed, "a state of the network is not finite; the file before stays", name, found);
+  return stored;
 }
 
 /// The tensor `name` of a file, which must have this shape.
@@ -137,7 +136,7 @@ TensorFile read_light_folder(const std::filesystem::path& folder) {
   for (const std::string part : light_parts) {
     const std::filesystem::path path = light_file(folder, part);
     const std::string where = path.string();
-    TensorFile file = read_safetensors(path);
+    TensorFile file = read_finite_safetensors(path);
     must_be_light(file, where);
     if (fact(file, "part", where) != part)
       throw usage_error("this is another part of the light", where, fact(file, "part", where), part);
@@ -155,7 +154,7 @@ TensorFile read_light_folder(const std::filesystem::path& folder) {
 }
 
 TensorFile read_weights_files(const std::filesystem::path& path) {
-  return std::filesystem::is_directory(path) ? read_light_folder(path) : read_safetensors(path);
+  return std::filesystem::is_directory(path) ? read_light_folder(path) : read_finite_safetensors(path);
 }
 
 /// What a file of the given kind says about its net, as this program would write it.
@@ -200,9 +199,8 @@ void write_checkpoint(const std::filesystem::path& path, const States& states, c
   write_safetensors(path, file);
 }
 
-TrainingProgress read_checkpoint(const std::filesystem::path& path, States& states, const RunIdentity& identity) {
-  const std::string where = path.string();
-  const TensorFile file = read_safetensors(path);
+TrainingProgress go_on_from(const TensorFile& file, const std::string& where, States& states,
+                            const RunIdentity& identity) {
   must_agree(file, "kind", "checkpoint", where);
   must_agree(file, "net", identity.net, where);
   must_agree(file, "width", std::to_string(identity.size.width), where);
@@ -264,12 +262,12 @@ History read_initial_weights(const std::filesystem::path& path, States& states, 
 }
 
 History read_history(const std::filesystem::path& path) {
-  return stored_history(read_safetensors(path), path.string());
+  return stored_history(read_finite_safetensors(path), path.string());
 }
 
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   const std::string where = path.string();
-  const TensorFile file = read_safetensors(path);
+  const TensorFile file = read_finite_safetensors(path);
   if (trained_kind(file, where) == "light")
     throw usage_error("these are weights of the light", where, "", "weights of the maps");
   LoadedWeights out;

@@ -38,12 +38,14 @@ struct RunIdentity {
   std::uint64_t views_hash = 0;
 };
 
-/// Throws Error (Failed) naming the first state that holds a NaN or Inf: such a checkpoint is not written.
+/// Throws Error (Failed) naming the first state that holds a NaN or Inf, and where: such a checkpoint is not written.
 void write_checkpoint(const std::filesystem::path& path, const States& states, const TrainingProgress& progress,
                       const RunIdentity& identity);
-/// Sets every state, bit for bit, and returns the progress. Throws usage_error naming file and tensor when the file is
-/// no checkpoint, belongs to another run or data set, lacks a state, or has one of another shape.
-TrainingProgress read_checkpoint(const std::filesystem::path& path, States& states, const RunIdentity& identity);
+/// Sets every state to what a checkpoint holds, bit for bit, and returns the progress. `file` is whole and finite
+/// (read_finite_safetensors). Throws usage_error naming `where`, its path, and the tensor when it is no checkpoint,
+/// belongs to another run or data set, lacks a state, or has one of another shape.
+TrainingProgress go_on_from(const TensorFile& file, const std::string& where, States& states,
+                            const RunIdentity& identity);
 
 /// Facts that travel with weights, beside the history: see write_weights for the keys.
 struct WeightsFacts {

@@ -12,7 +12,7 @@ namespace {
 
 /// VGG16's weights under torchvision's names ("features.0.weight") into the states "vgg.features.0.weight".
 void set_frozen_features(const std::string& path, States& states) {
-  const TensorFile file = read_safetensors(path);
+  const TensorFile file = read_finite_safetensors(path);
   for (const std::string& name : states.names()) {
     if (!is_frozen_feature(name)) continue;
     const std::string stored_name = name.substr(4);

@@ -30,6 +30,11 @@ std::vector<std::string> settings_of(const Config& config) {
   return settings;
 }
 
+struct WholeCheckpoint {
+  std::string path;
+  TensorFile file;
+};
+
 class Trainer {
  public:
   Trainer(const Config& config, const std::vector<std::string>& command)
@@ -43,6 +48,9 @@ class Trainer {
 
  private:
   void prepare();
+  /// The newest checkpoint that is whole; newer ones are set aside, which is said. Empty when the run has none yet.
+  /// Throws usage_error when it had some and none is whole.
+  std::optional<WholeCheckpoint> whole_checkpoint() const;
   void resume_or_begin();
   void begin_leg(const History& earlier);
   void loop();
@@ -121,10 +129,29 @@ void Trainer::prepare() {
   for (const std::string& note : task_->notes()) run_.log(note);
 }
 
+std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
+  std::string damaged;
+  while (const auto newest = run_.latest_checkpoint()) {
+    const std::string path = newest->path.string();
+    try {
+      return WholeCheckpoint{path, read_finite_safetensors(path)};
+    } catch (const Error& e) {
+      if (e.kind() != ErrorKind::Usage) throw;
+      std::filesystem::rename(path, path + ".damaged");
+      run_.log(fmt::format("{}; set aside as {}.damaged", e.what(), path));
+      damaged += std::string(damaged.empty() ? "" : "; ") + e.what();
+    }
+  }
+  if (!damaged.empty())
+    throw usage_error("no checkpoint of this run is whole; they are set aside, the same command begins anew",
+                      run_.path().string(), damaged);
+  return std::nullopt;
+}
+
 void Trainer::resume_or_begin() {
-  const auto checkpoint = run_.latest_checkpoint();
+  const auto checkpoint = whole_checkpoint();
   if (checkpoint) {
-    progress_ = read_checkpoint(checkpoint->path, *states_, identity());
+    progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_, identity());
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
   } else {
     History earlier;

@@ -91,8 +91,9 @@ std::string pocl_cache_fault() {
 
 int drop_broken_pocl_entries() {
   int dropped = 0;
+  constexpr auto readable = fs::directory_options::skip_permission_denied;
   std::error_code error;
-  for (fs::recursive_directory_iterator entry(pocl_cache_folder().path, error), end; !error && entry != end;
+  for (fs::recursive_directory_iterator entry(pocl_cache_folder().path, readable, error), end; !error && entry != end;
        entry.increment(error)) {
     std::error_code ignored;
     if (!entry->is_regular_file(ignored) || !broken(*entry)) continue;

@@ -22,6 +22,8 @@ using Json = nlohmann::json;
 constexpr std::uint64_t max_header = 100'000'000;  // bytes, the limit of the format's own reader
 constexpr float half_max = 65504;
 constexpr const char* metadata_key = "__metadata__";
+constexpr const char* header_checksum_key = "header_checksum";
+constexpr const char* tensor_checksums_key = "tensor_checksums";
 
 struct DType {
   const char* name;
@@ -90,30 +92,67 @@ void check_coverage(std::vector<Entry>& entries, std::uint64_t data_bytes, const
     throw usage_error("bytes after the last tensor", where, fmt::format("{}", data_bytes), fmt::format("{}", at));
 }
 
+std::string checksum(std::string_view bytes) { return fmt::format("{:016x}", content_hash(bytes)); }
+
 template <class T>
-std::vector<T> raw(const InputFile& file, const Entry& entry, std::uint64_t data_at) {
+std::string_view bytes_of(const std::vector<T>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+/// Takes the checksums out of a header and compares its own. Returns those of the tensors; null for a file that has
+/// none, which another program wrote.
+Json take_checksums(Json& header, const std::string& where) {
+  const auto metadata = header.find(metadata_key);
+  if (metadata == header.end() || !metadata->is_object()) return {};
+  const bool of_tensors = metadata->contains(tensor_checksums_key) && (*metadata)[tensor_checksums_key].is_string();
+  const bool of_header = metadata->contains(header_checksum_key);
+  if (!of_tensors && !of_header) return {};
+  const std::string expected = of_header ? brief((*metadata)[header_checksum_key]) : "none";
+  metadata->erase(header_checksum_key);
+  const std::string found = checksum(header.dump());
+  if (!of_tensors || expected != '"' + found + '"')
+    throw usage_error("the header is damaged", where, "checksum " + found, expected);
+  Json checksums = parse_json_object((*metadata)[tensor_checksums_key].get<std::string>(), where);
+  metadata->erase(tensor_checksums_key);
+  return checksums;
+}
+
+struct Data {  // of an open file
+  const InputFile& file;
+  std::uint64_t at;
+  Json checksums;  // by tensor; null: none are kept
+  std::string where;
+};
+
+template <class T>
+std::vector<T> raw(const Data& data, const Entry& entry) {
   std::vector<T> values(entry.count);
-  file.read(values.data(), values.size() * sizeof(T), data_at + entry.begin);
+  data.file.read(values.data(), values.size() * sizeof(T), data.at + entry.begin);
+  if (data.checksums.is_null()) return values;
+  const std::string found = checksum(bytes_of(values));
+  if (const Json expected = data.checksums.value(entry.name, Json()); expected != found)
+    throw usage_error("the tensor is damaged", data.where + ": tensor " + entry.name, "checksum " + found,
+                      brief(expected));
   return values;
 }
 
-StoredTensor load(const InputFile& file, const Entry& entry, std::uint64_t data_at, const std::string& where) {
+StoredTensor load(const Data& data, const Entry& entry) {
   const auto convert = [&]<class From>(auto to_float) {
-    const std::vector<From> from = raw<From>(file, entry, data_at);
+    const std::vector<From> from = raw<From>(data, entry);
     std::vector<float> to(from.size());
     std::transform(from.begin(), from.end(), to.begin(), to_float);
     return StoredTensor(entry.shape, std::move(to));
   };
-  if (entry.dtype == "F32") return {entry.shape, raw<float>(file, entry, data_at)};
+  if (entry.dtype == "F32") return {entry.shape, raw<float>(data, entry)};
   if (entry.dtype == "F16")
     return convert.operator()<std::uint16_t>([](std::uint16_t bits) { return imath_half_to_float(bits); });
   if (entry.dtype == "BF16")
     return convert.operator()<std::uint16_t>([](std::uint32_t bits) { return std::bit_cast<float>(bits << 16); });
   if (entry.dtype == "F64") return convert.operator()<double>([](double v) { return static_cast<float>(v); });
-  if (entry.dtype == "I32") return {entry.shape, raw<std::int32_t>(file, entry, data_at)};
-  std::vector<std::uint64_t> words = raw<std::uint64_t>(file, entry, data_at);
+  if (entry.dtype == "I32") return {entry.shape, raw<std::int32_t>(data, entry)};
+  std::vector<std::uint64_t> words = raw<std::uint64_t>(data, entry);
   if (entry.dtype == "I64" && std::any_of(words.begin(), words.end(), [](std::uint64_t w) { return w >> 63; }))
-    throw usage_error("I64 holds negative values, which are not read", where + ": tensor " + entry.name);
+    throw usage_error("I64 holds negative values, which are not read", data.where + ": tensor " + entry.name);
   return {entry.shape, std::move(words)};
 }
 
@@ -128,13 +167,12 @@ struct Stored {  // one tensor on its way into a file
   std::string name, dtype;
   std::uint64_t size;
   const StoredTensor* tensor;
-};
+  std::vector<std::uint16_t> halves;  // the values, where dtype is F16
 
-Stored describe(const std::string& name, const StoredTensor& tensor, FloatStorage storage) {
-  if (std::holds_alternative<std::vector<std::int32_t>>(tensor.values)) return {name, "I32", 4, &tensor};
-  if (std::holds_alternative<std::vector<std::uint64_t>>(tensor.values)) return {name, "U64", 8, &tensor};
-  return storage == FloatStorage::F32 ? Stored{name, "F32", 4, &tensor} : Stored{name, "F16", 2, &tensor};
-}
+  std::string_view bytes() const {
+    return dtype == "F16" ? bytes_of(halves) : std::visit([](const auto& v) { return bytes_of(v); }, tensor->values);
+  }
+};
 
 void check_shape(const Stored& s, const std::string& where) {
   std::uint64_t count = 1;
@@ -155,17 +193,21 @@ std::vector<std::uint16_t> to_half(const std::vector<float>& values, const std::
   return halves;
 }
 
-void write_values(AtomicFile& out, const Stored& s, const std::string& where) {
-  if (s.dtype == "F16") {
-    const auto halves = to_half(std::get<0>(s.tensor->values), where + ": tensor " + s.name);
-    out.write(halves.data(), halves.size() * sizeof(halves[0]));
-    return;
-  }
-  std::visit([&](const auto& values) { out.write(values.data(), values.size() * sizeof(values[0])); },
-             s.tensor->values);
+Stored describe(const std::string& name, const StoredTensor& tensor, FloatStorage storage, const std::string& where) {
+  if (std::holds_alternative<std::vector<std::int32_t>>(tensor.values)) return {name, "I32", 4, &tensor, {}};
+  if (std::holds_alternative<std::vector<std::uint64_t>>(tensor.values)) return {name, "U64", 8, &tensor, {}};
+  if (storage == FloatStorage::F32) return {name, "F32", 4, &tensor, {}};
+  return {name, "F16", 2, &tensor, to_half(tensor.floats(), where + ": tensor " + name)};
 }
 
 }  // namespace
+
+std::string not_finite(const StoredTensor& tensor) {
+  const auto* values = std::get_if<std::vector<float>>(&tensor.values);
+  if (values == nullptr) return {};
+  const auto found = std::find_if(values->begin(), values->end(), [](float v) { return !std::isfinite(v); });
+  return found == values->end() ? "" : fmt::format("{} at {}", *found, found - values->begin());
+}
 
 std::size_t StoredTensor::count() const {
   return std::visit([](const auto& v) { return v.size(); }, values);
@@ -199,10 +241,12 @@ TensorFile read_safetensors(const std::filesystem::path& path) {
                       fmt::format("at most {}", std::min(max_header, input.size() - 8)));
   std::string text(header_bytes, '\0');
   input.read(text.data(), text.size(), 8);
-  const Json header = parse_json_object(text, where);
+  Json header = parse_json_object(text, where);
 
-  const std::uint64_t data_at = 8 + header_bytes, data_bytes = input.size() - data_at;
+  const std::uint64_t data_bytes = input.size() - 8 - header_bytes;
+  const Data data{input, 8 + header_bytes, take_checksums(header, where), where};
   TensorFile file;
+  file.checksummed = !data.checksums.is_null();
   std::vector<Entry> entries;
   for (const auto& [name, value] : header.items()) {
     if (name != metadata_key) {
@@ -216,7 +260,15 @@ TensorFile read_safetensors(const std::filesystem::path& path) {
     }
   }
   check_coverage(entries, data_bytes, where);
-  for (const Entry& entry : entries) file.tensors.emplace(entry.name, load(input, entry, data_at, where));
+  for (const Entry& entry : entries) file.tensors.emplace(entry.name, load(data, entry));
+  return file;
+}
+
+TensorFile read_finite_safetensors(const std::filesystem::path& path) {
+  TensorFile file = read_safetensors(path);
+  for (const auto& [name, tensor] : file.tensors)
+    if (const std::string found = not_finite(tensor); !found.empty())
+      throw usage_error("a value is not finite", fmt::format("{}: tensor {}", path.string(), name), found);
   return file;
 }
 
@@ -225,22 +277,25 @@ void write_safetensors(const std::filesystem::path& path, const TensorFile& file
   std::vector<Stored> order;
   for (const auto& [name, tensor] : file.tensors) {
     if (name == metadata_key) throw Error(ErrorKind::Failed, "this name is taken by the format", where, name);
-    order.push_back(describe(name, tensor, storage));
+    order.push_back(describe(name, tensor, storage, where));
     check_shape(order.back(), where);
   }
   // Wide types first keeps every tensor aligned; names decide among equals.
   std::stable_sort(order.begin(), order.end(), [](const Stored& a, const Stored& b) { return a.size > b.size; });
 
-  Json header = Json::object();
-  if (!file.metadata.empty()) header[metadata_key] = file.metadata;
+  Json header = Json::object(), checksums = Json::object();
+  Json& metadata = header[metadata_key] = file.metadata;
   std::uint64_t at = 0;
   for (const Stored& s : order) {
     const std::uint64_t end = at + s.tensor->count() * s.size;
     header[s.name] = {{"dtype", s.dtype}, {"shape", s.tensor->shape}, {"data_offsets", {at, end}}};
+    checksums[s.name] = checksum(s.bytes());
     at = end;
   }
   std::string text;
   try {
+    metadata[tensor_checksums_key] = checksums.dump();
+    metadata[header_checksum_key] = checksum(header.dump());
     text = header.dump();
   } catch (const Json::exception& error) {
     throw Error(ErrorKind::Failed, std::string("a name or the metadata is no UTF-8: ") + error.what(), where);
@@ -251,7 +306,7 @@ void write_safetensors(const std::filesystem::path& path, const TensorFile& file
   const std::uint64_t header_bytes = text.size();
   out.write(&header_bytes, 8);
   out.write(text);
-  for (const Stored& s : order) write_values(out, s, where);
+  for (const Stored& s : order) out.write(s.bytes());
   out.commit();
 }
 

@@ -280,6 +280,113 @@ TEST_F(TrainingRun, WeightsOfAnotherShapeAreRefusedByName) {
     EXPECT_TRUE(run_below(root).empty()) << "a refused run left a folder below " << root;
 }
 
+void rewrite(const fs::path& path, const std::function<void(std::string&)>& change) {
+  std::string bytes = text_of(path);
+  change(bytes);
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+// A disk that filled up, a power cut, a bit that fell over: ten steps are lost, not the run.
+TEST_F(TrainingRun, DamagedNewestCheckpointFallsBackToTheOneBefore) {
+  const std::vector<std::string> settings{"train.steps=20", "log.validate_every=0", "log.checkpoint_every=10"};
+  const fs::path run_folder = run("runs", settings).folder;
+  const auto unbroken = without_time(run_folder);
+  const fs::path newest = run_folder / "checkpoints/step-00000020.safetensors",
+                 before = run_folder / "checkpoints/step-00000010.safetensors";
+  const std::string whole = text_of(newest), whole_before = text_of(before);
+  struct Damage {
+    std::string what, said;  // said: what the log must name beside the file
+    std::function<void()> make;
+  };
+  const auto flip = [&](std::size_t at) { rewrite(newest, [=](std::string& bytes) { bytes[at] ^= 0x10; }); };
+  for (const Damage& damage : std::vector<Damage>{
+           {"a byte of a tensor", "is damaged", [&] { flip(whole.size() - 100); }},
+           {"cut short", "", [&] { fs::resize_file(newest, whole.size() / 2); }},
+           {"a value that is not finite", "encoder.features.conv0.weight: a value is not finite (found nan at 7)", [&] {
+              TensorFile file = read_safetensors(newest);
+              std::get<0>(file.tensors.at("encoder.features.conv0.weight").values)[7] = std::nanf("");
+              write_safetensors(newest, file);
+            }}}) {
+    SCOPED_TRACE(damage.what);
+    fs::remove(run_folder / "DONE");
+    rewrite(newest, [&](std::string& bytes) { bytes = whole; });
+    rewrite(before, [&](std::string& bytes) { bytes = whole_before; });
+    damage.make();
+    fs::remove(run_folder / "log.txt");
+    run("runs", settings);
+    const std::string log = text_of(run_folder / "log.txt");
+    EXPECT_THAT(log, HasSubstr(newest.string()));
+    EXPECT_THAT(log, HasSubstr(damage.said));
+    EXPECT_THAT(log, HasSubstr("goes on after step 10 "));
+    EXPECT_EQ(text_of(newest).size(), whole.size()) << "it was made again";
+    EXPECT_TRUE(fs::remove(newest.string() + ".damaged")) << "what is damaged is set aside, not deleted";
+    auto found = without_time(run_folder);
+    found["log.txt"] = unbroken.at("log.txt");  // says less of the steps: those before it was broken are gone
+    for (const auto& [file, content] : unbroken)
+      EXPECT_TRUE(found.count(file) && found.at(file) == content) << file << " differs by more than time";
+    EXPECT_EQ(found.size(), unbroken.size());
+  }
+
+  // Both: it does not begin anew by itself.
+  fs::remove(run_folder / "DONE");
+  fs::resize_file(newest, 0), fs::resize_file(before, 10);
+  const std::string said = message_of([&] { run("runs", settings); }, ErrorKind::Usage);
+  EXPECT_THAT(said, HasSubstr(newest.string()));
+  EXPECT_THAT(said, HasSubstr(before.string()));
+}
+
+TEST_F(TrainingRun, WeightsThatAreNotFiniteAreRefusedByName) {
+  const TrainingOutcome outcome = run("runs", {"train.steps=1"});
+  const std::string victim = "encoder.features.conv0.weight";
+  EvaluateOptions options;
+  options.data = folder / "data";
+  for (const float value : {std::nanf(""), HUGE_VALF, -HUGE_VALF}) {
+    TensorFile file = read_safetensors(outcome.weights);
+    std::get<0>(file.tensors.at(victim).values)[11] = value;
+    const fs::path bad = folder / "bad.safetensors";
+    write_safetensors(bad, file, FloatStorage::F16);
+    const auto named = testing::AllOf(HasSubstr(bad.string()), HasSubstr(victim), HasSubstr("at 11"));
+    options.weights = bad;
+    EXPECT_THAT(message_of([&] { evaluate_weights(options); }, ErrorKind::Usage), named);
+    EXPECT_THAT(message_of(
+                    [&] {
+                      run("next", {"train.steps=1", "model.init=" + bad.string()});
+                    },
+                    ErrorKind::Usage),
+                named);
+    Program exporting({"weights", "export", bad.string(), (folder / "out.safetensors").string()},
+                      folder / "export.txt");
+    EXPECT_EQ(exporting.wait(), 2);
+    EXPECT_THAT(text_of(folder / "export.txt"), named);
+    EXPECT_FALSE(fs::exists(folder / "out.safetensors"));
+    Program inspecting({"weights", "inspect", bad.string()}, folder / "inspect.txt");
+    EXPECT_EQ(inspecting.wait(), 0);
+    EXPECT_THAT(text_of(folder / "inspect.txt"), testing::AllOf(HasSubstr(victim), HasSubstr("at 11")));
+  }
+}
+
+TEST_F(TrainingRun, InspectSaysWhetherThereAreChecksums) {
+  const auto inspected = [&](const fs::path& file) {
+    Program program({"weights", "inspect", file.string()}, folder / "inspect.txt");
+    const int code = program.wait();
+    return std::pair(code, text_of(folder / "inspect.txt"));
+  };
+  TensorFile file;
+  file.tensors["w"] = StoredTensor({2}, std::vector<float>{1, 2});
+  const fs::path path = folder / "w.safetensors";
+  write_safetensors(path, file);
+  EXPECT_THAT(inspected(path).second, HasSubstr("checksums agree"));
+  rewrite(path, [](std::string& bytes) { bytes.back() ^= 1; });
+  EXPECT_EQ(inspected(path).first, 2);
+  EXPECT_THAT(inspected(path).second, HasSubstr("tensor w: the tensor is damaged"));
+  const std::string header = R"({"w":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}})";
+  rewrite(path, [&](std::string& bytes) {
+    bytes = std::string(1, static_cast<char>(header.size())) + std::string(7, '\0') + header + std::string(4, '\0');
+  });
+  EXPECT_EQ(inspected(path).first, 0);
+  EXPECT_THAT(inspected(path).second, HasSubstr("no checksums"));
+}
+
 TEST_F(TrainingRun, OtherViewsThanItBeganWithAreRefused) {
   const std::vector<std::string> settings{"train.steps=6", "log.checkpoint_every=2", "log.validate_every=0"};
   const TrainingOutcome outcome = run("runs", settings);

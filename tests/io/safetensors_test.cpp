@@ -71,11 +71,70 @@ TEST_F(Safetensors, LayoutByteByByte) {
   TensorFile file;
   file.tensors["x"] = {{2}, std::vector<float>{1, -2}};
   write_safetensors(folder / "a.safetensors", file);
-  std::string header = R"({"x":{"data_offsets":[0,8],"dtype":"F32","shape":[2]}})";
+  // FNV-1a of the eight bytes, then of the header without its own checksum, both by another program.
+  std::string header =
+      R"({"__metadata__":{"header_checksum":"79d07b95aeb203d2","tensor_checksums":"{\"x\":\"0979e9ee2da22858\"}"},)"
+      R"("x":{"data_offsets":[0,8],"dtype":"F32","shape":[2]}})";
   header.resize((header.size() + 7) / 8 * 8, ' ');
   std::string expected(1, static_cast<char>(header.size()));
   expected += std::string(7, '\0') + header + std::string("\0\0\x80\x3f\0\0\0\xc0", 8);
   EXPECT_EQ(get(folder / "a.safetensors"), expected);
+}
+
+bool same(const TensorFile& a, const TensorFile& b) {
+  if (a.metadata != b.metadata || a.tensors.size() != b.tensors.size()) return false;
+  for (const auto& [name, tensor] : a.tensors) {
+    const auto other = b.tensors.find(name);
+    if (other == b.tensors.end() || other->second.shape != tensor.shape || other->second.values != tensor.values)
+      return false;
+  }
+  return true;
+}
+
+// Header, metadata, tensors: a byte that is not the one written is found wherever it lies, or it meant nothing (a blank
+// of the padding that became another one).
+TEST_F(Safetensors, OneFlippedByteAnywhereIsFound) {
+  write_safetensors(folder / "a.safetensors", sample());
+  const std::string whole = get(folder / "a.safetensors");
+  const int flips[] = {1, 2, 4, 8, 16, 32, 64, 128, 255, 'F' ^ 'I', '1' ^ '2'};
+  std::size_t refused = 0;
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ flips[at % std::size(flips)]);
+    try {
+      EXPECT_TRUE(same(read_safetensors(put("d.safetensors", damaged)), sample()))
+          << "byte " << at << " of " << whole.size() << " was flipped and passed for another content";
+    } catch (const Error& error) {
+      ++refused;
+      EXPECT_EQ(error.kind(), ErrorKind::Usage);
+      EXPECT_NE(std::string(error.what()).find("d.safetensors"), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_GE(refused, whole.size() - 7) << "all but the padding";
+}
+
+TEST_F(Safetensors, DamageIsNamedByWhereItLies) {
+  write_safetensors(folder / "a.safetensors", sample());
+  const std::string whole = get(folder / "a.safetensors");
+  const auto refused = [&](std::string from, const std::string& to, std::initializer_list<std::string> parts) {
+    SCOPED_TRACE(to);
+    std::string damaged = whole;
+    ASSERT_NE(damaged.find(from), std::string::npos) << from;
+    damaged.replace(damaged.find(from), from.size(), to);
+    expect_error([&] { read_safetensors(put("d.safetensors", damaged)); }, parts);
+  };
+  refused("compact", "Compact", {"d.safetensors", "header", "damaged"});
+  refused(R"("dtype":"F32","shape":[3])", R"("dtype":"I32","shape":[3])", {"d.safetensors", "header", "damaged"});
+  const float value = 0.2f, other = 0.25f;
+  const auto bytes = [](const float& v) { return std::string(reinterpret_cast<const char*>(&v), 4); };
+  refused(bytes(value), bytes(other), {"d.safetensors", "tensor bias", "damaged"});
+}
+
+TEST_F(Safetensors, TellsWhetherItHasChecksums) {
+  write_safetensors(folder / "a.safetensors", sample());
+  EXPECT_TRUE(read_safetensors(folder / "a.safetensors").checksummed);
+  const auto bare = file_of(R"({"x":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}})", std::string(4, '\0'));
+  EXPECT_FALSE(read_safetensors(bare).checksummed) << "other programs keep none";
 }
 
 TEST_F(Safetensors, ReadsOtherTypes) {
@@ -125,6 +184,22 @@ TEST_F(Safetensors, EveryRuleOfTheHeader) {
   expect_refused(R"({"__metadata__":"a"})", "", {at, "metadata"});
   expect_refused(R"({"x":{"dtype":"I64","shape":[1],"data_offsets":[0,8]}})", std::string(8, '\xff'),
                  {"tensor x", "negative"});
+}
+
+TEST_F(Safetensors, ValuesThatAreNotFiniteAreRefusedWhereAsked) {
+  TensorFile file = sample();
+  write_safetensors(folder / "a.safetensors", file);
+  EXPECT_TRUE(same(read_finite_safetensors(folder / "a.safetensors"), file));
+  for (const float value : {std::nanf(""), HUGE_VALF, -HUGE_VALF}) {
+    std::get<0>(file.tensors["w"].values)[4] = value;
+    for (const FloatStorage storage : {FloatStorage::F32, FloatStorage::F16}) {
+      std::get<0>(file.tensors["w"].values)[3] = 0;  // 1e30 does not fit into half
+      write_safetensors(folder / "a.safetensors", file, storage);
+      EXPECT_NO_THROW(read_safetensors(folder / "a.safetensors"));
+      expect_error([&] { read_finite_safetensors(folder / "a.safetensors"); },
+                   {"a.safetensors: tensor w", "not finite", "at 4"});
+    }
+  }
 }
 
 TEST_F(Safetensors, TypesAndNames) {
