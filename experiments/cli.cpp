@@ -107,6 +107,11 @@ std::vector<std::string> read_names(const std::string& text, const std::string& 
   return names;
 }
 
+bool was_given(const CommonOptions& common, const std::string& option) {
+  return std::ranges::any_of(common.command,
+                             [&](const std::string& word) { return word == option || word.starts_with(option + "="); });
+}
+
 void write_json_result(const CommonOptions& common, const std::string& json) {
   if (!common.json) return;
   if (common.json->empty())

@@ -38,6 +38,9 @@ struct CommonOptions {
   std::vector<std::string> command;  // argv, for provenance
 };
 
+/// Whether the option ("--seed") stands on the command line.
+bool was_given(const CommonOptions& common, const std::string& option);
+
 /// Writes a command's JSON result where --json says.
 void write_json_result(const CommonOptions& common, const std::string& json);
 

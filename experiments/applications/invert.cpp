@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <tuple>
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/estimate.hpp"
@@ -45,12 +46,6 @@ void check_options(const InvertOptions& options) {
     throw usage_error("two ways to set the camera", "--fov and --camera", "both", "one of them");
 }
 
-struct ChosenCamera {
-  Camera camera;      // of the photograph's size
-  std::string from;   // for provenance and report
-  std::string doubt;  // what is wrong or assumed; empty: nothing
-};
-
 /// What is to be said of a camera whose picture has other proportions: pixels of neither could be square, by more than
 /// the rounding of a size to whole pixels.
 std::string other_proportions(const Camera& camera, int width, int height) {
@@ -64,29 +59,33 @@ std::string other_proportions(const Camera& camera, int width, int height) {
       camera.width, camera.height, width, height);
 }
 
-/// The camera from --camera, --fov, the G-buffer's own, or the default angle, in this order.
-ChosenCamera choose_camera(const InvertOptions& options, const GBuffer& given, int width, int height) {
-  ChosenCamera chosen;
-  const auto doubt = [&](const std::string& what) {
-    if (!what.empty()) chosen.doubt += (chosen.doubt.empty() ? "" : "; ") + what;
+/// The camera from --camera, --fov, the G-buffer's own, or the default angle, in this order; and where it came from,
+/// with all that is assumed or wrong.
+std::pair<Camera, std::string> choose_camera(const InvertOptions& options, const GBuffer& given, int width,
+                                             int height) {
+  std::vector<std::string> notes;
+  const auto resized = [&](const Camera& camera) {
+    if (std::string note = other_proportions(camera, width, height); !note.empty()) notes.push_back(std::move(note));
+    return camera.resized(width, height);
   };
+  Camera camera;
   if (!options.camera.empty()) {
     const CameraFile file = read_camera(options.camera);
-    chosen = {file.camera.resized(width, height), options.camera.string(), {}};
-    doubt(other_proportions(file.camera, width, height));
-    if (!file.has_pose) doubt("no camera_to_world in the file, a level camera is assumed");
-    if (file.distortion) doubt("lens distortion is known but not removed");
+    notes.push_back(options.camera.string());
+    camera = resized(file.camera);
+    if (!file.has_pose) notes.push_back("no camera_to_world in the file, a level camera is assumed");
+    if (file.distortion) notes.push_back("lens distortion is known but not removed");
   } else if (options.fov) {
-    chosen = {Camera::from_fov(width, height, options.fov), fmt::format("--fov {:g}", *options.fov), {}};
-    doubt("a level camera is assumed");
+    camera = Camera::from_fov(width, height, options.fov);
+    notes = {fmt::format("--fov {:g}", *options.fov), "a level camera is assumed"};
   } else if (given.camera) {
-    chosen = {given.camera->resized(width, height), options.gbuffer.string(), {}};
-    doubt(other_proportions(*given.camera, width, height));
+    notes.push_back(options.gbuffer.string());
+    camera = resized(*given.camera);
   } else {
-    chosen = {Camera::from_fov(width, height), "neither --fov nor --camera", {}};
-    doubt("65 degrees across the longer side and a level camera are assumed");
+    camera = Camera::from_fov(width, height);
+    notes = {"no --fov and no --camera, 65 degrees across the longer side and a level camera are assumed"};
   }
-  return chosen;
+  return {camera, fmt::format("{}", fmt::join(notes, "; "))};
 }
 
 void require_size(const std::optional<Image>& map, const std::string& name, const InvertOptions& options,
@@ -219,9 +218,8 @@ class Inversion {
     require_size(given_.albedo, "albedo", options_, image), require_size(given_.normal, "normal", options_, image);
     require_size(given_.depth, "depth", options_, image), require_size(given_.material, "material", options_, image);
     scene_.photo = image;
-    camera_ = choose_camera(options_, given_, image.width, image.height);
-    if (!camera_.doubt.empty()) say(fmt::format("camera: {}: {}", camera_.from, camera_.doubt));
-    scene_.camera = camera_.camera;
+    std::tie(scene_.camera, camera_note_) = choose_camera(options_, given_, image.width, image.height);
+    say("camera: " + camera_note_);
     scene_.camera.check(options_.camera.empty() ? "--fov" : options_.camera.string());
   }
 
@@ -230,8 +228,7 @@ class Inversion {
     record_.seeds["render"] = options_.render.seed;
     record_.inputs.push_back(record_file(options_.photo));
     record_.facts["photo"] = photo_.note;
-    if (photo_.clamped) record_.facts["photo"] += fmt::format("; {} negative values set to 0", photo_.clamped);
-    record_.facts["camera"] = camera_.from + (camera_.doubt.empty() ? "" : ": " + camera_.doubt);
+    record_.facts["camera"] = camera_note_;
     lap("reading");
   }
 
@@ -326,7 +323,7 @@ class Inversion {
   std::optional<FolderLock> gbuffer_lock_;
   std::unique_ptr<StagedFolder> folder_;
   GBuffer given_;
-  ChosenCamera camera_;
+  std::string camera_note_;
   Scene scene_;
   std::optional<Device> device_;
   Provenance record_;

@@ -1,10 +1,9 @@
 #include "experiments/applications/light_weights.hpp"
 
-#include <algorithm>
-#include <cstdlib>
-
+#include "experiments/applications/shipped.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
+#include "host/report/progress.hpp"
 #include "nets/constant_light.hpp"
 
 namespace clerestory {
@@ -12,16 +11,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path shipped_folder() {
-  const char* set = std::getenv("CLERESTORY_LIGHT_WEIGHTS");
-  return set ? fs::path(set) : fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights";
-}
+constexpr const char* kVariable = "CLERESTORY_LIGHT_WEIGHTS";
 
 }  // namespace
 
 std::optional<fs::path> shipped_light() {
-  const fs::path folder = shipped_folder();
-  if (fs::exists(folder / "light_local.safetensors") && fs::exists(folder / "light_global.safetensors")) return folder;
+  for (const fs::path& folder : shipped_places(kVariable))
+    if (fs::exists(folder / "light_local.safetensors") && fs::exists(folder / "light_global.safetensors"))
+      return folder;
   return std::nullopt;
 }
 
@@ -30,7 +27,8 @@ void load_light_nets(RenderSettings& settings, const fs::path& weights, Device d
   const std::optional<fs::path> shipped = weights.empty() ? shipped_light() : std::nullopt;
   if (weights.empty() && !shipped)
     throw usage_error("there are no weights of the light; name some with --light-weights or CLERESTORY_LIGHT_WEIGHTS",
-                      shipped_folder().string(), "none", "light_local.safetensors and light_global.safetensors");
+                      text_of(shipped_places(kVariable)), "none",
+                      "light_local.safetensors and light_global.safetensors");
   const fs::path path = shipped ? *shipped : weights;
   const LoadedLight loaded = load_light(path, std::move(device));
   const auto nets = std::make_shared<LightNets>();
@@ -42,7 +40,8 @@ void load_light_nets(RenderSettings& settings, const fs::path& weights, Device d
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record) {
   load_light_nets(settings, choice.weights, device);
-  record.facts["light"] = answerer_text(settings);
+  record.facts["light"] = answerer_text(settings) + (choice.why.empty() ? "" : ", " + choice.why);
+  say("light: " + record.facts["light"]);
   if (!is_learned_light(settings.light) || choice.lamps == "none") return;
   const LampFit fit = fit_lamps(device, scene, settings);
   settings.lamps = fit.lamps;
@@ -52,6 +51,17 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
       "without, {:.3f} with them",
       fit.lamps.size(), fit.candidates, fit.before, fit.after);
   record.figures["seconds: lamps"] = fit.seconds, record.figures["lamps"] = static_cast<double>(fit.lamps.size());
+}
+
+void choose_light(RenderSettings& settings, LightChoice& choice, const std::string& light, bool asked) {
+  settings.light = light, choice.why.clear();
+  if (asked) {
+    if (!choice.weights.empty() && !is_learned_light(light)) choice.why = "which needs no --light-weights";
+  } else if (!choice.weights.empty()) {
+    settings.light = "net";
+  } else if (!is_learned_light(light)) {
+    choice.why = "for there are no weights of the light in " + text_of(shipped_places(kVariable));
+  }
 }
 
 std::string light_of(const std::string& name) { return name.substr(0, name.find('+')); }

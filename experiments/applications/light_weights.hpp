@@ -10,18 +10,23 @@
 
 namespace clerestory {
 
-/// Folder of the light's weights that come with the program: CLERESTORY_LIGHT_WEIGHTS, or `nets/weights` in the source
-/// tree it was built from; nothing when they are not there.
+/// Folder of the light's weights that come with the program: CLERESTORY_LIGHT_WEIGHTS, or the first of shipped_places()
+/// that holds them; nothing when none does.
 std::optional<std::filesystem::path> shipped_light();
 
 /// How a learned light is had; other lights are as they are.
 struct LightChoice {
   std::filesystem::path weights;  // folder or file; empty: the shipped ones
   std::string lamps = "fit";      // fit | none: soft lamps fitted to the photograph's shading (nets/soft_lamps.hpp)
+  std::string why = "";           // who answers is not who was hoped for: said and recorded beside the answer
 };
 
-/// Sets settings.nets and settings.lamps if settings.light is learned, and records what answers. `scene` is the
-/// photograph's, before any change. Throws what load_light_nets() throws.
+/// Sets settings.light from the command line: `light`, if it was `asked` for; else what a default is: net where
+/// --light-weights names weights, else `light`.
+void choose_light(RenderSettings& settings, LightChoice& choice, const std::string& light, bool asked);
+
+/// Sets settings.nets and settings.lamps if settings.light is learned, and records and says what answers. `scene` is
+/// the photograph's, before any change. Throws what load_light_nets() throws.
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record);
 

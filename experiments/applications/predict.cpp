@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
+#include "experiments/applications/shipped.hpp"
 #include "experiments/evaluation/prepare.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
@@ -35,11 +35,12 @@ Tensor guide_of(const Image& exposed) { return tensor_of(show_radiance(exposed))
 }  // namespace
 
 std::filesystem::path shipped_weights() {
-  const char* set = std::getenv("CLERESTORY_WEIGHTS");
-  const std::filesystem::path path =
-      set ? std::filesystem::path(set) : std::filesystem::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";
-  if (std::filesystem::exists(path)) return path;
-  throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", path.string());
+  std::vector<std::filesystem::path> files = shipped_places("CLERESTORY_WEIGHTS");
+  for (std::filesystem::path& file : files) {
+    if (std::filesystem::is_directory(file)) file /= "maps.safetensors";
+    if (std::filesystem::exists(file)) return file;
+  }
+  throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", text_of(files));
 }
 
 std::filesystem::path weights_or_shipped(const std::filesystem::path& given) {

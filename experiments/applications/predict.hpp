@@ -27,8 +27,8 @@ struct Prediction {
   std::vector<std::string> left_out;
 };
 
-/// Weights that come with the program: `nets/weights` in the source tree it was built from, or CLERESTORY_WEIGHTS.
-/// Throws usage_error when there are none.
+/// Weights that come with the program: CLERESTORY_WEIGHTS, or maps.safetensors in one of shipped_places(). Throws
+/// usage_error naming all of them when there are none.
 std::filesystem::path shipped_weights();
 /// `given`, or where nothing is given the shipped ones.
 std::filesystem::path weights_or_shipped(const std::filesystem::path& given);

@@ -34,7 +34,8 @@ void add_edit_command(CommandLine& line) {
   command.run([options](const CommonOptions& common) {
     if (options->mask.empty()) throw usage_error("a mask is needed", "--mask", "none", "a picture of the run's size");
     options->device = common.device, options->command = common.command;
-    options->render.seed = static_cast<std::uint32_t>(common.seed), options->render.light = common.light;
+    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     const std::string summary = edit(*options);

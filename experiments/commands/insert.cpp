@@ -90,7 +90,8 @@ void add_insert_command(CommandLine& line) {
     if (options->bounces < 1 || options->bounces > 4)
       throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
     options->device = common.device, options->command = common.command;
-    options->render.seed = static_cast<std::uint32_t>(common.seed), options->render.light = common.light;
+    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     insert(*options);

@@ -48,7 +48,7 @@ void add_invert_command(CommandLine& line) {
     options->weights = common.weights;
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
-    options->render.light = common.light;
+    choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     const std::filesystem::path out = invert(*options);

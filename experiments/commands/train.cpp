@@ -78,11 +78,7 @@ void add_train_command(CommandLine& line) {
       .notes(
           "Prints the path of the weights. Ctrl-C writes a checkpoint first (exit code 4); the same command goes on "
           "from it.")
-      .run([arguments](const CommonOptions& common) {
-        bool seed_given = false;
-        for (const std::string& word : common.command) seed_given |= word == "--seed" || word.starts_with("--seed=");
-        run_train(*arguments, common, seed_given);
-      });
+      .run([arguments](const CommonOptions& common) { run_train(*arguments, common, was_given(common, "--seed")); });
 }
 
 }  // namespace clerestory

@@ -12,11 +12,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "host/io/camera_file.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/image.hpp"
 #include "host/report/progress.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/experiments/untrained_light.hpp"
 #include "tracer/generate.hpp"
 
 namespace clerestory {
@@ -219,6 +221,76 @@ TEST_F(RunFolder, FilesBesideAPanoramaAreNotReplaced) {
   put(folder_ / "composite.png", "by another program");
   expect_refused(inserted({"--out", folder_.path()}), "composite.png");
   EXPECT_EQ(text_of(folder_ / "composite.png"), "by another program");
+}
+
+// --- Nothing in silence ---------------------------------------------------------------------------------------------
+
+TEST_F(RunFolder, ALightThatIsNotTheOneHopedForIsSaidAndRecorded) {
+  const Surroundings without{{}, {{"CLERESTORY_LIGHT_WEIGHTS", folder_.path()}}};
+  const fs::path out = folder_ / "by_default";
+  ASSERT_EQ(start({"invert", photo(), "--gbuffer", view_, "--spp", "2", "--out", out}, without), 0) << said();
+  for (const std::string& text : {said(), text_of(out / "provenance.json"), text_of(out / "report.html")})
+    EXPECT_THAT(text, AllOf(HasSubstr("image, for there are no weights of the light"), HasSubstr(folder_.path())));
+  // Asked for, it is no fallback.
+  ASSERT_EQ(start(taken_apart(photo(), folder_ / "asked"), without), 0) << said();
+  EXPECT_EQ(record(folder_ / "asked" / "provenance.json")["facts"]["light"], "image");
+  // Weights that are named are used, whatever is shipped.
+  write_untrained_light(folder_ / "mine");
+  const Words probe{"light",
+                    run(),
+                    "--at",
+                    "32,40",
+                    "--size",
+                    "16x8",
+                    "--light-weights",
+                    folder_ / "mine",
+                    "--out",
+                    folder_ / "probe.exr"};
+  ASSERT_EQ(start(probe, without), 0) << said();
+  EXPECT_THAT(said(), HasSubstr("light: net (" + (folder_ / "mine").string()));
+}
+
+TEST_F(RunFolder, AMovedProgramFindsItsWeightsBesideIt) {
+  fs::create_directories(folder_ / "moved/build");
+  fs::copy(CLERESTORY_PROGRAM, folder_ / "moved/build/clerestory");
+  write_untrained_light(folder_ / "moved/nets/weights");
+  const Words probe{"light", run(), "--at", "32,40", "--size", "16x8", "--out", folder_ / "probe.exr"};
+  ASSERT_EQ(start(probe, {{}, {}, folder_ / "moved/build/clerestory"}), 0) << said();
+  const std::string light = record(folder_ / "probe.json")["facts"]["light"];
+  EXPECT_EQ(light, "net (" + (folder_ / "moved/nets/weights").string() + ")");
+  EXPECT_THAT(said(), HasSubstr("light: " + light));
+}
+
+TEST_F(RunFolder, ACameraThatIsAssumedOrOfOtherProportionsIsSaidAndRecorded) {
+  const auto camera = [&](int width, int height) {
+    const fs::path path = folder_ / fmt::format("{}x{}.json", width, height);
+    write_camera(path, Camera::from_fov(width, height, 60));
+    return path;
+  };
+  const auto fact = [&](const fs::path& file) {
+    const fs::path out = folder_ / "out";
+    Words words = taken_apart(photo(), out);
+    words.insert(words.end(), {"--only", "normal"});
+    if (!file.empty()) words.insert(words.end(), {"--camera", file});
+    EXPECT_EQ(start(words), 0) << said();
+    const std::string text = record(out / "provenance.json")["facts"]["camera"];
+    EXPECT_THAT(said(), HasSubstr(text));
+    EXPECT_THAT(text_of(out / "report.html"), HasSubstr(file.empty() ? view_.filename().string() : file.string()));
+    return text;
+  };
+  EXPECT_THAT(fact(camera(640, 360)), AllOf(HasSubstr("640x360"), HasSubstr("64x48"), HasSubstr("other proportions")));
+  EXPECT_THAT(fact(camera(640, 480)), Not(HasSubstr("proportions")));
+  EXPECT_THAT(fact(camera(655, 491)), Not(HasSubstr("proportions"))) << "4:3 to a pixel's rounding";
+  EXPECT_THAT(fact(camera(640, 470)), HasSubstr("proportions"));
+  EXPECT_THAT(fact({}), HasSubstr(view_.string())) << "the view's own";
+
+  const fs::path assumed = folder_ / "assumed";
+  fs::copy(*made_ / "run", folder_ / "maps");
+  fs::remove(folder_ / "maps/camera.json");
+  ASSERT_EQ(start({"invert", photo(), "--gbuffer", folder_ / "maps", "--only", "normal", "--out", assumed}), 0)
+      << said();
+  for (const std::string& text : {said(), text_of(assumed / "provenance.json"), text_of(assumed / "report.html")})
+    EXPECT_THAT(text, HasSubstr("65 degrees across the longer side and a level camera are assumed"));
 }
 
 // --- One at a time ---------------------------------------------------------------------------------------------------
