@@ -150,6 +150,25 @@ TEST(ImageLight, GradientsOfChunksAddUp) {
   }
 }
 
+// The ambient sees every ray of a picture: a million numbers, rows of 16 one by one and the 65,536 rows with Kahan's
+// compensation, so that float keeps its digits.
+TEST(ImageLight, ALongSumKeepsItsDigits) {
+  constexpr Shape rays{1, 3, 1 << 16, 16};
+  Graph g;
+  const Value ambient = g.input("ambient", {1, 3, 1, 1}), image = g.input("image", {1, 3, 256, 256});
+  const Tensor cotangent = random_tensor(rays, 6, 0, 0.1);
+  const Value light = constant_light(ambient, g.constant(Tensor(rays)), image);
+  const Value total = gradient(std::vector{light}, std::vector{g.input("cotangent", rays)}, std::vector{ambient})[0];
+  const Tensor got = evaluate(g, {total}, test_device(), {{"cotangent", cotangent}})[0];
+  for (int c = 0; c < 3; ++c) {
+    double sum = 0;
+    for (long i = c * rays.plane(); i < (c + 1) * rays.plane(); ++i)
+      sum += static_cast<float>(cotangent.real[static_cast<std::size_t>(i)]);
+    // 15 roundings of half an epsilon in a row, Kahan's two, and the result's.
+    EXPECT_NEAR(got.at(0, c, 0, 0), sum, (7.5 + 2 + 0.5) * 0x1p-23 * sum);
+  }
+}
+
 TEST(ImageLight, RefusesWhatDoesNotFit) {
   Graph g;
   const Value image = g.input("image", {1, 3, 4, 4}), ambient = g.input("ambient", {1, 3, 1, 1});

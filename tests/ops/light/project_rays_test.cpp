@@ -39,10 +39,10 @@ OP_CASES(project_rays) {
 
 TEST(ProjectRays, EdgesBelongToThePicture) {
   Graph g;
-  // Straight ahead; the upper left corner exactly; a hair beyond the right border; backwards.
+  // Straight ahead; the upper left corner exactly; the right border itself; backwards, also hardly; nowhere.
   Tensor direction(Shape{1, 3, 1, 16});
-  const double rays[4][3] = {{0, 0, -1}, {-9, 6.5, -1}, {11, 0, -1}, {0, 0, 1}};
-  for (int s = 0; s < 4; ++s)
+  const double rays[6][3] = {{0, 0, -1}, {-9, 6.5, -1}, {11, 0, -1}, {0, 0, 1}, {0.01, 0.01, 0.02}, {0, 0, 0}};
+  for (int s = 0; s < 6; ++s)
     for (int c = 0; c < 3; ++c) direction.at(0, c, 0, s) = rays[s][c];
   const Value hit = project_rays(g.constant(direction),
                                  g.constant(Tensor({1, 4, 1, 1}, std::vector<double>{1, 1, 9, 6.5})), kPicture);
@@ -50,7 +50,7 @@ TEST(ProjectRays, EdgesBelongToThePicture) {
   EXPECT_EQ(found.integer[0], 6 * 20 + 9);
   EXPECT_EQ(found.integer[1], 0);
   EXPECT_EQ(found.integer[2], -1);
-  EXPECT_EQ(found.integer[3], -1);
+  for (const std::size_t s : {3u, 4u, 5u}) EXPECT_EQ(found.integer[s], -1);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "host/ops/light/soft_lamps.hpp"
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cmath>
 
@@ -137,6 +139,27 @@ OP_CASES(soft_lamps) {
   weigh.roundings = 32 * kRoundings, weigh.magnitude = 1;
   weigh.no_gradient = "the matrix of a linear problem";
   return {many, rows, sharp, huge, lobes, lobe_gradients, nobody, inside, weigh};
+}
+
+// The unknowns of a chunk that does not fill its tile: what lies beyond its samples weighs nothing.
+TEST(SoftLamps, SamplesBeyondTheChunkWeighNothing) {
+  Tensors in = rays(3, 32, 5, true, 0.3, 1.5);
+  in["weight"] = random_tensor({1, 3, 3, 32}, 8, 0, 1);
+  Tensors less = in;
+  for (int c = 0; c < 3; ++c)
+    for (int p = 0; p < 3; ++p)
+      for (int s = 19; s < 32; ++s) less["weight"].at(0, c, p, s) = 0;
+  const auto run = [](const Tensors& inputs, const Chunk& chunk) {
+    Graph g;
+    Values v;
+    for (const auto& [name, tensor] : inputs) v[name] = g.constant(tensor);
+    const Value y = weigh_lamps(v["weight"], {v["points"], v["direction"], v["u"], v["pdf"]}, v["places"]);
+    Executor executor(compile(g, {y}, test_device()));
+    executor.run(0, chunk);
+    return executor.fetch(y).real;
+  };
+  EXPECT_EQ(run(in, {0, 3, 0, 19}), run(less, {0, 3, 0, 32}));
+  EXPECT_NE(run(in, {0, 3, 0, 32}), run(less, {0, 3, 0, 32}));
 }
 
 }  // namespace clerestory
