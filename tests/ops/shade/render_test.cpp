@@ -270,12 +270,13 @@ TEST(Render, DropsWhatIsNotFiniteAndNamesTheFirst) {
   EXPECT_EQ(one.first_dropped->pixel, 2 * 10 + 3);
   EXPECT_TRUE(one.first_dropped->sample >= 0 && one.first_dropped->sample < 16);
 
-  // A lobe without a width draws directions that are no numbers: they are dropped and counted as well.
-  t["albedo"].at(0, 1, 2, 3) = 0.5, t["material"].at(0, 0, 4, 5) = NAN;
+  // A lobe without a width, and a normal of infinite length, about which directions are no numbers: dropped and counted.
+  t["albedo"].at(0, 1, 2, 3) = 0.5, t["material"].at(0, 0, 4, 5) = NAN, t["normal"].at(0, 2, 5, 6) = INFINITY;
   const Picture r = Layer(t, {.spp = 16}, "image").run(1);
   const RenderCounts wide = render_counts(r.status, r.tally);
   EXPECT_EQ(r.tally.at(0, 1, 4, 5), 16);  // directions: none is passed over
-  EXPECT_EQ(wide.dropped, 16);
+  EXPECT_EQ(r.tally.at(0, 1, 5, 6), 16);
+  EXPECT_EQ(wide.dropped, 32);
   ASSERT_TRUE(wide.first_dropped);
   EXPECT_EQ(wide.first_dropped->pixel, 4 * 10 + 5);
   for (const double x : r.radiance.real) ASSERT_TRUE(std::isfinite(x));
