@@ -153,7 +153,7 @@ TEST(SoftLamps, SamplesBeyondTheChunkWeighNothing) {
     Graph g;
     Values v;
     for (const auto& [name, tensor] : inputs) v[name] = g.constant(tensor);
-    const Value y = weigh_lamps(v["weight"], {v["points"], v["direction"], v["u"], v["pdf"]}, v["places"]);
+    const Value y = weigh_lamps(v["weight"], rays_of(v), v["places"]);
     Executor executor(compile(g, {y}, test_device()));
     executor.run(0, chunk);
     return executor.fetch(y).real;

@@ -346,7 +346,7 @@ TEST(SampleBrdf, Li2020sModelIsTheirsFromThePeakOfTheLobeToItsTail) {
       const Vec3 wi = frame.to_local({got[0].at(0, 0, p, s), got[0].at(0, 1, p, s), got[0].at(0, 2, p, s)});
       const double hz = glm::normalize(wo + wi).z;
       peak += 1 - hz * hz<1e-5, tail += 1 - hz * hz> 0.1;
-      const Vec3 want = li2020_f_cos(surface_of(t, "", p), wo, wi) / got[2].at(0, 0, p, s);
+      const Vec3 want = weigh_li2020(surface_of(t, "", p), wo, wi).f_cos / got[2].at(0, 0, p, s);
       // 1 - h.z^2 is formed with an error of 1e-16 beside the clamp's 1e-6: digits are lost, not the value.
       for (int c = 0; c < 3; ++c) ASSERT_NEAR(got[1].at(0, c, p, s), want[c], 1e-7 * want[c]) << p << " " << s;
     }
