@@ -1,4 +1,5 @@
-// Cases of a suite share a process (tests/suites.cmake), but not what they do to the environment (tests/environment.cpp).
+// Cases of a suite share a process (tests/suites.cmake), but not what they do to the environment
+// (tests/environment.cpp).
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -63,6 +63,24 @@ TEST(GatherRays, GradientsOfChunksAddUp) {
     }
 }
 
+// The pixels of a chunk count from its first: here 20 of the first picture's 24 come before, so that its rows from the
+// fifth on are the second picture's. Beyond the chunk there is nothing.
+TEST(GatherRays, AChunkReadsItsOwnPictures) {
+  const Tensor map = random_tensor(kMap, 1), hit = random_ints({1, 1, 10, 32}, 2, 0, 24);
+  Graph g;
+  const Value y = gather_rays(g.constant(map), g.constant(hit));
+  Executor executor(compile(g, {y}, test_device(Precision::Double), {.precision = Precision::Double}));
+  executor.run(0, {20, 10, 0, 19});
+  const Tensor got = executor.fetch(y);
+  for (int c = 0; c < kMap.c; ++c)
+    for (int p = 0; p < 10; ++p)
+      for (int s = 0; s < 32; ++s) {
+        const int pixel = hit.integer[static_cast<std::size_t>(p * 32 + s)];
+        const double want = s < 19 ? map.at(p < 4 ? 0 : 1, c, pixel / kMap.w, pixel % kMap.w) : 0;
+        ASSERT_EQ(got.at(0, c, p, s), want) << c << " " << p << " " << s;
+      }
+}
+
 // A lamp's pixel that every ray of a chunk hits: 131,072 numbers that float does not hold exactly. Summed one by one
 // they would lose four digits.
 TEST(GatherRays, ALongSumKeepsItsDigits) {

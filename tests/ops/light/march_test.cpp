@@ -108,6 +108,25 @@ TEST(March, JitterIsStratifiedAndEven) {
   EXPECT_EQ(first[0].real, run(1)[0].real);
 }
 
+// Just below the sphere a ray that goes outward has a short way to go, and that keeps its digits: the exit is not the
+// difference of two lengths of the size of the sphere.
+TEST(March, AShortWayOutKeepsItsDigits) {
+  constexpr Shape rays{1, 3, 1, 16};
+  Tensor points(rays), direction(rays);
+  for (int s = 0; s < 16; ++s) {
+    points.at(0, 2, 0, s) = static_cast<float>(-3 + std::ldexp(1.0, -s) / 7);  // on the axis: its distance is exact
+    direction.at(0, 2, 0, s) = -1;
+  }
+  Graph g;
+  const Marched m = march(g.constant(points), g.constant(direction), g.constant(Tensor(Shape{1, 3, 1, 1}, 1)),
+                          {1, 1, 1, 1}, {.segments = 1, .near = 0, .radius = 3, .jitter = false});
+  const Tensor length = evaluate(g, {m.length}, test_device(), {})[0];
+  for (int s = 0; s < 16; ++s) {
+    const double want = (3 + points.at(0, 2, 0, s)) / 2;  // from the middle of the one piece
+    EXPECT_NEAR(length.at(0, 0, 0, s), want, 8 * 0x1p-23 * want) << s;
+  }
+}
+
 // A chunk of samples and pixels is a part of the whole: its rays are jittered as they are there.
 TEST(March, JitterIsThatOfTheRayInAnyChunk) {
   constexpr Shape all{1, 3, 8, 48}, tile{1, 3, 4, 16};

@@ -208,7 +208,9 @@ TEST(Render, StandardErrorBoundsTheSpreadOfSobolPoints) {
 }
 
 TEST(Render, ChunksDoNotMatter) {
-  const Tensors t = wall(19, 11, 0.3, 0.2, 2);
+  Tensors t = wall(19, 11, 0.3, 0.2, 2);
+  t["depth"].at(0, 0, 3, 4) = 0;     // not shaded: without depth,
+  t["normal"].at(1, 2, 5, 16) = -1;  // facing away
   RenderSpec spec{.spp = 40};
   const Picture whole = Layer(t, spec, "image").run(7);
   spec.chunk_rays = 48 * 17;  // 17 pixels a chunk, which no row or picture is a multiple of
@@ -218,6 +220,12 @@ TEST(Render, ChunksDoNotMatter) {
   EXPECT_EQ(whole.uncertainty.real, tiles.uncertainty.real);
   spec.chunk_rays = 16;  // a pixel's samples in three chunks: another order of sums
   const Picture slices = Layer(t, spec, "image").run(7);
+  for (const Picture& p : {whole, tiles, slices}) {
+    EXPECT_EQ(p.status.real, whole.status.real);
+    EXPECT_EQ(render_counts(p.status, p.tally).without_depth, 1);
+    EXPECT_EQ(render_counts(p.status, p.tally).facing_away, 1);
+    EXPECT_EQ(render_counts(p.status, p.tally).directions, render_counts(whole.status, whole.tally).directions);
+  }
   for (std::size_t i = 0; i < whole.radiance.real.size(); ++i)
     ASSERT_NEAR(whole.radiance.real[i], slices.radiance.real[i], 8 * 1.2e-7 * std::max(1.0, whole.radiance.real[i]));
   for (std::size_t i = 0; i < whole.uncertainty.real.size(); ++i)
@@ -270,7 +278,8 @@ TEST(Render, DropsWhatIsNotFiniteAndNamesTheFirst) {
   EXPECT_EQ(one.first_dropped->pixel, 2 * 10 + 3);
   EXPECT_TRUE(one.first_dropped->sample >= 0 && one.first_dropped->sample < 16);
 
-  // A lobe without a width, and a normal of infinite length, about which directions are no numbers: dropped and counted.
+  // A lobe without a width, and a normal of infinite length, about which directions are no numbers: dropped and
+  // counted.
   t["albedo"].at(0, 1, 2, 3) = 0.5, t["material"].at(0, 0, 4, 5) = NAN, t["normal"].at(0, 2, 5, 6) = INFINITY;
   const Picture r = Layer(t, {.spp = 16}, "image").run(1);
   const RenderCounts wide = render_counts(r.status, r.tally);

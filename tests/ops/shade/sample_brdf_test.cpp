@@ -534,6 +534,41 @@ OP_CASES(accumulate_samples) {
   return cases;
 }
 
+// What lies beyond the samples of a chunk counts for nothing, even where it looks like rays.
+TEST(AccumulateSamples, SamplesBeyondTheChunkAreNotThere) {
+  Tensors t = sums_inputs(), inside = sums_inputs();
+  for (int p = 0; p < kPixels; ++p)
+    for (int s = 19; s < kSamples; ++s) {
+      inside["pdf"].at(0, 0, p, s) = 0;
+      for (int c = 0; c < 3; ++c) t["radiance"].at(0, c, p, s) = s % 2 ? NAN : 1e3;
+    }
+  const auto run = [](const Tensors& inputs) {
+    Graph g;
+    Values v;
+    for (const auto& [name, tensor] : inputs) v[name] = g.constant(tensor);
+    const SampleSums s = accumulate_samples(v["weight"], v["radiance"], v["pdf"], v["u"], v["hit"], kCount);
+    Executor executor(compile(g, {s.mean, s.squares, s.tally, s.first}, test_device()));
+    executor.run(0, {0, kPixels, 0, 19});
+    std::vector<std::vector<double>> outputs;
+    for (const Value& sum : {s.mean, s.squares, s.tally, s.first}) outputs.push_back(executor.fetch(sum).real);
+    return outputs;
+  };
+  EXPECT_EQ(run(t), run(inside));
+}
+
+// A quarter of a million samples of one pixel: lanes are summed with Kahan's compensation, which leaves two roundings
+// of each whatever their length; then a tree of sixteen, a product and a division. Summed one by one the same number's
+// rounding errors would add up to a thousandth.
+TEST(AccumulateSamples, ManySamplesKeepTheirDigits) {
+  constexpr int samples = 1 << 18;
+  constexpr Shape rays{1, 3, 1, samples}, one{1, 1, 1, samples};
+  Graph g;
+  const Value mean = accumulate_samples(g.fill(rays, 1), g.fill(rays, 0.1), g.fill(one, 1), {}, {}, samples).mean;
+  const Tensor got = evaluate(g, {mean}, test_device(), {})[0];
+  for (const double x : got.real)
+    EXPECT_NEAR(x, 0.1, (2 + 4 * 0.5 + 0.5 + 0.5 + 0.5) * 0x1p-23 * 0.1);
+}
+
 // One sample that is no number, in whichever factor and channel, or that overflows as a product: it is dropped whole,
 // it has no gradient, and those of all other samples are right.
 TEST(AccumulateSamples, ADroppedSampleLeavesTheGradientsOfAllOthers) {
