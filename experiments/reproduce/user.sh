@@ -3,4 +3,4 @@
 # minutes: 25
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/user.toml -- --plot "PSNR as shown"
+result experiments/configs/user.toml -- --table 1_user --plot "diffuse ball"
