@@ -221,7 +221,8 @@ Command& Command::common(std::initializer_list<Common> which) {
         choice("--preset", "Size of the nets", to.preset, {"paper", "compact"});
         break;
       case Common::Gemm:
-        choice("--gemm", "Matrix products by CLBlast or by our packed kernels; auto: packed on a CPU, CLBlast elsewhere", to.gemm,
+        choice("--gemm",
+               "Matrix products by CLBlast or by our packed kernels; auto: packed on a CPU, CLBlast elsewhere", to.gemm,
                {"clblast", "packed", "auto"});
         break;
       case Common::Json:

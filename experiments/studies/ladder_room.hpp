@@ -22,7 +22,8 @@ const std::vector<Rung>& rungs();
 /// tracer's light of the room that holds it.
 const std::vector<std::string>& plain_lights();
 std::string plain_key(const std::string& light, bool true_maps);
-inline const std::string kBestConstant = "oracle: best constant, true maps", kWithBall = "all true, the ball in the room";
+inline const std::string kBestConstant = "oracle: best constant, true maps",
+                         kWithBall = "all true, the ball in the room";
 
 struct LadderOptions {
   int width = 160, height = 120;

@@ -188,7 +188,8 @@ class UserStudy : public StudyRun {
     const std::string& ours = config_.texts("user.lights").at(0);
     table.title = label_of(ours) + " less the others, room by room";
     table.note =
-        "A difference of at most two spreads is none; spread is the larger of that over seeds and the standard error over "
+        "A difference of at most two spreads is none; spread is the larger of that over seeds and the standard error "
+        "over "
         "rooms. " +
         conditions() + ".";
     table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"less", "", Best::None, 3}};

@@ -33,8 +33,8 @@ struct DeviceInfo {
 
 /// Devices of every platform; a platform that is empty or fails to answer is passed over.
 std::vector<DeviceInfo> list_devices();
-/// Why there is none: the loader's folder of drivers, a driver that cannot be loaded, PoCL's cache, each by its name and
-/// the variable behind it.
+/// Why there is none: the loader's folder of drivers, a driver that cannot be loaded, PoCL's cache, each by its name
+/// and the variable behind it.
 std::string why_no_device();
 
 /// Device memory. Copies share it; it is freed with the last copy.

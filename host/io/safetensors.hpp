@@ -46,8 +46,8 @@ std::string not_finite(const StoredTensor& tensor);
 /// usage_error naming file and tensor.
 TensorFile read_safetensors(const std::filesystem::path& path);
 
-/// The same, for weights and what goes on from them: throws usage_error naming the file, the tensor and the place of the
-/// first value that is not finite.
+/// The same, for weights and what goes on from them: throws usage_error naming the file, the tensor and the place of
+/// the first value that is not finite.
 TensorFile read_finite_safetensors(const std::filesystem::path& path);
 
 enum class FloatStorage { F32, F16 };

@@ -18,7 +18,7 @@ struct BruteForce {
 
   struct Hit {
     int pixel = -1;
-    double delta = 0;            // metres
+    double delta = 0;             // metres
     double enters = 0, seen = 0;  // depths at which the ray enters the cell, and of the cell; metres
   };
   Hit trace(const Vec3& origin, const Vec3& direction, int skip) const {

@@ -565,8 +565,7 @@ TEST(AccumulateSamples, ManySamplesKeepTheirDigits) {
   Graph g;
   const Value mean = accumulate_samples(g.fill(rays, 1), g.fill(rays, 0.1), g.fill(one, 1), {}, {}, samples).mean;
   const Tensor got = evaluate(g, {mean}, test_device(), {})[0];
-  for (const double x : got.real)
-    EXPECT_NEAR(x, 0.1, (2 + 4 * 0.5 + 0.5 + 0.5 + 0.5) * 0x1p-23 * 0.1);
+  for (const double x : got.real) EXPECT_NEAR(x, 0.1, (2 + 4 * 0.5 + 0.5 + 0.5 + 0.5) * 0x1p-23 * 0.1);
 }
 
 // One sample that is no number, in whichever factor and channel, or that overflows as a product: it is dropped whole,
