@@ -10,6 +10,11 @@ office=assets/real/office
 if [ $# -gt 0 ]; then
   exec build/clerestory invert "$@"
 fi
-build/clerestory invert "$office/rgb.png" --camera "$office/camera.json" --out runs/invert/office
-build/clerestory insert runs/invert/office --at 330,400 --radius 0.25 --albedo 0.95,0.95,0.95 --roughness 0.02 --metallic 1
-echo "The report: $root/runs/invert/office/report.html"
+run=runs/invert/office
+for ((n = 2; ; ++n)); do  # a second start leaves the first one's run, and what was made from it, alone
+  [ -e "$run" ] || break
+  run=runs/invert/office-$n
+done
+build/clerestory invert "$office/rgb.png" --camera "$office/camera.json" --out "$run"
+build/clerestory insert "$run" --at 330,400 --radius 0.25 --albedo 0.95,0.95,0.95 --roughness 0.02 --metallic 1
+echo "The report: $root/$run/report.html"

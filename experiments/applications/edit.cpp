@@ -288,6 +288,7 @@ std::string edit(const EditOptions& options) {
   const Image mask = read_edit_mask(options.mask, scene);
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
+  inherit_facts(options.run, provenance);
   RenderSettings render = options.render;
   render.after_chunk = chunk_progress("edit");
   take_light(render, options.lit_by, device, scene, provenance);

@@ -149,6 +149,13 @@ ChunkListener over_passes(const ChunkListener& told, int passes) {
   };
 }
 
+/// Lengths are metres, and the room's may be nobody's measure.
+void warn_of_scale(const Provenance& record) {
+  const auto scale = record.facts.find(kDepthScaleFact);
+  if (scale == record.facts.end() || scale->second.find(kPredictedScale) == std::string::npos) return;
+  say("insert: --radius, --size and --at-point in metres rest on the room's scale: " + scale->second);
+}
+
 }  // namespace
 
 std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at) {
@@ -268,6 +275,8 @@ void insert(const InsertOptions& options) {
   const Scene scene = read_run(options.run);
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
+  inherit_facts(options.run, provenance);
+  warn_of_scale(provenance);
   RenderSettings render = options.render;
   render.after_chunk = chunk_progress("insert");
   take_light(render, options.lit_by, device, scene, provenance);

@@ -116,7 +116,7 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
     how = "--depth-scale";
   } else {
     factor = prediction.scene_scale / p99;
-    how = fmt::format("predicted, typically wrong by {:.0f} %", 100 * std::expm1(prediction.scale_error));
+    how = fmt::format("{}, {}; --known X,Y,METRES sets it", kPredictedScale, prediction.off_by);
   }
   for (float& d : depth.data) d = static_cast<float>(d * factor);
   return fmt::format("{:.2f} m at the 99th percentile, {}", factor * p99, how);
@@ -229,6 +229,7 @@ class Inversion {
     record_.inputs.push_back(record_file(options_.photo));
     record_.facts["photo"] = photo_.note;
     record_.facts["camera"] = camera_note_;
+    if (given_.depth && fs::is_directory(options_.gbuffer)) inherit_facts(options_.gbuffer, record_);
     lap("reading");
   }
 
@@ -251,8 +252,8 @@ class Inversion {
       for (const std::string& what : prediction_.left_out) record_.left_out.push_back({what, "not asked for", ""});
     }
     if (request.depth) {
-      record_.facts["scale of depth"] = scale_depth(options_, prediction_.depth, prediction_);
-      say("depth: " + record_.facts["scale of depth"]);
+      record_.facts[kDepthScaleFact] = scale_depth(options_, prediction_.depth, prediction_);
+      say("depth: " + record_.facts[kDepthScaleFact]);
     }
     plan_ = prediction_.explanation;
     lap("network");

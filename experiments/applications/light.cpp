@@ -97,6 +97,7 @@ std::string light(const LightOptions& options) {
   if (!place.note.empty()) say("light: " + place.note);
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
+  inherit_facts(options.run, provenance);
   RenderSettings render = options.render;
   take_light(render, options.lit_by, device, scene, provenance);
 

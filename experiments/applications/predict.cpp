@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 
 #include "experiments/applications/shipped.hpp"
 #include "experiments/evaluation/prepare.hpp"
+#include "experiments/evaluation/real_scale.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
 #include "host/graph/plan.hpp"
+#include "host/io/files.hpp"
 #include "host/ops/nn/unit_vector.hpp"
 #include "host/ops/tensor/joint_bilateral.hpp"
 #include "host/report/preview.hpp"
@@ -31,6 +35,15 @@ void clamp_unit(Image& image) {
 
 /// Display values of a picture whose exposure is already right: what the eye compares, and the bilateral with it.
 Tensor guide_of(const Image& exposed) { return tensor_of(show_radiance(exposed)); }
+
+/// Rooms like those of training flatter: what was measured on photographs stands beside them.
+std::string scale_doubt(const std::filesystem::path& weights, const std::map<std::string, std::string>& metadata) {
+  std::string text = "typically off by ";
+  if (const auto error = metadata.find("scale_error"); error != metadata.end())
+    text += fmt::format("{:.0f} % in generated rooms, ", 100 * std::expm1(std::stod(error->second)));
+  const std::optional<RealScale> real = real_scale(weights, file_hash(weights));
+  return text + (real ? "by " + real->text() : "by what nobody measured on real photographs");
+}
 
 }  // namespace
 
@@ -94,8 +107,7 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   if (depth) {
     result.depth = image_of(executor, depth, 1);
     result.scene_scale = std::exp(executor.fetch(maps.log_scale).real[0]);
-    const auto error = loaded.metadata.find("scale_error");
-    if (error != loaded.metadata.end()) result.scale_error = std::stod(error->second);
+    result.off_by = scale_doubt(weights, loaded.metadata);
   }
   result.note = fmt::format("{} ({}), at {}x{}", weights.filename().string(), loaded.preset, small.width, small.height);
   result.explanation = executor.explain();

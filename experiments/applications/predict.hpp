@@ -21,7 +21,7 @@ struct Prediction {
   Image depth;              // 1: relative, 0..1
   Image material;           // 3: roughness, metallic, 0
   double scene_scale = 0;   // metres of the 99th percentile of depth
-  double scale_error = 0;   // median |delta log| of scene_scale on validation, from the weights
+  std::string off_by;       // how far scene_scale is typically off: on generated rooms, on real photographs
   std::string note;         // weights, preset and size the network ran at
   std::string explanation;  // of the plan
   std::vector<std::string> left_out;

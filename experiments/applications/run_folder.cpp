@@ -95,6 +95,13 @@ Rerender read_rerender(const fs::path& folder) {
           read_map(folder / "uncertainty.exr", 1)};
 }
 
+void inherit_facts(const fs::path& run, Provenance& record) {
+  if (!fs::exists(run / kProvenanceName)) return;
+  const Provenance made = read_provenance(run / kProvenanceName);
+  for (const char* name : {kDepthScaleFact, "camera"})
+    if (const auto fact = made.facts.find(name); fact != made.facts.end()) record.facts.insert(*fact);
+}
+
 FolderLock lock_run(const fs::path& run, LockKind kind) {
   require_run(run);
   return FolderLock(run, kind);

@@ -32,6 +32,13 @@ Scene read_run(const std::filesystem::path& folder);
 Scene read_run_maps(const std::filesystem::path& folder);
 Rerender read_rerender(const std::filesystem::path& folder);
 
+/// Facts of a run on which all rests that is made from it. "scale of depth" says where metres come from; a run of given
+/// maps has none.
+inline constexpr const char* kDepthScaleFact = "scale of depth";
+inline constexpr const char* kPredictedScale = "predicted";  // a word of it where nobody measured
+/// Copies those facts from a run to what is made from it; a folder without provenance.json has none.
+void inherit_facts(const std::filesystem::path& run, Provenance& record);
+
 /// Throws usage_error when there is no such folder, or another process works on it.
 FolderLock lock_run(const std::filesystem::path& run, LockKind kind);
 

@@ -125,6 +125,8 @@ void write_run_report(const std::filesystem::path& folder) {
                        "), shadowing it and mirrored in it.");
     report.compare("Photograph", exposed(scene.photo, exposure), "With objects",
                    exposed(read_map(folder / "composite.exr", 3), exposure));
+    if (const auto scale = inserted.facts.find(kDepthScaleFact); scale != inserted.facts.end())
+      report.paragraph("Scale of the room, on which sizes of objects in metres rest: " + scale->second + ".");
     report.paragraph(command_text(inserted.command) + fmt::format(" ({:.1f} s)", figure(inserted, "seconds")));
   }
   report.section("Maps");

@@ -148,17 +148,20 @@ std::vector<std::string> evaluation_conventions(int width, int height) {
   return lines;
 }
 
-FrameResult judge_frame(const std::string& name, const Image& predicted_depth, const Image& measured,
+FrameResult judge_frame(const std::string& name, const Image& predicted_depth, double log_scale, const Image& measured,
                         const MapSet* means) {
   const Image truth = resize_nearest(measured, predicted_depth.width, predicted_depth.height);
   Image mask(truth.width, truth.height, 1);
-  double valid = 0;
+  const double metres = std::exp(log_scale) / scene_scale(predicted_depth.data, name);
+  std::vector<double> ratios;
   for (std::size_t i = 0; i < truth.data.size(); ++i)
-    if (std::isfinite(truth.data[i]) && truth.data[i] > 0) mask.data[i] = 1, ++valid;
-  FrameResult result{name, valid / static_cast<double>(truth.data.size()), 0, 0, {}};
+    if (std::isfinite(truth.data[i]) && truth.data[i] > 0)
+      mask.data[i] = 1, ratios.push_back(metres * predicted_depth.data[i] / truth.data[i]);
+  FrameResult result{name, static_cast<double>(ratios.size()) / static_cast<double>(truth.data.size()), 0, 0, 0, 0, {}};
   const auto ours = rooted_si_log(predicted_depth, truth, mask);
   if (!ours) throw usage_error("no pixel has a measured depth", name);
-  result.ours = *ours;
+  result.ours = *ours, result.metres = median(ratios);
+  result.scale = std::exp(log_scale) / scene_scale(truth.data, name);
   result.constant = *rooted_si_log(Image(truth.width, truth.height, 1, 1.0f), truth, mask);
   if (means) result.mean_map = rooted_si_log(means->depth, truth, mask);
   return result;
@@ -172,15 +175,18 @@ Table frames_table(const std::vector<FrameResult>& frames) {
                {"best constant", ""},
                {"training mean", ""},
                {"ours / constant", ""},
-               {"ours / mean", ""}},
+               {"ours / mean", ""},
+               {"scale / measured", ""},
+               {"metres / measured", ""}},
               {}};
-  std::vector<double> to_constant, to_mean;
+  std::vector<double> to_constant, to_mean, off;
   for (const FrameResult& f : frames) {
     to_constant.push_back(f.ours / f.constant);
     if (f.mean_map) to_mean.push_back(f.ours / *f.mean_map);
     table.add({f.frame, number(100 * f.valid_share), number(f.ours), number(f.constant),
                f.mean_map ? number(*f.mean_map) : Cell(), number(to_constant.back()),
-               f.mean_map ? number(to_mean.back()) : Cell()});
+               f.mean_map ? number(to_mean.back()) : Cell(), number(f.scale), number(f.metres)});
+    off.push_back(std::exp(std::abs(std::log(f.scale))));
   }
   if (frames.size() > 1) {
     const auto all = [&](auto member) {
@@ -189,9 +195,10 @@ Table frames_table(const std::vector<FrameResult>& frames) {
       return measure_of(values);
     };
     table.add({"mean and spread", Cell(), all(&FrameResult::ours), all(&FrameResult::constant), Cell(),
-               measure_of(to_constant), to_mean.empty() ? Cell() : Cell(measure_of(to_mean))});
+               measure_of(to_constant), to_mean.empty() ? Cell() : Cell(measure_of(to_mean)), Cell(), Cell()});
     table.add({"median", Cell(), Cell(), Cell(), Cell(), number(median(to_constant)),
-               to_mean.empty() ? Cell() : number(median(to_mean))});
+               to_mean.empty() ? Cell() : number(median(to_mean)),
+               fmt::format("off by a factor of {:.2f}", median(off)), Cell()});
   }
   return table;
 }
@@ -244,6 +251,8 @@ std::string evaluation_json(const EvaluationSummary& summary, const std::vector<
     out["frames"].push_back({{"frame", f.frame},
                              {"ours", f.ours},
                              {"best_constant", f.constant},
+                             {"scale_over_measured", f.scale},
+                             {"metres_over_measured", f.metres},
                              {"training_mean", f.mean_map ? json(*f.mean_map) : json(nullptr)},
                              {"valid_share", f.valid_share}});
   return out.dump(1) + "\n";

@@ -56,10 +56,13 @@ struct FrameResult {
   std::string frame;
   double valid_share = 0;  // of pixels with a measurement
   double ours = 0, constant = 0;
+  double scale = 0;   // predicted / measured 99th percentile of depth
+  double metres = 0;  // median over pixels of predicted / measured metres
   std::optional<double> mean_map;
 };
-/// `measured`: metres, 0 none, any size; it is taken to the prediction's size by nearest neighbour.
-FrameResult judge_frame(const std::string& name, const Image& predicted_depth, const Image& measured,
+/// `measured`: metres, 0 none, any size; it is taken to the prediction's size by nearest neighbour. `log_scale`: of the
+/// predicted 99th percentile of depth in metres.
+FrameResult judge_frame(const std::string& name, const Image& predicted_depth, double log_scale, const Image& measured,
                         const MapSet* means);
 Table frames_table(const std::vector<FrameResult>& frames);
 

@@ -13,9 +13,10 @@ mirror="--albedo 0.95,0.95,0.95 --roughness 0.02 --metallic 1"
 brushed="--albedo 0.9,0.65,0.35 --roughness 0.35 --metallic 1"
 plastic="--albedo 0.15,0.35,0.6 --roughness 0.3 --metallic 0"
 
-# take_apart NAME PHOTOGRAPH: a folder of assets/real into a run; put_into NAME OPTION...: objects into that run.
+# take_apart NAME PHOTOGRAPH: a folder of assets/real into a run, which replaces that of an earlier start and all that was
+# made from it; put_into NAME OPTION...: objects into that run.
 take_apart() {
-  build/clerestory invert "assets/real/$1/$2" --camera "assets/real/$1/camera.json" --out "$runs/$1"
+  build/clerestory invert "assets/real/$1/$2" --camera "assets/real/$1/camera.json" --out "$runs/$1" --force
 }
 put_into() {
   build/clerestory insert "$runs/$1" --out "$runs/$1/three" --spp 256 "${@:2}"

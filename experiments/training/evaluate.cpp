@@ -81,7 +81,8 @@ void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, 
     const MapPrediction prediction = predictor.predict({&picture}).front();
     const std::optional<MapSet> mean = means ? std::optional(means->maps(picture.width, picture.height)) : std::nullopt;
     const fs::path name = folder.has_filename() ? folder.filename() : folder.parent_path().filename();
-    out.frames.push_back(judge_frame(name.string(), prediction.maps.depth, frame.depth, mean ? &*mean : nullptr));
+    out.frames.push_back(
+        judge_frame(name.string(), prediction.maps.depth, prediction.log_scale, frame.depth, mean ? &*mean : nullptr));
   }
 }
 

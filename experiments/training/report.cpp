@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "experiments/evaluation/real_scale.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/io/files.hpp"
 #include "host/report/metrics.hpp"
@@ -70,11 +71,28 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
                     drawn ? plot_name : "");
 }
 
+/// The scale of predicted depth on real photographs; nothing where it was not measured with these weights.
+std::string real_scale_section(const std::filesystem::path& weights) {
+  const std::optional<RealScale> real = real_scale(weights, file_hash(weights));
+  if (!real) return {};
+  std::string text =
+      "\n## Scale of depth on real photographs\n| frame | 99th percentile, predicted / measured | metres, predicted / "
+      "measured, median over pixels |\n|---|---|---|\n";
+  for (const ScaledFrame& frame : real->frames)
+    text += fmt::format("| {} | {:.2f} | {:.2f} |\n", frame.name, frame.scale, frame.metres);
+  return text +
+         fmt::format(
+             "\nTypically off by {}; no photograph was seen in training. Measured by `clerestory evaluate --weights "
+             "{} --frames FRAME ... --json={}`.\n",
+             real->text(), weights.filename().string(), frames_file(weights).filename().string());
+}
+
 }  // namespace
 
 std::filesystem::path write_folder_card(const std::filesystem::path& folder, const std::filesystem::path& maps) {
   std::string card;
-  if (std::filesystem::exists(maps)) card = card_of({maps}, read_history(maps), folder, "validation.svg");
+  if (std::filesystem::exists(maps))
+    card = card_of({maps}, read_history(maps), folder, "validation.svg") + real_scale_section(maps);
   const auto light = weights_files(folder);
   if (std::ranges::all_of(light, [](const auto& file) { return std::filesystem::exists(file); }))
     card += (card.empty() ? "" : "\n") + card_of(light, read_history(light[0]), folder, "validation_light.svg");

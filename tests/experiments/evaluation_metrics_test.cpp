@@ -7,6 +7,7 @@
 #include "experiments/evaluation/metrics.hpp"
 #include "experiments/evaluation/summary.hpp"
 #include "host/error.hpp"
+#include "host/math/statistics.hpp"
 
 namespace clerestory {
 namespace {
@@ -162,11 +163,13 @@ TEST(EvaluationSummary, PredictorThatMissesViewsIsNotTheBest) {
 
 TEST(EvaluationSummary, FrameErrorIsOfThePixelsThatWereMeasured) {
   const Image measured = image_of(4, 1, 1, {0, 1, 2, 0});
-  const FrameResult f = judge_frame("f", image_of(4, 1, 1, {9, 1, 4, 9}), measured, nullptr);
+  const FrameResult f = judge_frame("f", image_of(4, 1, 1, {9, 1, 4, 9}), std::log(18.0), measured, nullptr);
   EXPECT_NEAR(f.ours, std::log(2.0) / 2, float_tolerance);
   EXPECT_NEAR(f.constant, std::log(2.0) / 2, float_tolerance);
   EXPECT_DOUBLE_EQ(f.valid_share, 0.5);
-  EXPECT_THROW(judge_frame("f", ones(4, 1), Image(4, 1, 1), nullptr), Error);
+  EXPECT_NEAR(f.scale, 18 / 1.99, 1e-6) << "99th percentiles";
+  EXPECT_NEAR(f.metres, 3, 1e-6) << "depth in metres is 18, 2, 8, 18: twice and four times what was measured";
+  EXPECT_THROW(judge_frame("f", ones(4, 1), 0, Image(4, 1, 1), nullptr), Error);
 }
 
 }  // namespace

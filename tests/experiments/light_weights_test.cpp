@@ -317,7 +317,8 @@ TEST_F(LightWeights, ShippedCardIsThatOfTheShippedFiles) {
   const fs::path shipped = fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights";
   fs::create_directories(folder / "shipped");
   for (const auto& entry : fs::directory_iterator(shipped))
-    if (entry.path().extension() == ".safetensors") fs::copy(entry.path(), folder / "shipped");
+    if (entry.path().extension() == ".safetensors" || entry.path().extension() == ".json")
+      fs::copy(entry.path(), folder / "shipped");
   EXPECT_EQ(text_of(write_folder_card(folder / "shipped", folder / "shipped/maps.safetensors")),
             text_of(shipped / "CARD.md"));
 }

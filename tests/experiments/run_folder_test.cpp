@@ -12,8 +12,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "experiments/evaluation/real_scale.hpp"
 #include "host/io/camera_file.hpp"
 #include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
 #include "host/io/image.hpp"
 #include "host/report/progress.hpp"
 #include "tests/experiments/program.hpp"
@@ -291,6 +293,46 @@ TEST_F(RunFolder, ACameraThatIsAssumedOrOfOtherProportionsIsSaidAndRecorded) {
       << said();
   for (const std::string& text : {said(), text_of(assumed / "provenance.json"), text_of(assumed / "report.html")})
     EXPECT_THAT(text, HasSubstr("65 degrees across the longer side and a level camera are assumed"));
+}
+
+TEST_F(RunFolder, AScaleThatNobodyMeasuredIsSaidToBeOne) {
+  const fs::path out = folder_ / "predicted";
+  ASSERT_EQ(start({"invert", photo(), "--fov", "60", "--light", "image", "--spp", "2", "--out", out}), 0) << said();
+  for (const std::string& text : {said(), text_of(out / "report.html")})
+    EXPECT_THAT(text, AllOf(HasSubstr("% in generated rooms, by a factor of"), HasSubstr("real photographs"),
+                            HasSubstr("--known")));
+  const auto put_into = [](const fs::path& run) {
+    return Words{"insert", run, "--at", "32,40", "--radius", "0.05", "--light", "image", "--spp", "2"};
+  };
+  ASSERT_EQ(start(put_into(out)), 0) << said();
+  EXPECT_THAT(said(), AllOf(HasSubstr("--radius"), HasSubstr("real photographs"), HasSubstr("--known")));
+  EXPECT_THAT(text_of(out / "report.html"), HasSubstr("sizes of objects in metres rest"));
+  // What is made from it rests on it too, and knows.
+  fs::copy(mask(), folder_ / "half.png");
+  const Words edit{"edit", out, "--mask", mask(), "--roughness", "0.5", "--light", "image", "--spp", "2"};
+  ASSERT_EQ(start(edit), 0) << said();
+  ASSERT_EQ(start(put_into(out / "edit")), 0) << said();
+  EXPECT_THAT(said(), HasSubstr("--known"));
+  // Measured, or given: nothing to warn of.
+  ASSERT_EQ(start({"invert", photo(), "--fov", "60", "--light", "image", "--spp", "2", "--known", "32,24,2", "--out",
+                   folder_ / "known"}),
+            0)
+      << said();
+  ASSERT_EQ(start(put_into(folder_ / "known")), 0) << said();
+  EXPECT_THAT(said(), Not(HasSubstr("--radius")));
+  ASSERT_EQ(start(inserted()), 0) << said();
+  EXPECT_THAT(said(), Not(HasSubstr("--radius")));
+}
+
+TEST(RealScaleOfDepth, IsMeasuredForTheShippedWeights) {
+  const fs::path weights = fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";
+  const std::optional<RealScale> scale = real_scale(weights, file_hash(weights));
+  ASSERT_TRUE(scale) << frames_file(weights) << " is of other weights: evaluate --frames";
+  EXPECT_GE(scale->frames.size(), 4u);
+  EXPECT_FALSE(real_scale(weights, "of other weights"));
+  const RealScale three{{{"a", 0.5, 1}, {"b", 1.25, 1}, {"c", 4, 1}}};
+  EXPECT_NEAR(three.factor(), 2, 1e-12);
+  EXPECT_EQ(three.text(), "a factor of 2.00 on 3 real photographs (0.50 to 4.00 times the measured scale)");
 }
 
 // --- One at a time ---------------------------------------------------------------------------------------------------
