@@ -183,7 +183,7 @@ std::unique_ptr<StagedFolder> open_folder(const InvertOptions& options) {
     if (!fits_default(folder, hash)) continue;
     auto staged = std::make_unique<StagedFolder>(folder, replacing);
     if (!fits_default(folder, hash)) continue;  // another process was faster
-    if (n > 0) say(fmt::format("run: {}, for {} is of another photograph", folder.string(), stem));
+    if (n > 0) say(fmt::format("run: {}; {} is not of this photograph", folder.string(), stem));
     return staged;
   }
 }

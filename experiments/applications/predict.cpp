@@ -50,7 +50,7 @@ std::string scale_doubt(const std::filesystem::path& weights, const std::map<std
 std::filesystem::path shipped_weights() {
   std::vector<std::filesystem::path> files = shipped_places("CLERESTORY_WEIGHTS");
   for (std::filesystem::path& file : files) {
-    if (std::filesystem::is_directory(file)) file /= "maps.safetensors";
+    if (file.extension() != ".safetensors") file /= "maps.safetensors";
     if (std::filesystem::exists(file)) return file;
   }
   throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", text_of(files));

@@ -308,7 +308,6 @@ TEST_F(RunFolder, AScaleThatNobodyMeasuredIsSaidToBeOne) {
   EXPECT_THAT(said(), AllOf(HasSubstr("--radius"), HasSubstr("real photographs"), HasSubstr("--known")));
   EXPECT_THAT(text_of(out / "report.html"), HasSubstr("sizes of objects in metres rest"));
   // What is made from it rests on it too, and knows.
-  fs::copy(mask(), folder_ / "half.png");
   const Words edit{"edit", out, "--mask", mask(), "--roughness", "0.5", "--light", "image", "--spp", "2"};
   ASSERT_EQ(start(edit), 0) << said();
   ASSERT_EQ(start(put_into(out / "edit")), 0) << said();
