@@ -51,6 +51,9 @@ OP_CASES(activation) {
     c.step = 1e-4, c.gradient_tolerance = 1e-7;
     cases.push_back(c);
   }
+  OpCase blocks = cases.front();  // rows of several blocks, and no whole number of lanes
+  blocks.label = "blocks", blocks.inputs = {{"x", random_tensor({2, 3, 97, 101}, 1, -2, 2)}}, blocks.differences = 10;
+  cases.push_back(blocks);
   // Far ends, and both sides of the points where the clamps set in (sigmoid = 1/1.01 at ln 100, tanh at 2.65).
   const std::vector<double> ends{0,   -0.0, 1e-30, -1e-30, 90,   -90,   700, -700,
                                  4.6, 4.61, -4.61, 2.64,   2.66, -2.66, 20,  -20};

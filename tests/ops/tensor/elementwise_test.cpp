@@ -17,10 +17,16 @@ Tensor each(const Tensor& a, const Tensor& b, F f) {
 
 OP_CASES(elementwise) {
   std::vector<OpCase> cases;
-  for (const Shape& b : kBroadcasts) {
-    const Tensors inputs{{"a", random_tensor(kFull, 1)}, {"b", random_tensor(b, 2)}};
+  std::vector<std::pair<Shape, Shape>> shapes;
+  for (const Shape& b : kBroadcasts) shapes.emplace_back(kFull, b);
+  // More than one block of a row, and no whole number of lanes.
+  shapes.emplace_back(Shape{2, 2, 97, 101}, Shape{1, 1, 97, 101});
+  for (const auto& pair : shapes) {
+    const Shape full = pair.first, b = pair.second;
+    const Tensors inputs{{"a", random_tensor(full, 1)}, {"b", random_tensor(b, 2)}};
     // Gradients of b are sums of up to 210 products.
     const double gradient_roundings = 30;
+    const int differences = full.count() > 1000 ? 10 : 150;
     cases.push_back(
         {.stem = "elementwise",
          .label = "add_" + b.text(),
@@ -33,7 +39,8 @@ OP_CASES(elementwise) {
              },
          .roundings = 2,
          .differentiate = {"a", "b"},
-         .gradient_roundings = gradient_roundings});
+         .gradient_roundings = gradient_roundings,
+         .differences = differences});
     cases.push_back(
         {.stem = "elementwise",
          .label = "multiply_" + b.text(),
@@ -46,20 +53,22 @@ OP_CASES(elementwise) {
              },
          .roundings = 1,
          .differentiate = {"a", "b"},
-         .gradient_roundings = gradient_roundings});
-    cases.push_back({.stem = "elementwise",
-                     .label = "expand_" + b.text(),
-                     .kernels = {"expand"},
-                     .inputs = {{"b", random_tensor(b, 2)}},
-                     .build = [](Graph&, const Values& v) { return std::vector<Value>{expand(v.at("b"), kFull, 0.3)}; },
-                     .reference =
-                         [](const Tensors& t) {
-                           return std::vector<Tensor>{
-                               each(Tensor(kFull), t.at("b"), [](double, double y) { return 0.3 * y; })};
-                         },
-                     .roundings = 2,
-                     .differentiate = {"b"},
-                     .gradient_roundings = gradient_roundings});
+         .gradient_roundings = gradient_roundings,
+         .differences = differences});
+    cases.push_back(
+        {.stem = "elementwise",
+         .label = "expand_" + b.text(),
+         .kernels = {"expand"},
+         .inputs = {{"b", random_tensor(b, 2)}},
+         .build = [full](Graph&, const Values& v) { return std::vector<Value>{expand(v.at("b"), full, 0.3)}; },
+         .reference =
+             [full](const Tensors& t) {
+               return std::vector<Tensor>{each(Tensor(full), t.at("b"), [](double, double y) { return 0.3 * y; })};
+             },
+         .roundings = 2,
+         .differentiate = {"b"},
+         .gradient_roundings = gradient_roundings,
+         .differences = differences});
   }
   // More than one block of a row, and no whole number of lanes.
   cases.push_back({.stem = "elementwise",

@@ -31,6 +31,9 @@ OP_CASES(slice) {
          .reference = [first](const Tensors& t) { return std::vector<Tensor>{part(t.at("x"), first, 2)}; },
          .roundings = kExact,
          .differentiate = {"x"}});
+  OpCase blocks = cases[1];  // a run of several blocks, and no whole number of lanes
+  blocks.label = "blocks", blocks.inputs = {{"x", random_tensor({2, 6, 97, 101}, 5)}}, blocks.differences = 10;
+  cases.push_back(blocks);
   return cases;
 }
 
