@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "tests/ops/op_check.hpp"
@@ -57,6 +58,19 @@ TEST(Pool, AmongEqualNumbersTheFirstIsTheMaximum) {
     const Tensor got =
         evaluate(g, {dx}, test_device(Precision::Double), {{"x", x}}, {.precision = Precision::Double})[0];
     for (std::size_t i = 0; i < want.real.size(); ++i) EXPECT_NEAR(got.real[i], want.real[i], 1e-15) << i;
+  }
+}
+
+TEST(Pool, NoGradientIsLostWhereAllIsMinusInfinity) {
+  constexpr Shape shape{1, 1, 7, 9};
+  for (const MaxPoolSpec& spec : {MaxPoolSpec{}, MaxPoolSpec{.window = 2, .pad = 0}}) {
+    Graph g;
+    const Value in = g.input("x", shape), y = max_pool(in, spec);
+    const Value dx = gradient(std::vector{y}, std::vector{g.fill(y.shape(), 1)}, std::vector{in})[0];
+    const Tensor got = evaluate(g, {dx}, test_device(), {{"x", Tensor(shape, -INFINITY)}})[0];
+    double sum = 0;
+    for (const double d : got.real) sum += d;
+    EXPECT_EQ(sum, y.shape().plane());
   }
 }
 

@@ -159,6 +159,16 @@ TEST_P(SamplerTest, WeightAndDensityAreThoseOfTheTextbook) {
   }
 }
 
+// A lobe that reflects nothing is still drawn now and then: neither of the two has less than a share of 0.01 to 1.
+TEST(Ggx, LobesOfBlackSurfacesKeepAShare) {
+  Probe probe(test_device(), Precision::Single);
+  for (const auto& [albedo, metallic] : {std::pair{Vec3(0), 0.0}, {Vec3(0), 1.0}, {Vec3(1), 1.0}, {Vec3(0.02), 0.5}}) {
+    const SurfaceReference s{albedo, 0.3, metallic};
+    const Vec3 wo = as_float(view_of(0.6));
+    EXPECT_NEAR(draw(probe, 0, s, wo, 1, 1u, -1.0).lobe, s.specular_probability(wo), 16 * 1.2e-7);
+  }
+}
+
 // White furnace: the mean weight under light 1 is the directional albedo, and single scattering never gains energy.
 TEST_P(SamplerTest, FurnaceGivesTheDirectionalAlbedo) {
   const int sampler = GetParam();

@@ -534,26 +534,64 @@ OP_CASES(accumulate_samples) {
   return cases;
 }
 
-// What lies beyond the samples of a chunk counts for nothing, even where it looks like rays.
+// What lies beyond the samples of a chunk counts for nothing and has no gradient, even where it looks like rays; any
+// count, that is, any rest of a vector.
 TEST(AccumulateSamples, SamplesBeyondTheChunkAreNotThere) {
-  Tensors t = sums_inputs(), inside = sums_inputs();
-  for (int p = 0; p < kPixels; ++p)
-    for (int s = 19; s < kSamples; ++s) {
-      inside["pdf"].at(0, 0, p, s) = 0;
-      for (int c = 0; c < 3; ++c) t["radiance"].at(0, c, p, s) = s % 2 ? NAN : 1e3;
+  Graph g;
+  Values v;
+  const Tensors all = sums_inputs();
+  for (const auto& [name, tensor] : all) v[name] = g.input(name, tensor.shape, tensor.type());
+  const SampleSums s = accumulate_samples(v["weight"], v["radiance"], v["pdf"], v["u"], v["hit"], kCount);
+  const Value d_mean = g.constant(random_tensor({1, 3, kPixels, 1}, 9));
+  std::vector<Value> outputs =
+      gradient(std::vector{s.mean}, std::vector{d_mean}, std::vector{v["weight"], v["radiance"]});
+  outputs.insert(outputs.end(), {s.mean, s.squares, s.tally, s.first});
+  Executor executor(compile(g, outputs, test_device()));
+  for (int count = 1; count < kSamples; ++count) {
+    Tensors garbage = all, nothing = all;
+    for (int p = 0; p < kPixels; ++p)
+      for (int k = count; k < kSamples; ++k) {
+        nothing["pdf"].at(0, 0, p, k) = 0;
+        for (int c = 0; c < 3; ++c) garbage["radiance"].at(0, c, p, k) = k == count ? 1e3 : NAN;
+      }
+    std::vector<std::vector<double>> got[2];
+    for (const int which : {0, 1}) {
+      for (const auto& [name, tensor] : which == 0 ? garbage : nothing) executor.feed(name, tensor);
+      executor.run(0, {0, kPixels, 0, count});
+      for (const Value& output : outputs) got[which].push_back(executor.fetch(output).real);
     }
-  const auto run = [](const Tensors& inputs) {
-    Graph g;
-    Values v;
-    for (const auto& [name, tensor] : inputs) v[name] = g.constant(tensor);
-    const SampleSums s = accumulate_samples(v["weight"], v["radiance"], v["pdf"], v["u"], v["hit"], kCount);
-    Executor executor(compile(g, {s.mean, s.squares, s.tally, s.first}, test_device()));
-    executor.run(0, {0, kPixels, 0, 19});
-    std::vector<std::vector<double>> outputs;
-    for (const Value& sum : {s.mean, s.squares, s.tally, s.first}) outputs.push_back(executor.fetch(sum).real);
-    return outputs;
-  };
-  EXPECT_EQ(run(t), run(inside));
+    ASSERT_EQ(got[0], got[1]) << count << " samples";
+  }
+}
+
+// A ray without a direction is not a dropped sample, whatever stands there: the first that is one is named.
+TEST(AccumulateSamples, OnlyDirectionsAreDropped) {
+  Tensors t = sums_inputs();  // pixel 2 has no direction at samples 0, 7, ...
+  t["radiance"].at(0, 1, 2, 0) = NAN, t["radiance"].at(0, 1, 2, 10) = INFINITY;
+  Graph g;
+  Values v;
+  for (const auto& [name, tensor] : t) v[name] = g.constant(tensor);
+  const SampleSums s = accumulate_samples(v["weight"], v["radiance"], v["pdf"], v["u"], v["hit"], kCount);
+  const std::vector<Tensor> got = evaluate(g, {s.tally, s.first}, test_device(), {});
+  for (int p = 0; p < kPixels; ++p) {
+    EXPECT_EQ(got[0].at(0, 2, p, 0), p == 2);
+    EXPECT_EQ(got[1].at(0, 0, p, 0), p == 2 ? 11 : 0);
+  }
+}
+
+TEST(SumSamples, ColumnsBeyondTheChunkAreZero) {
+  const Tensor x = random_tensor({1, 2, 6, 32}, 1);
+  Graph g;
+  const Value y = sum_samples(g.constant(x));
+  Executor executor(compile(g, {y}, test_device(Precision::Double), {.precision = Precision::Double}));
+  executor.run(0, {0, 4, 0, 19});
+  const Tensor got = executor.fetch(y);
+  for (int c = 0; c < 2; ++c)
+    for (int p = 0; p < 6; ++p) {
+      double sum = 0;
+      for (int s = 0; s < 19 && p < 4; ++s) sum += x.at(0, c, p, s);
+      EXPECT_NEAR(got.at(0, c, p, 0), sum, 1e-14) << c << " " << p;
+    }
 }
 
 // A quarter of a million samples of one pixel: lanes are summed with Kahan's compensation, which leaves two roundings
