@@ -13,7 +13,7 @@
 #include "host/ops/shade/sum_samples.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "tests/ops/op_check.hpp"
-#include "tests/ops/shade/hash_reference.hpp"
+#include "tests/ops/shade/sobol_reference.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
 
 namespace clerestory {
@@ -157,6 +157,20 @@ Tensors same_twice(double roughness) {
 
 Drawn grid(int, int s) { return {hemisphere_direction(s / 16, s % 16), 1 / (128 * hemisphere_weight(s / 16))}; }
 
+/// Directions drawn evenly over the hemisphere by points of `key`, worth what the evaluation maps say.
+std::vector<Tensor> uniform_reference(const Tensors& t, unsigned key, bool sobol) {
+  const auto draw = [&](int p, int s) {
+    const auto pixel = static_cast<unsigned>(p), sample = static_cast<unsigned>(s);
+    const Point4 bits = sobol ? scrambled_sobol_reference(key, pixel, sample, 0) : hashed_bits(key, pixel, sample, 0);
+    const double u = unit_of(bits[0]), v = unit_of(bits[1]), r = std::sqrt(u * (2 - u));
+    return Drawn{{r * std::cos(2 * M_PI * v), r * std::sin(2 * M_PI * v), 1 - u}, 0.5 / M_PI};
+  };
+  return reference(t, false, draw, [&](int p, const Vec3&, const Vec3&, const Vec3& view, const Vec3& towards) {
+    const Frame e = frame_around(glm::normalize(pixel_of(t.at("e_normal"), p)));
+    return weigh_ours(surface_of(t, "e_", p), e.to_local(view), e.to_local(towards));
+  });
+}
+
 OP_CASES(sample_brdf) {
   OpCase ours = sample_case("grid", {.sampler = Sampler::Grid8x16}, false);
   ours.reference = [](const Tensors& t) {
@@ -170,19 +184,13 @@ OP_CASES(sample_brdf) {
       return weigh_li2020(surface_of(t, "", p), wo, wi);
     });
   };
-  OpCase detached = sample_case("uniform_detached", {.sampler = Sampler::Uniform, .points = Points::Independent}, true);
-  detached.reference = [seed = detached.seed](const Tensors& t) {
-    const auto draw = [&](int p, int s) {
-      const std::array<double, 4> random =
-          hashed(seed ^ 0x62726466u, static_cast<unsigned>(p), static_cast<unsigned>(s), 0);
-      const double u = random[0], v = random[1], r = std::sqrt(u * (2 - u));
-      return Drawn{{r * std::cos(2 * M_PI * v), r * std::sin(2 * M_PI * v), 1 - u}, 0.5 / M_PI};
-    };
-    return reference(t, false, draw, [&](int p, const Vec3&, const Vec3&, const Vec3& view, const Vec3& towards) {
-      const Frame e = frame_around(glm::normalize(pixel_of(t.at("e_normal"), p)));
-      return weigh_ours(surface_of(t, "e_", p), e.to_local(view), e.to_local(towards));
-    });
+  const auto uniform = [](bool sobol) {
+    OpCase c = sample_case(sobol ? "uniform_sobol" : "uniform_detached",
+                           {.sampler = Sampler::Uniform, .points = sobol ? Points::Sobol : Points::Independent}, true);
+    c.reference = [sobol, key = c.seed ^ 0x62726466u](const Tensors& t) { return uniform_reference(t, key, sobol); };
+    return c;
   };
+  const OpCase detached = uniform(false);
   OpCase gradients = detached;
   gradients.label = "gradients";
   gradients.kernels = {"sample_brdf", "sample_brdf_adjoint", "sum_samples"};
@@ -201,7 +209,7 @@ OP_CASES(sample_brdf) {
   gradients.no_gradient = {};
   gradients.differentiate = {"e_normal", "e_albedo", "e_material"};
   gradients.gradient_tolerance = 1e-6;
-  return {ours, theirs, detached, gradients};
+  return {ours, theirs, detached, uniform(true), gradients};
 }
 
 // Where the lobe itself draws: its peak, widths down to the least alpha. In double; a float's direction is not the
