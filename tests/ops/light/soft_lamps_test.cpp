@@ -142,7 +142,7 @@ OP_CASES(soft_lamps) {
 }
 
 // The unknowns of a chunk that does not fill its tile: what lies beyond its samples weighs nothing.
-TEST(SoftLamps, SamplesBeyondTheChunkWeighNothing) {
+TEST(WeighLamps, SamplesBeyondTheChunkAreNotThere) {
   Tensors in = rays(3, 32, 5, true, 0.3, 1.5);
   in["weight"] = random_tensor({1, 3, 3, 32}, 8, 0, 1);
   Tensors less = in;
