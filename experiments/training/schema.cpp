@@ -53,8 +53,9 @@ Schema make_schema() {
   s.integer("train.steps", 0, "end after so many steps; 0: no such limit", {0, 1e12});
   s.real("train.epochs", 0, "end after so many passes over the views; 0: no such limit", {0, 1e9});
   s.real("train.minutes", 0,
-         "end after so many minutes of training (breaks not counted); 0: no such limit. The rate then "
-         "follows the clock, so two such runs do not agree bit for bit",
+         "end after so many minutes of training; 0: no such limit. On a CPU they are its processor time over its "
+         "cores: breaks and other programs do not count. The rate then follows the clock, so two such runs do not "
+         "agree bit for bit",
          {0, 1e6});
   s.real("train.rate", 5e-4, "learning rate at the start", {0, 10});
   s.text("train.schedule", "cosine", "how the rate falls over the leg", {"cosine", "step", "constant"});

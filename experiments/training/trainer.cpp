@@ -59,7 +59,10 @@ class Trainer {
   void validate();
   void checkpoint();
   void finish();
-  double seconds() const { return progress_.seconds + (clock_seconds() - started_); }
+  /// Of this process's work, in seconds. On a CPU its processor time over the cores, so that others who work beside a
+  /// leg, and its being stopped for them, neither shorten it nor make it worth more; wall time elsewhere.
+  double work_clock() const { return cores_ > 0 ? processor_seconds() / cores_ : clock_seconds(); }
+  double seconds() const { return progress_.seconds + (work_clock() - started_); }
   bool due(std::int64_t every) const { return every > 0 && progress_.step % every == 0; }
   Leg& leg() { return progress_.history.legs.back(); }
   void update_leg();
@@ -83,7 +86,8 @@ class Trainer {
   std::unique_ptr<MetricsWriter> metrics_;
   LegLimits limits_;
   TrainingProgress progress_;
-  double started_ = 0;          // clock when progress_.seconds was true
+  int cores_ = 0;               // of a CPU
+  double started_ = 0;          // work_clock() when progress_.seconds was true
   double last_checkpoint_ = 0;  // clock
   double rate_ = 0, log_clock_ = 0;
   std::int64_t log_step_ = 0;
@@ -115,6 +119,7 @@ TrainingOutcome Trainer::run() {
 void Trainer::prepare() {
   catch_interrupts();
   Device device = Device::open(options_.device);
+  cores_ = device.info().cpu ? device.info().compute_units : 0;
   provenance_ = begin_provenance(command_, device.fingerprint());
   provenance_.seeds["run.seed"] = options_.seed;
   provenance_.hashes["kernels"] = kernels_hash();
@@ -198,7 +203,8 @@ void Trainer::update_leg() {
 }
 
 void Trainer::loop() {
-  started_ = last_checkpoint_ = log_clock_ = clock_seconds();
+  started_ = work_clock();
+  last_checkpoint_ = log_clock_ = clock_seconds();
   log_step_ = progress_.step;
   if (progress_.step == 0) validate();
   const bool by_steps = limits_.steps > 0;

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <chrono>
 #include <cmath>
 #include <fstream>
+#include <thread>
 
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/evaluate.hpp"
@@ -76,6 +78,19 @@ long newest_checkpoint(const fs::path& root) {
       newest = std::max(newest, std::stol(name.substr(5)));
   }
   return newest;
+}
+
+TEST_F(TrainingRun, MinutesAreThoseItWorked) {
+  const double minutes = 0.05;
+  Program program = start("runs", {fmt::format("train.minutes={}", minutes), "log.checkpoint_every=5"});
+  ASSERT_TRUE(wait_until([&] { return newest_checkpoint(folder / "runs") >= 0; })) << output_of("runs");
+  program.signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::seconds(6));  // longer than the whole leg
+  program.signal(SIGCONT);
+  ASSERT_EQ(program.wait(), 0) << output_of("runs");
+  const double seconds = read_provenance(run_below("runs") / "provenance.json").figures.at("seconds");
+  EXPECT_GE(seconds, 60 * minutes);
+  EXPECT_LE(seconds, 60 * minutes + 2) << "its last step and validation";
 }
 
 TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
