@@ -22,7 +22,7 @@ std::array<double, 3> fit_constant(Device& device, const Scene& scene, RenderSet
       if (!used(c, i)) continue;
       const auto seen = static_cast<double>(scene.photo.data[c * n + i]),
                  lit = static_cast<double>(unit.data[c * n + i]);
-      const double weight = weight_of_pixel(seen, whole / count);
+      const double weight = weight_of_pixel(seen, whole / count, settings.fit);
       product += weight * weight * lit * seen, squares += weight * weight * lit * lit;
     }
     if (squares > 0) fitted[c] = product / squares;

@@ -30,6 +30,7 @@ struct RenderSettings {
   std::shared_ptr<const LightNets> nets;          // of net and out_of_view
   std::optional<std::array<double, 3>> constant;  // radiance of `constant`; none: ambient_of() the scene
   std::vector<SoftLamp> lamps;                    // added to any light (fit_lamps)
+  FitWeights fit;                                 // of fit_lamps() and fit_constant()
   std::string brdf = "ggx";                       // ggx | li2020
   std::uint32_t seed = 0;
   int chunk_rays = 0;    // rays at once; 0: as many as the light allows

@@ -24,15 +24,7 @@ constexpr int kSamples = 64;  // directions from each, but for a fixed grid of t
 // as large as the gap to its neighbours.
 constexpr int kDirections = 96;
 constexpr std::array kDistances{0.4, 0.8, 1.3};
-constexpr double kSize = 0.3;  // of a candidate's distance
-// Of the mean, added to what an error is relative to. Least squares of relative errors are too dark: on six held-out
-// rooms 0.1 left the re-render at 0.65 of the photograph and 0.5 at 0.74, at the same relMSE (with a ridge of 1e-4).
-constexpr double kFloor = 0.5;
-// Of the mean of the squared columns: shading tells little of where a lamp stands, so that light is spread over all
-// candidates that explain it alike. It matters little: on five rooms of balls.toml 0.01, 0.1 and 1 give a glossy ball
-// 11.8, 11.9 and 12.2 dB, a diffuse one 12.6, 12.7 and 11.7, the room around it 23.1, 23.2 and 23.6, six re-renders a
-// relMSE of .135, .135 and .139.
-constexpr double kRidge = 1;
+constexpr double kSize = 0.3;      // of a candidate's distance
 constexpr double kNothing = 1e-3;  // of all lamps' light: a lamp that adds less is left out
 constexpr int kSweeps = 2000;
 constexpr double kConverged = 1e-7;  // of the largest amplitude
@@ -139,9 +131,10 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
   return e;
 }
 
-/// Minimum over a >= 0 of |A a - t|^2 + ridge |a|^2: coordinate descent over the normal equations, in double.
+/// Minimum over a >= 0 of |A a - t|^2 + ridge m |a|^2, m the mean of A's squared columns: coordinate descent over the
+/// normal equations, in double.
 std::vector<double> non_negative_least_squares(const std::vector<double>& rows, const std::vector<double>& target,
-                                               std::size_t unknowns) {
+                                               std::size_t unknowns, double ridge) {
   std::vector<double> gram(unknowns * unknowns, 0), slope(unknowns, 0), a(unknowns, 0);
   for (std::size_t i = 0; i < target.size(); ++i) {
     const double* row = rows.data() + i * unknowns;
@@ -153,7 +146,7 @@ std::vector<double> non_negative_least_squares(const std::vector<double>& rows, 
   double trace = 0;
   for (std::size_t k = 0; k < unknowns; ++k) trace += gram[k * unknowns + k];
   if (trace <= 0) return a;
-  for (std::size_t k = 0; k < unknowns; ++k) gram[k * unknowns + k] += kRidge * trace / static_cast<double>(unknowns);
+  for (std::size_t k = 0; k < unknowns; ++k) gram[k * unknowns + k] += ridge * trace / static_cast<double>(unknowns);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double moved = 0, largest = 0;
     for (std::size_t k = 0; k < unknowns; ++k) {  // slope is that of half the sum of squares at a
@@ -182,7 +175,8 @@ struct Problem {
   }
 };
 
-Problem problem_of(const Explained& e, std::size_t channel, std::size_t unknowns, double& missing) {
+Problem problem_of(const Explained& e, std::size_t channel, std::size_t unknowns, const FitWeights& weights,
+                   double& missing) {
   const std::size_t n = e.pixels();
   const float* photo = e.photo.plane(static_cast<int>(channel));
   double whole = 0, count = 0, dark = 0;
@@ -193,7 +187,7 @@ Problem problem_of(const Explained& e, std::size_t channel, std::size_t unknowns
   for (std::size_t i = 0; i < n; ++i) {
     if (e.counts.data[i] == 0) continue;
     const auto seen = static_cast<double>(photo[i]), lit = static_cast<double>(e.radiance[channel * n + i]);
-    const double weight = weight_of_pixel(seen, whole / count);
+    const double weight = weight_of_pixel(seen, whole / count, weights);
     const float* shares = e.shares.data() + (i * 3 + channel) * unknowns;
     for (std::size_t k = 0; k < unknowns; ++k) p.rows.push_back(weight * static_cast<double>(shares[k]));
     p.target.push_back(weight * (seen - lit));
@@ -216,7 +210,7 @@ std::vector<SoftLamp> that_matter(const std::vector<SoftLamp>& all) {
 
 }  // namespace
 
-double weight_of_pixel(double seen, double mean) { return 1 / (seen + kFloor * mean); }
+double weight_of_pixel(double seen, double mean, const FitWeights& fit) { return 1 / (seen + fit.floor * mean); }
 
 SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp>& lamps) {
   if (lamps.empty()) return light;
@@ -239,8 +233,8 @@ LampFit fit_lamps(Device& device, const Scene& scene, const RenderSettings& sett
   const Explained e = explain(device, scene, settings, all);
   double before = 0, after = 0, equations = 0;
   for (std::size_t c = 0; c < 3; ++c) {
-    const Problem p = problem_of(e, c, all.size(), fit.missing[c]);
-    const std::vector<double> a = non_negative_least_squares(p.rows, p.target, all.size());
+    const Problem p = problem_of(e, c, all.size(), settings.fit, fit.missing[c]);
+    const std::vector<double> a = non_negative_least_squares(p.rows, p.target, all.size(), settings.fit.ridge);
     before += p.sum_of_squares(std::vector<double>(all.size(), 0)), after += p.sum_of_squares(a);
     equations += static_cast<double>(p.target.size());
     for (std::size_t k = 0; k < all.size(); ++k) all[k].radiance[c] = a[k];

@@ -23,13 +23,22 @@ struct SoftLamp {
 /// `light` and the lamps. It traces, for lamps shine only where a ray leaves what is seen.
 SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp>& lamps);
 
-/// What multiplies a pixel's error in a fit to the photograph: 1 / (seen + half the mean of all that count).
-double weight_of_pixel(double seen, double mean);
+/// What a fit to the photograph weighs (of lamps, of the constant light). Chosen on rooms on which nothing is judged
+/// (docs/results/lamps.md).
+struct FitWeights {
+  double floor = 0.5;  // of the mean of what is seen, added to what an error is relative to; relative errors alone
+                       // (0) end too dark
+  double ridge = 1;    // of lamps: of the mean of the squared columns; shading tells little of where a lamp stands, so
+                       // that light is spread over all candidates that explain it alike
+};
+
+/// What multiplies a pixel's error in a fit to the photograph: 1 / (seen + floor times the mean of all that count).
+double weight_of_pixel(double seen, double mean, const FitWeights& fit);
 
 /// Lamps that explain what the photograph's surfaces send beyond what settings.light makes them send, and how well.
 struct LampFit {
   std::vector<SoftLamp> lamps;      // none: the light is bright enough everywhere
-  double before = 0, after = 0;     // root mean square error of the re-render over (photograph + half its mean)
+  double before = 0, after = 0;     // root mean square error of the re-render, weighted by weight_of_pixel()
   std::array<double, 3> missing{};  // share of the photograph that the light alone does not explain, by channel
   std::size_t candidates = 0;
   double seconds = 0;

@@ -1,5 +1,8 @@
 #include "experiments/applications/light_weights.hpp"
 
+#include <algorithm>
+#include <cstdio>
+
 #include "experiments/applications/shipped.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
@@ -64,17 +67,25 @@ void choose_light(RenderSettings& settings, LightChoice& choice, const std::stri
   }
 }
 
-std::string light_of(const std::string& name) { return name.substr(0, name.find('+')); }
+StudyLight study_light(const std::string& name) {
+  const std::size_t plus = std::min(name.find('+'), name.size()), space = std::min(name.find(' '), name.size());
+  StudyLight study{name.substr(0, plus), plus < space ? name.substr(plus + 1, space - plus - 1) : "", {}};
+  if (plus < name.size() && study.fitted != "lamps" && !(study.fitted == "fit" && study.light == "constant"))
+    throw usage_error("nothing of that name is fitted to a light", name, study.fitted, "LIGHT+lamps or constant+fit");
+  if (space == name.size()) return study;
+  const std::string weights = name.substr(space + 1);
+  int read = 0;
+  if (std::sscanf(weights.c_str(), "%lf,%lf%n", &study.fit.floor, &study.fit.ridge, &read) != 2 ||
+      static_cast<std::size_t>(read) != weights.size() || !(study.fit.floor > 0 && study.fit.ridge > 0))
+    throw usage_error("a fit has two weights above 0", name, weights, "LIGHT+lamps FLOOR,RIDGE");
+  return study;
+}
 
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
-  base.light = light_of(name);
-  const std::string fitted = name.substr(base.light.size());
-  if (fitted == "+lamps")
-    base.lamps = fit_lamps(device, scene, base).lamps;
-  else if (fitted == "+fit" && base.light == "constant")
-    base.constant = fit_constant(device, scene, base);
-  else if (!fitted.empty())
-    throw usage_error("nothing of that name is fitted to a light", name, fitted, "LIGHT+lamps or constant+fit");
+  const StudyLight study = study_light(name);
+  base.light = study.light, base.fit = study.fit;
+  if (study.fitted == "lamps") base.lamps = fit_lamps(device, scene, base).lamps;
+  if (study.fitted == "fit") base.constant = fit_constant(device, scene, base);
   return base;
 }
 

@@ -34,10 +34,17 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
 /// Throws usage_error when there are none, or what load_light() throws.
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);
 
-/// Lights as studies name them: a name of light_names(); "net+lamps", one with lamps fitted to its scene;
-/// "constant+fit", the constant that is fitted to it (nets/constant_light.hpp). The light alone, "net".
-std::string light_of(const std::string& name);
-/// `base` under a light so named. Throws usage_error on another name.
+/// A light as studies name it: a name of light_names(); "net+lamps", one with lamps fitted to its scene;
+/// "constant+fit", the constant that is fitted to it (nets/constant_light.hpp). FLOOR,RIDGE after either weigh the fit:
+/// "net+lamps .5,1".
+struct StudyLight {
+  std::string light;   // "net"
+  std::string fitted;  // "lamps", "fit" or nothing
+  FitWeights fit;
+};
+/// Throws usage_error on another name.
+StudyLight study_light(const std::string& name);
+/// `base` under a light so named. Throws what study_light() throws.
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene);
 
 /// "image", or the name of a learned light and its weights: for provenance and report.

@@ -36,7 +36,7 @@ class EditStudy : public StudyRun {
   void measure() override {
     lights_ = config_.texts("edit.lights");
     for (const std::string& light : lights_) {
-      settings_.light = light_of(light);
+      settings_.light = study_light(light).light;
       if (!is_learned_light(settings_.light)) continue;
       use_light(settings_);
     }

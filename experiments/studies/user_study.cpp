@@ -78,7 +78,7 @@ class UserStudy : public StudyRun {
     options_.probe_spp = whole("user.probe_spp"), options_.seeds = whole("study.seeds");
     options_.lights = config_.texts("user.lights"), options_.render.spp = whole("user.spp");
     for (const std::string& light : options_.lights) {
-      options_.render.light = light_of(light);
+      options_.render.light = study_light(light).light;
       if (is_learned_light(options_.render.light)) use_light(options_.render);
     }
     options_.maps_weights = use_maps();

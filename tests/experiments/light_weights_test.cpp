@@ -1,4 +1,6 @@
 // Weights of the light: the text of their shape, the two files and every way in which they may be wrong, the card.
+#include "experiments/applications/light_weights.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,6 +29,20 @@ std::string usage_message(const std::function<void()>& action) {
   }
   ADD_FAILURE() << "no error";
   return "";
+}
+
+TEST(StudyLights, SayWhatIsFittedAndHowItIsWeighed) {
+  EXPECT_EQ(study_light("net").light, "net");
+  EXPECT_EQ(study_light("net").fitted, "");
+  EXPECT_EQ(study_light("image+lamps").fitted, "lamps");
+  const StudyLight weighted = study_light("constant+fit 0.25,3");
+  EXPECT_EQ(weighted.light, "constant");
+  EXPECT_EQ(weighted.fitted, "fit");
+  EXPECT_EQ(weighted.fit.floor, 0.25);
+  EXPECT_EQ(weighted.fit.ridge, 3);
+  for (const char* name : {"net+fit", "net+", "net+lamp", "net+lamps 1", "net+lamps 1,2,3", "net+lamps 0,1",
+                           "net+lamps 1,-1", "net+lamps nan,1", "net+lamps x,1"})
+    EXPECT_THAT(usage_message([&] { study_light(name); }), HasSubstr(name));
 }
 
 /// As small as the nets come.

@@ -103,6 +103,28 @@ TEST(SoftLamps, AreFittedWithTheSamplerAndTheSurfacesThatRender) {
   EXPECT_NE(fit_under([](RenderSettings& s) { s.brdf = "li2020"; }).before, usual.before);
 }
 
+// The ridge trades what is left for smaller lamps, the floor says how much errors of dark pixels count: of a dark wall
+// that one lamp lights too much, the more the less the floor is.
+TEST(SoftLamps, WeightsOfTheFitAreTheSettings) {
+  const Scene scene = lit_corner();
+  const auto fit_with = [&](double floor, double ridge) {
+    RenderSettings settings = under_constant(64);
+    settings.fit = {floor, ridge};
+    return fit_lamps(device(), scene, settings);
+  };
+  const auto light = [](const LampFit& fit) {
+    double squares = 0;
+    for (const SoftLamp& lamp : fit.lamps)
+      for (const double r : lamp.radiance) squares += r * r;
+    return squares;
+  };
+  const LampFit loose = fit_with(0.5, 0.01), tight = fit_with(0.5, 10);
+  EXPECT_LT(loose.after, tight.after);
+  EXPECT_GT(light(loose), light(tight));
+  EXPECT_EQ(loose.before, tight.before);
+  EXPECT_GT(fit_with(0.1, 1).before, loose.before) << "relative to less";
+}
+
 TEST(SoftLamps, NoneWhereNothingIsMissing) {
   Scene scene = corner();
   std::fill(scene.photo.data.begin(), scene.photo.data.end(), 0.f);
