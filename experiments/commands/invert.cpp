@@ -41,7 +41,7 @@ void add_invert_command(CommandLine& line) {
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Quiet})
       .notes(
-          "The camera looks along -z, x right, y up; depth is axial, in metres. See README.md for the RUN folder.\n" +
+          "The camera looks along -z, x right, y up; depth is axial, in metres. See docs/guide.md for the RUN folder.\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
     options->device = common.device, options->gemm = common.gemm, options->preset = common.preset,
