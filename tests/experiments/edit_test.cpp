@@ -20,8 +20,8 @@
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
+#include "tests/experiments/bare_room.hpp"
 #include "tests/experiments/program.hpp"
-#include "tracer/generate.hpp"
 #include "tracer/views.hpp"
 
 namespace clerestory {
@@ -37,12 +37,7 @@ class EditTest : public ::testing::Test {
     folder_ = fs::temp_directory_path() / fmt::format("clerestory-edit-{}", ::getpid());
     fs::create_directories(folder_);
     device_.emplace(Device::open());
-    GenerateOptions options;
-    options.out = folder_ / "rooms", options.rooms = 1, options.views = 1, options.width = 64, options.height = 48;
-    options.spp = 32, options.light = false, options.box_rooms = true, options.split = "test";
-    options.assets = fs::path(CLERESTORY_SOURCE_DIR) / "assets";
-    generate(*device_, options);
-    const fs::path view = options.out / list_rooms(options.out, "test").at(0) / "000";
+    const fs::path view = make_bare_room(*device_, folder_ / "rooms", 32);
     scene_ = scene_of(read_view(view), view.string());
     settings_.spp = 32;
   }

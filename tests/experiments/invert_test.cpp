@@ -16,7 +16,7 @@
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/provenance.hpp"
-#include "tracer/generate.hpp"
+#include "tests/experiments/bare_room.hpp"
 
 namespace clerestory {
 namespace {
@@ -29,12 +29,7 @@ class InvertTest : public ::testing::Test {
   static void SetUpTestSuite() {
     folder_ = fs::temp_directory_path() / fmt::format("clerestory-invert-{}", ::getpid());
     fs::create_directories(folder_);
-    GenerateOptions options;
-    options.out = folder_ / "rooms", options.rooms = 1, options.views = 1, options.width = 64, options.height = 48;
-    options.spp = 32, options.light = false, options.box_rooms = true, options.split = "test";
-    options.assets = fs::path(CLERESTORY_SOURCE_DIR) / "assets";
-    generate(Device::open(), options);
-    view_ = options.out / list_rooms(options.out, "test").at(0) / "000";
+    view_ = make_bare_room(Device::open(), folder_ / "rooms", 32);
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 

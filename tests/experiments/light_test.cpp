@@ -24,10 +24,10 @@
 #include "host/report/provenance.hpp"
 #include "nets/render_scene.hpp"
 #include "nets/scene_light.hpp"
+#include "tests/experiments/bare_room.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 #include "tests/experiments/untrained_light.hpp"
-#include "tracer/generate.hpp"
 
 namespace clerestory {
 namespace {
@@ -39,11 +39,7 @@ struct Light : testing::Test {
   static void SetUpTestSuite() {
     set_quiet(true);
     folder_ = std::make_unique<ScratchFolder>("clerestory-light");
-    GenerateOptions o;
-    o.out = *folder_ / "rooms", o.rooms = 1, o.views = 1, o.width = 64, o.height = 48;
-    o.spp = 8, o.light = false, o.box_rooms = true, o.split = "test";
-    generate(Device::open(), o);
-    view_ = o.out / list_rooms(o.out, "test").at(0) / "000";
+    view_ = make_bare_room(Device::open(), *folder_ / "rooms", 8);
     write_untrained_light(weights());
     invert(taken_apart(run(), weights()));
   }

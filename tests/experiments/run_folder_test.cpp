@@ -18,10 +18,10 @@
 #include "host/io/files.hpp"
 #include "host/io/image.hpp"
 #include "host/report/progress.hpp"
+#include "tests/experiments/bare_room.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 #include "tests/experiments/untrained_light.hpp"
-#include "tracer/generate.hpp"
 
 namespace clerestory {
 namespace {
@@ -42,11 +42,7 @@ struct RunFolder : testing::Test {
   static void SetUpTestSuite() {
     set_quiet(true);
     made_ = std::make_unique<ScratchFolder>("clerestory-run-folder-made");
-    GenerateOptions o;
-    o.out = *made_ / "rooms", o.rooms = 1, o.views = 1, o.width = 64, o.height = 48;
-    o.spp = 8, o.light = false, o.box_rooms = true, o.split = "test";
-    generate(Device::open(), o);
-    view_ = o.out / list_rooms(o.out, "test").at(0) / "000";
+    view_ = make_bare_room(Device::open(), *made_ / "rooms", 8);
     set_quiet(false);
     Program program(taken_apart(photo(), *made_ / "run"), *made_ / "said.txt");
     ASSERT_EQ(program.wait(), 0) << text_of(*made_ / "said.txt");
@@ -338,7 +334,7 @@ TEST(RealScaleOfDepth, IsMeasuredForTheShippedWeights) {
 
 /// What another process of the program holds while it reads or writes a run.
 struct Held {
-  Held(const fs::path& run, int how) : file(run.parent_path() / ("." + run.filename().string() + ".lock")) {
+  Held(const fs::path& run, int how) : file(run.parent_path() / fmt::format(".{}.lock", run.filename().string())) {
     descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     ::flock(descriptor, how);
   }

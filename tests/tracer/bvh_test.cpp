@@ -153,9 +153,21 @@ World split_ball(const glm::vec3& center, float radius, int times) {
   return world;
 }
 
+/// How many rays from o along d hit nothing.
+std::int64_t misses(const World& scene, const std::vector<glm::vec3>& o, const std::vector<glm::vec3>& d) {
+  std::vector<float> points, directions;
+  for (int c = 0; c < 3; ++c) {
+    for (const glm::vec3& v : o) points.push_back(v[c]);
+    for (const glm::vec3& v : d) directions.push_back(v[c]);
+  }
+  TraceScene traced(test_device(), scene);
+  const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
+  return std::ranges::count_if(hits, [](const TraceHit& hit) { return hit.triangle < 0; });
+}
+
 /// Rays from points inside, a share of them close to the wall, to every corner, to points of every edge, and to points
 /// a few units in the last place beside them: how many of them hit nothing.
-int leaks(const World& scene, const glm::vec3& center, float inside, int* rays) {
+std::int64_t leaks(const World& scene, const glm::vec3& center, float inside, int* rays) {
   Random random(9);
   std::vector<glm::vec3> o, d;
   for (const Triangle& t : scene.triangles)
@@ -170,14 +182,7 @@ int leaks(const World& scene, const glm::vec3& center, float inside, int* rays) 
       }
     }
   *rays = static_cast<int>(o.size());
-  std::vector<float> points, directions;
-  for (int c = 0; c < 3; ++c) {
-    for (const glm::vec3& v : o) points.push_back(v[c]);
-    for (const glm::vec3& v : d) directions.push_back(v[c]);
-  }
-  TraceScene traced(test_device(), scene);
-  const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
-  return static_cast<int>(std::ranges::count_if(hits, [](const TraceHit& hit) { return hit.triangle < 0; }));
+  return misses(scene, o, d);
 }
 
 TEST(Bvh, ClosedMeshesDoNotLeakAtSharedEdges) {
@@ -219,16 +224,8 @@ TEST(Bvh, MeshesDoNotLeakFromFarAway) {
           if (std::max(std::abs(target.y), std::abs(target.z)) > 0.99f) continue;
           o.push_back(target + 100.f * away), d.push_back(target - o.back());
         }
-    std::vector<float> points, directions;
-    for (int c = 0; c < 3; ++c) {
-      for (const glm::vec3& v : o) points.push_back(v[c]);
-      for (const glm::vec3& v : d) directions.push_back(v[c]);
-    }
-    TraceScene traced(test_device(), scene);
-    const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
-    ASSERT_GT(hits.size(), 30000u);
-    EXPECT_EQ(std::ranges::count_if(hits, [](const TraceHit& hit) { return hit.triangle < 0; }), 0)
-        << scene.triangles.size() << " triangles";
+    ASSERT_GT(o.size(), 30000u);
+    EXPECT_EQ(misses(scene, o, d), 0) << scene.triangles.size() << " triangles";
   }
 }
 
