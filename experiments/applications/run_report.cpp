@@ -134,8 +134,8 @@ void write_run_report(const std::filesystem::path& folder) {
   if (rerender) {
     report.section("How sure",
                    "Standard error of the Monte Carlo estimate, as independent samples have it: an upper bound under "
-                   "Sobol points, whose spread over seeds is about three quarters of it at 64 samples and half at "
-                   "256. And the mean uncertainty u of each pixel's rays: 1 where they leave the picture or pass "
+                   "Sobol points, whose spread over seeds is about half of it. And the mean uncertainty u of each "
+                   "pixel's rays: 1 where they leave the picture or pass "
                    "behind what is seen.");
     report.pictures({picture_of("Standard error", show_amount(mean_of_channels(rerender->standard_error))),
                      picture_of("Uncertainty", show_unit(rerender->uncertainty), "black 0, white 1")});

@@ -18,9 +18,9 @@ SampleSums accumulate_samples(Value weight, Value radiance, Value pdf, Value u, 
 
 struct SampleStatistics {
   /// {n, 3, h, w}: of the mean, if samples are independent. Of Sobol's points it is an upper bound: over 48 seeds the
-  /// spread of a wall's pixels was 0.76 of it (median; quartiles 0.69 and 0.85) at 64 samples, 0.53 at 256, of a
-  /// furnished room's 0.71 (0.60, 0.78) and 0.49. Independently scrambled copies of fewer points would tell their own
-  /// error, at a price: four of them had 1.3 and 1.5 times the squared error at 64 samples, 1.5 and 1.8 times at 256.
+  /// spread of a rough wall's pixels is 0.57 of it in median at 64 samples, 0.43 at 256 (which
+  /// Render.StandardErrorBoundsTheSpreadOfSobolPoints asserts). Independently scrambled copies of fewer points would
+  /// tell their own error, and have more of it.
   Value standard_error;
   Value uncertainty;  // {n, 1, h, w}: mean u over the directions drawn; 0 where there are none
 };

@@ -187,24 +187,24 @@ TEST(Render, StandardErrorIsTheSpreadOverSeeds) {
   }
 }
 
-// Sobol's points leave less than independent ones would, which is what is stated: a bound, and not a loose one.
+// Sobol's points leave less than independent ones would, which is what is stated: a bound, and as loose as it is said
+// to be.
 TEST(Render, StandardErrorBoundsTheSpreadOfSobolPoints) {
   const int seeds = 48;
   const Tensors t = wall(12, 8, 0.6, 0.3);
-  const Spread spread = spread_over_seeds(t, {.spp = 64}, seeds);
-  // The largest of 288 variances of `seeds` values, were all spreads as stated: chi-square over its 47 degrees of
-  // freedom passes 2.4 once in a million.
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < spread.seen.size(); ++i) {
-    EXPECT_LT(spread.seen[i], 2.4 * spread.stated[i]) << i;
-    ratios.push_back(std::sqrt(spread.seen[i] / spread.stated[i]));
+  for (const auto& [spp, said] : {std::pair{64, 0.57}, {256, 0.43}}) {
+    const Spread spread = spread_over_seeds(t, {.spp = spp}, seeds);
+    // The largest of 288 variances of `seeds` values, were all spreads as stated: chi-square over its 47 degrees of
+    // freedom passes 2.4 once in a million.
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < spread.seen.size(); ++i) {
+      EXPECT_LT(spread.seen[i], 2.4 * spread.stated[i]) << i;
+      ratios.push_back(std::sqrt(spread.seen[i] / spread.stated[i]));
+    }
+    // A deviation of 48 values is good to 10 %, the median of 96 pixels to 1.3 %: four of them, and the last digit.
+    EXPECT_NEAR(quantile(std::span<const double>(ratios), 0.5), said, 0.052 * said + 0.005) << spp;
+    EXPECT_LT(spread.share(), 0.9) << spp;
   }
-  // A deviation of 48 values is good to 10 %, the median of 96 pixels to 1.3 %.
-  const double median_ratio = quantile(std::span<const double>(ratios), 0.5);
-  EXPECT_LT(median_ratio, 0.9);
-  EXPECT_GT(median_ratio, 0.5);
-  EXPECT_LT(spread.share(), 0.9);
-  RecordProperty("median_ratio", std::to_string(median_ratio));
 }
 
 TEST(Render, ChunksDoNotMatter) {
