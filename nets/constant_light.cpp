@@ -1,7 +1,6 @@
 #include "nets/constant_light.hpp"
 
 #include "nets/render_scene.hpp"
-#include "nets/soft_lamps.hpp"
 
 namespace clerestory {
 

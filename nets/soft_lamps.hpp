@@ -23,12 +23,12 @@ struct SoftLamp {
 /// `light` and the lamps. It traces, for lamps shine only where a ray leaves what is seen.
 SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp>& lamps);
 
-/// What a fit to the photograph weighs (of lamps, of the constant light). Chosen on rooms on which nothing is judged
-/// (docs/results/lamps.md).
+/// What a fit to the photograph weighs (of lamps, of the constant light). Those of lamps were chosen on rooms on which
+/// nothing is judged (docs/results/lamps.md): more floor lights diffuse surfaces better, the ridge matters little.
 struct FitWeights {
-  double floor = 0.5;  // of the mean of what is seen, added to what an error is relative to; relative errors alone
+  double floor = 2;  // of the mean of what is seen, added to what an error is relative to; relative errors alone
                        // (0) end too dark
-  double ridge = 1;    // of lamps: of the mean of the squared columns; shading tells little of where a lamp stands, so
+  double ridge = 1;  // of lamps: of the mean of the squared columns; shading tells little of where a lamp stands, so
                        // that light is spread over all candidates that explain it alike
 };
 

@@ -72,6 +72,7 @@ StudyLight study_light(const std::string& name) {
   StudyLight study{name.substr(0, plus), plus < space ? name.substr(plus + 1, space - plus - 1) : "", {}};
   if (plus < name.size() && study.fitted != "lamps" && !(study.fitted == "fit" && study.light == "constant"))
     throw usage_error("nothing of that name is fitted to a light", name, study.fitted, "LIGHT+lamps or constant+fit");
+  if (study.fitted == "fit") study.fit = kConstantFit;
   if (space == name.size()) return study;
   const std::string weights = name.substr(space + 1);
   int read = 0;

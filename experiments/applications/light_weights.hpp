@@ -40,7 +40,7 @@ void load_light_nets(RenderSettings& settings, const std::filesystem::path& weig
 struct StudyLight {
   std::string light;   // "net"
   std::string fitted;  // "lamps", "fit" or nothing
-  FitWeights fit;
+  FitWeights fit;      // what is not said: the settings' own for lamps, kConstantFit
 };
 /// Throws usage_error on another name.
 StudyLight study_light(const std::string& name);

@@ -11,6 +11,7 @@
 #include "experiments/training/report.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "nets/constant_light.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 
@@ -35,6 +36,8 @@ TEST(StudyLights, SayWhatIsFittedAndHowItIsWeighed) {
   EXPECT_EQ(study_light("net").light, "net");
   EXPECT_EQ(study_light("net").fitted, "");
   EXPECT_EQ(study_light("image+lamps").fitted, "lamps");
+  EXPECT_EQ(study_light("image+lamps").fit.floor, RenderSettings().fit.floor);
+  EXPECT_EQ(study_light("constant+fit").fit.floor, kConstantFit.floor);
   const StudyLight weighted = study_light("constant+fit 0.25,3");
   EXPECT_EQ(weighted.light, "constant");
   EXPECT_EQ(weighted.fitted, "fit");
