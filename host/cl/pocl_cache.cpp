@@ -50,7 +50,10 @@ bool whole_bitcode(std::ifstream& file, std::uint64_t bytes) {
   return at == bytes && bytes > 4;
 }
 
+/// Entries get their names when they are whole; until then they are PoCL's temporaries, which a process that is at work
+/// needs. Only a power cut or a full disk leaves an entry that is not whole.
 bool broken(const fs::directory_entry& entry) {
+  if (entry.path().filename().string().starts_with("tempfile")) return false;
   const fs::path ending = entry.path().extension();
   if (ending != ".so" && ending != ".bc") return false;
   std::error_code error;

@@ -84,5 +84,14 @@ TEST(PoclCache, WholeEntriesAreLeftAlone) {
   EXPECT_FALSE(std::filesystem::exists(shorter) || std::filesystem::exists(longer));
 }
 
+// Without its temporary the other process ends: "Final linking of kernel ... failed".
+TEST(PoclCache, WhatAnotherProcessIsLinkingIsLeftAlone) {
+  ScopedFolder cache;
+  ScopedVariable folder("POCL_CACHE_DIR", cache.string());
+  const auto begun = cache.write("tempfile_67O0Zf.so", ""), half = cache.write("tempfile_a1B2c3.so", "half of it");
+  EXPECT_EQ(drop_broken_pocl_entries(), 0);
+  EXPECT_TRUE(std::filesystem::exists(begun) && std::filesystem::exists(half));
+}
+
 }  // namespace
 }  // namespace clerestory
