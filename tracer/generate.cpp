@@ -67,9 +67,21 @@ json recipe(const GenerateOptions& o) {
   return all;
 }
 
+/// What stands in the folder under a name that would be written.
+std::string in_the_way(const GenerateOptions& o) {
+  std::vector<std::string> names{"train.txt", "val.txt", "test.txt"};
+  for (int i = 0; i < o.rooms; ++i) names.push_back(room_name(o, i));
+  const auto found = std::ranges::find_if(names, [&](const std::string& name) { return fs::exists(o.out / name); });
+  return found == names.end() ? "" : *found;
+}
+
 void claim_folder(const GenerateOptions& o) {
   make_directories(o.out);
   const fs::path file = o.out / "generate.json";
+  // In this order: another shard may claim the folder meanwhile, and it writes generate.json first.
+  if (const std::string name = in_the_way(o); !name.empty() && !fs::exists(file))
+    throw usage_error("the folder holds another data set", o.out.string(), name,
+                      "a new folder, or one with generate.json");
   const json wanted = recipe(o);
   if (fs::exists(file)) {
     const std::string text = read_file(file, 1 << 20);

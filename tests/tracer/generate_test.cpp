@@ -265,6 +265,24 @@ TEST_F(Generate, OtherOptionsInTheSameFolderAreRefused) {
   }
 }
 
+TEST_F(Generate, AnotherDataSetIsNotWrittenOver) {
+  GenerateOptions o = small("theirs");
+  o.rooms = 1, o.views = 1, o.box_rooms = true;
+  for (const std::string& name : {std::string("train.txt"), room_name(o, 0) + "/000_im.exr"}) {
+    fs::remove_all(o.out);
+    fs::create_directories((o.out / name).parent_path());
+    std::ofstream(o.out / name) << "of somebody else";
+    const auto before = contents(o.out);
+    try {
+      generate(test_device(), o);
+      FAIL() << name << " was taken for ours";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    }
+    EXPECT_EQ(contents(o.out), before);
+  }
+}
+
 TEST_F(Generate, OptionsOutOfRange) {
   const auto refused = [&](auto change) {
     GenerateOptions o = small("never");
