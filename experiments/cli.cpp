@@ -265,7 +265,10 @@ struct CommandLine::State {
       one->hand_out();
       one->common.command = std::move(command);
       set_quiet(one->common.quiet);
+      if (one->common.json && !one->common.json->empty()) AtomicFile probe(*one->common.json);  // before the work
       one->action(one->common);
+      if (std::fflush(stdout) != 0 || std::ferror(stdout))
+        throw Error(ErrorKind::Failed, "the result could not be written", "stdout");
       return;
     }
   }

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/report/in_child.hpp"
+
 namespace clerestory {
 namespace {
 
@@ -259,6 +261,29 @@ TEST(CommandLine, ErrorsDoNotSpeakToTheTerminal) {
     EXPECT_THAT(outcome.errors, Not(HasSubstr("\x1b")));
     EXPECT_THAT(run(line, {name}).errors, Not(HasSubstr("\x1b")));
   }
+}
+
+TEST(CommandLine, AResultThatCannotBeWrittenIsRefusedBeforeTheWork) {
+  CommandLine line;
+  Probe probe;
+  probe.add_to(line);
+  const Outcome outcome = run(line, {"probe", "a.png", "--json=/nonexistent/result.json"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.errors, HasSubstr("/nonexistent/result.json"));
+  EXPECT_EQ(probe.runs, 0);
+}
+
+TEST(CommandLine, AResultThatWasLostOnItsWayIsAFailure) {
+  for (const std::size_t bytes : {10u, 100000u})
+    EXPECT_EQ(in_child([&] {
+                CommandLine line;
+                line.add("tell", "Prints").run([&](const CommonOptions&) {
+                  std::fputs(std::string(bytes, '.').c_str(), stdout);
+                });
+                const char* words[] = {"clerestory", "tell"};
+                return std::freopen("/dev/full", "w", stdout) == nullptr ? 9 : line.run(2, words);
+              }),
+              1);
 }
 
 TEST(CommandLine, GroupsOfCommands) {
