@@ -61,7 +61,9 @@ FileLock::~FileLock() {
 FileLock::FileLock(FileLock&& other) noexcept : file_(std::exchange(other.file_, -1)), path_(std::move(other.path_)) {}
 
 fs::path own_path(const fs::path& folder) {
-  const fs::path path = fs::weakly_canonical(fs::absolute(folder));
+  std::error_code error;
+  const fs::path path = fs::weakly_canonical(fs::absolute(folder), error);
+  if (error) throw usage_error("no such folder can be there: " + error.message(), folder.string());
   return path.has_filename() ? path : path.parent_path();
 }
 

@@ -11,8 +11,18 @@ namespace clerestory {
 namespace fs = std::filesystem;
 namespace {
 
-bool left_by_a_killed_process(const std::string& name) {
-  return name.starts_with(".") && (name.ends_with(".lock") || name.ends_with(".partial") || name.ends_with(".tmp"));
+/// A lock (FolderLock) is empty, a temporary (AtomicFile) has two numbers before its ending, `.NAME.partial`
+/// (StagedFolder) is a folder.
+bool left_by_a_killed_process(const fs::directory_entry& entry) {
+  const std::string name = entry.path().filename().string();
+  const auto status = entry.symlink_status();
+  if (!name.starts_with(".")) return false;
+  if (fs::is_directory(status)) return name.ends_with(".partial");
+  if (!fs::is_regular_file(status)) return false;
+  if (name.ends_with(".lock")) return entry.file_size() == 0;
+  const std::string numbers = fs::path(entry.path().stem()).extension().string();
+  return name.ends_with(".tmp") && numbers.size() > 1 &&
+         numbers.find_first_not_of("0123456789-", 1) == std::string::npos;
 }
 
 const FileRecord* find_output(const Provenance& provenance, const std::string& name) {
@@ -43,7 +53,7 @@ std::vector<std::string> foreign_in(const fs::path& folder) {
   std::vector<std::string> foreign;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (name == kProvenanceName || name == "report.html" || left_by_a_killed_process(name)) continue;
+    if (name == kProvenanceName || name == "report.html" || left_by_a_killed_process(entry)) continue;
     const FileRecord* written = find_output(provenance, name);
     if (written && is_unchanged(entry.path(), *written)) continue;
     const bool is_folder = fs::is_directory(entry.symlink_status());

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <stdio.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -27,6 +28,12 @@ void remove_tree(const fs::path& path) {
   if (error) throw Error(ErrorKind::Failed, "cannot be removed: " + error.message(), path.string());
 }
 
+bool is_mount_point(const fs::path& folder) {
+  struct statx status {};
+  return ::statx(AT_FDCWD, folder.c_str(), 0, STATX_BASIC_STATS, &status) == 0 &&
+         (status.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0;
+}
+
 /// The same folder or file, whatever it is called.
 bool is_in(fs::path path, const fs::path& folder) {
   for (std::error_code error;; path = path.parent_path()) {
@@ -49,6 +56,8 @@ StagedFolder::StagedFolder(const fs::path& target, Replacing replacing)
   // A link is followed (own_path), so that the folder behind it is replaced and the link stays.
   const fs::path parent = target_.parent_path();
   if (target_ == parent) throw usage_error("cannot be an output folder", target_.string());
+  if (is_mount_point(target_))
+    throw usage_error("is a mount point, which cannot be replaced as a whole", target_.string(), {}, "a folder in it");
   check_inputs();
   make_directories(parent);
   lock_.emplace(target_, LockKind::Write);

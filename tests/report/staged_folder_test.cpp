@@ -154,6 +154,58 @@ TEST_F(StagedFolderTest, WhatLooksLikeAnInputInsideButIsNotDoesNoHarm) {
   EXPECT_THROW(StagedFolder(folder_ / "office", {{folder_ / "office" / "photo"}}), Error) << "a prefix of files";
 }
 
+TEST_F(StagedFolderTest, OnlyWhatTheProgramLeavesBehindIsItsOwn) {
+  const fs::path target = folder_ / "office";
+  fs::create_directories(target / ".edit.partial");
+  put_results(target);
+  put(target / ".composite.exr.4711-0.tmp", "half"), put(target / ".edit.lock", "");
+  EXPECT_NO_THROW(StagedFolder{target});
+  for (const char* name : {".thoughts.tmp", ".keys.lock", ".tmp"}) {
+    put(target / name, "somebody's");
+    EXPECT_THROW(StagedFolder{target}, Error) << name;
+    fs::remove(target / name);
+  }
+}
+
+TEST_F(StagedFolderTest, AResultThatWasChangedIsNotReplaced) {
+  const fs::path target = folder_ / "office";
+  fs::create_directory(target);
+  put(target / "mask.txt", "written");
+  put_results(target);
+  put(target / "mask.txt", "by hand");  // as long as it was
+  EXPECT_THROW(StagedFolder{target}, Error);
+}
+
+TEST_F(StagedFolderTest, ALinkInsideThatAnInputIsNamedByIsNotReplaced) {
+  const fs::path target = folder_ / "office";
+  fs::create_directory(target);
+  put_results(target);
+  put(folder_ / "photo.png", "");
+  fs::create_symlink(folder_ / "photo.png", target / "photo.png");
+  EXPECT_THROW(StagedFolder(target, {.inputs = {target / "photo.png"}, .force = true}), Error);
+  EXPECT_TRUE(fs::is_symlink(target / "photo.png"));
+}
+
+// It cannot be renamed, which is to be known before the work.
+TEST_F(StagedFolderTest, AMountPointIsRefused) {
+  try {
+    StagedFolder staged("/proc");
+    FAIL() << "/proc";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Usage);
+    EXPECT_NE(std::string(error.what()).find("mount"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(StagedFolderTest, ANameThatIsTooLongIsBadUsage) {
+  try {
+    StagedFolder staged(folder_ / std::string(300, 'x'));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Usage) << error.what();
+  }
+}
+
 TEST_F(StagedFolderTest, WhoWorksInsideKeepsTheFolderFromBeingReplaced) {
   const fs::path target = folder_ / "office";
   fs::create_directories(target / "edit");
