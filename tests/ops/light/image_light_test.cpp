@@ -103,7 +103,19 @@ OP_CASES(image_light) {
         }
     return std::vector<Tensor>{all};
   };
-  std::vector<OpCase> cases{hit, constant, panorama, points};
+  // Rays of a list have nothing to do with pixels: there may be more rows than pictures have.
+  OpCase listed = constant;
+  listed.label = "listed";
+  listed.inputs["directions"] = random_tensor({1, 3, kRows + 7, 16}, 3);
+  listed.reference = [](const Tensors& t) {
+    Tensor radiance(Shape{1, 3, kRows + 7, 16});
+    for (int p = 0; p < kRows + 7; ++p)
+      for (int s = 0; s < 16; ++s)
+        for (int c = 0; c < 3; ++c)
+          radiance.at(0, c, p, s) = t.at("ambient").at(std::min(p / (kHeight * kWidth), kBatch - 1), c, 0, 0);
+    return std::vector<Tensor>{radiance};
+  };
+  std::vector<OpCase> cases{hit, constant, panorama, points, listed};
   for (OpCase& c : cases) {
     c.roundings = 8;
     c.step = 1e-2, c.gradient_tolerance = 1e-10;   // linear: a difference is exact but for rounding

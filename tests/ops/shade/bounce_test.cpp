@@ -6,7 +6,10 @@
 #include <cmath>
 #include <random>
 
+#include "host/graph/map_chunks.hpp"
 #include "host/math/frames.hpp"
+#include "host/ops/shade/accumulate_samples.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/hash_reference.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
@@ -96,6 +99,28 @@ OP_CASES(bounce) {
   without.label = "without_lobes";
   without.inputs.erase("specular"), without.inputs.erase("lobe");
   return {c, without};
+}
+
+// Samples of every chunk have numbers of their own: however 32 are cut, they are the same 32.
+TEST(Bounce, ChunksDoNotMatter) {
+  constexpr int samples = 32;
+  const auto mean = [&](int chunk_pixels, int chunk_samples) {
+    Graph graph;
+    const Value ambient = graph.input("ambient", {1, 3, 1, 1});
+    const auto body = [&](Graph& g, std::span<const Value> in) -> std::vector<ChunkOutput> {
+      const Shape rays{1, 3, chunk_pixels, chunk_samples}, one{1, 1, chunk_pixels, chunk_samples};
+      const Value along = g.fill(rays, 1), all = g.constant(random_ints(one, 5, 0, 1));
+      const Bounce b = bounce(along, g.fill(rays, -1), all, g.fill({1, 5, 1, 1}, 0.5), {}, kNumber);
+      return {{accumulate_samples(add(b.direction, expand(in[0], rays)), along, g.fill(one, 1), {}, {}, samples).mean}};
+    };
+    const Value result =
+        map_chunks(graph, {1, 2, 3, samples, chunk_pixels, chunk_samples}, std::vector{ambient}, body)[0];
+    return evaluate(graph, std::vector{result}, test_device(Precision::Double),
+                    {{"ambient", Tensor(Shape{1, 3, 1, 1})}}, {.precision = Precision::Double})[0];
+  };
+  const Tensor whole = mean(6, 32), cut = mean(4, 16);
+  for (std::size_t i = 0; i < whole.real.size(); ++i) EXPECT_NEAR(whole.real[i], cut.real[i], 1e-14);
+  EXPECT_NE(whole.real[0], whole.real[1]) << "pixels have numbers of their own, too";
 }
 
 TEST(Bounce, RefusesWhatDoesNotFit) {
