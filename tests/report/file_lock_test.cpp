@@ -48,6 +48,15 @@ TEST_F(FileLockTest, TheLastHolderRemovesTheFile) {
   EXPECT_TRUE(names_in(folder_).empty());
 }
 
+TEST_F(FileLockTest, AFileThatAnotherMadeSinceStays) {
+  {
+    const FileLock lock(path());
+    std::filesystem::remove(path());
+    put(path(), "");
+  }
+  EXPECT_EQ(names_in(folder_), std::vector<std::string>{".lock"});
+}
+
 TEST_F(FileLockTest, MovedLocksAreHeldOnce) {
   FileLock lock(path());
   {

@@ -162,4 +162,14 @@ TEST(WeighLamps, SamplesBeyondTheChunkAreNotThere) {
   EXPECT_NE(run(in, {0, 3, 0, 32}), run(less, {0, 3, 0, 32}));
 }
 
+TEST(SoftLamps, RefuseLobesOfOtherRays) {
+  Graph g;
+  const Value rgb = g.input("rgb", {1, 3, 4, 16}), one = g.input("one", {1, 1, 4, 16}),
+              places = g.input("places", {1, 4, 1, 2}), colors = g.input("colors", {1, 3, 1, 2});
+  const Value fewer_rgb = g.input("fewer_rgb", {1, 3, 2, 16}), fewer = g.input("fewer", {1, 1, 2, 16});
+  EXPECT_NO_THROW(add_lamps(rgb, {rgb, rgb, one, {rgb, one}}, places, colors));
+  EXPECT_THROW(add_lamps(rgb, {rgb, rgb, one, {fewer_rgb, one}}, places, colors), Error);
+  EXPECT_THROW(add_lamps(rgb, {rgb, rgb, one, {rgb, fewer}}, places, colors), Error);
+}
+
 }  // namespace clerestory
