@@ -138,7 +138,8 @@ class UserStudy : public StudyRun {
     table.note =
         conditions() +
         ". Lamps and the fitted constant are fitted to the picture that the re-render is judged by; air, balls "
-        "and the room around them are not.";
+        "and the room around them are not. The camera is known; balls stand at the pixel where the truth's stand and "
+        "are as large in the picture, whatever the scale of depth.";
     table.columns = {{"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
     struct Shown {
       std::string job, column;
