@@ -400,6 +400,29 @@ TEST_F(RunFolder, AnImpossibleOutputIsRefusedBeforeTheDeviceIsAsked) {
   refused(lit({"--out", "/proc/probe.exr"}), "/proc");
 }
 
+TEST_F(RunFolder, AnInsertionThatWasChangedByHandIsNotReplaced) {
+  EXPECT_EQ(start(inserted()), 0) << said();
+  put(run() / "composite.png", "painted over by hand");
+  expect_refused(inserted(), "composite.png");
+  EXPECT_THAT(said(), Not(HasSubstr("composite.exr"))) << "that is as it was written";
+  EXPECT_EQ(text_of(run() / "composite.png"), "painted over by hand");
+}
+
+TEST_F(RunFolder, NothingStaysOfAFolderForResultsThatNeverCame) {
+  expect_refused(inserted({"--at", "640,0", "--radius", "0.1", "--out", folder_ / "new"}), "outside of the picture");
+  EXPECT_FALSE(fs::exists(folder_ / "new"));
+}
+
+TEST_F(RunFolder, WeightsInsideAreNotReplacedByAnEdit) {
+  const fs::path weights = run() / "edit";
+  fs::create_directory(weights);
+  put(weights / "light_local.safetensors", "of my own");
+  Words words = edited({"--light-weights", weights, "--force"});
+  std::ranges::replace(words, std::string("image"), std::string("net"));
+  expect_refused(words, "lies inside");
+  EXPECT_EQ(text_of(weights / "light_local.safetensors"), "of my own");
+}
+
 // --- Interrupted -----------------------------------------------------------------------------------------------------
 
 struct RunFolderInterrupted : RunFolder, testing::WithParamInterface<int> {
