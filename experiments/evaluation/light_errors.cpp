@@ -29,19 +29,47 @@ RadianceError KnownRays::error(const std::vector<float>& planar, const Used& use
 }
 
 RadianceError KnownRays::best_constant(const Used& used) const {
-  std::array<double, 3> weighted{}, weights{}, logs{};
+  using Constant = std::array<double, 3>;
+  Constant relative{}, relative_weights{}, logs{}, clipped{}, shown{}, symmetric{}, median{};
   double all = 0;
-  for (const std::size_t i : used) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double t = truth(c, i), w = weight(i) / (t * t + kLightFloor);
-      weighted[c] += w * t, weights[c] += w, logs[c] += weight(i) * std::log(t + kLightFloor);
+  for (const std::size_t i : used) all += weight(i);
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (const std::size_t i : used) {
+      const double t = truth(c, i), share = weight(i) / all, w = share / (t * t + kLightFloor);
+      relative[c] += w * t, relative_weights[c] += w, logs[c] += share * std::log(t + kLightFloor);
+      clipped[c] += share * std::min(t, 1.0), shown[c] += share * shown_value(t);
     }
-    all += weight(i);
+    relative[c] /= relative_weights[c], logs[c] = std::exp(logs[c]) - kLightFloor;
+    shown[c] = std::pow(shown[c], kShownGamma);
+    symmetric[c] = best_by_smape(c, used), median[c] = quantiles(c, used, 1)[0];
   }
-  RadianceError error =
-      error_of([&](std::size_t c, std::size_t) { return std::exp(logs[c] / all) - kLightFloor; }, used);
-  error.relmse = error_of([&](std::size_t c, std::size_t) { return weighted[c] / weights[c]; }, used).relmse;
+  const auto of = [&](const Constant& y) { return error_of([&](std::size_t c, std::size_t) { return y[c]; }, used); };
+  RadianceError error = of(relative);
+  error.log_rmse = of(logs).log_rmse, error.psnr = of(clipped).psnr, error.shown_psnr = of(shown).shown_psnr;
+  error.smape = of(symmetric).smape, error.median_log = of(median).median_log;
   return error;
+}
+
+/// Between two neighbouring truths every term is concave in the answer, so the least sum is at a truth.
+double KnownRays::best_by_smape(std::size_t channel, const Used& used) const {
+  constexpr int candidates = 256;
+  double best = 0, least = std::numeric_limits<double>::infinity();
+  for (const double y : quantiles(channel, used, candidates)) {
+    double sum = 0;
+    for (const std::size_t i : used) {
+      const double t = truth(channel, i);
+      sum += weight(i) * std::abs(y - t) / (y + t + kLightFloor);
+    }
+    if (sum < least) least = sum, best = y;
+  }
+  return best;
+}
+
+std::vector<double> KnownRays::quantiles(std::size_t channel, const Used& used, int count) const {
+  std::vector<double> values, weights, shares;
+  for (const std::size_t i : used) values.push_back(truth(channel, i)), weights.push_back(weight(i));
+  for (int k = 0; k < count; ++k) shares.push_back((k + 0.5) / count);
+  return weighted_quantiles(values, weights, shares);
 }
 
 double KnownRays::noise(const std::vector<float>& variance, const Used& used) const {

@@ -18,8 +18,8 @@ class KnownRays {
   std::size_t count() const { return truth_.size(); }
 
   RadianceError error(const std::vector<float>& planar, const Used& used) const;
-  /// An oracle, which reads the truth: of the constants, one a channel, that make relMSE least; all other errors are
-  /// those of the constants that make the log-RGB RMSE least.
+  /// An oracle, which reads the truth: by every figure that of the constants, one a channel, which are best by it
+  /// (SMAPE's among 256 quantiles of the truth).
   RadianceError best_constant(const Used& used) const;
   /// relMSE that noise of the truth adds to every answer: mean of variance / (truth^2 + 0.01); `variance` planar.
   double noise(const std::vector<float>& variance, const Used& used) const;
@@ -29,6 +29,9 @@ class KnownRays {
  private:
   double truth(std::size_t c, std::size_t i) const { return static_cast<double>(truth_[i][c]); }
   double weight(std::size_t i) const { return weights_.empty() ? 1 : weights_[i]; }
+  double best_by_smape(std::size_t channel, const Used& used) const;
+  /// The truth's values in the middles of `count` equal shares of the weight.
+  std::vector<double> quantiles(std::size_t channel, const Used& used, int count) const;
   template <class Answer>
   RadianceError error_of(const Answer& answer, const Used& used) const;
 

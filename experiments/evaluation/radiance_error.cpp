@@ -11,10 +11,11 @@ namespace clerestory {
 namespace {
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-12)); }
-double shown(double linear) { return std::pow(std::clamp(linear, 0.0, 1.0), 1 / 2.2); }
 double squared(double x) { return x * x; }
 
 }  // namespace
+
+double shown_value(double linear) { return std::pow(std::clamp(linear, 0.0, 1.0), 1 / kShownGamma); }
 
 void RadianceError::add(const RadianceError& view) {
   relmse += view.relmse, log_rmse += view.log_rmse, smape += view.smape, psnr += view.psnr;
@@ -31,7 +32,7 @@ void RadianceErrorSums::add(double answer, double truth, double weight) {
   relative_ += weight * (d * d / (truth * truth + kLightFloor)), squared_logs_ += weight * (l * l);
   symmetric_ += weight * (std::abs(d) / (std::abs(answer) + truth + kLightFloor));
   clipped_ += weight * squared(std::min(answer, 1.0) - std::min(truth, 1.0));
-  shown_ += weight * squared(shown(answer) - shown(truth));
+  shown_ += weight * squared(shown_value(answer) - shown_value(truth));
   weight_ += weight;
   logs_.push_back(l), weights_.push_back(weight);
 }
@@ -53,15 +54,24 @@ RadianceError RadianceErrorSums::means() const {
           1};
 }
 
-double weighted_quantile(const std::vector<double>& values, const std::vector<double>& weights, double q) {
+std::vector<double> weighted_quantiles(const std::vector<double>& values, const std::vector<double>& weights,
+                                       const std::vector<double>& shares) {
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
-  const double wanted = q * sum(weights);
-  double reached = 0;
-  for (const std::size_t i : order)
-    if ((reached += weights[i]) >= wanted) return values[i];
-  return values[order.back()];
+  const double all = sum(weights);
+  std::vector<double> at;
+  double reached = weights[order[0]];
+  std::size_t i = 0;
+  for (const double share : shares) {
+    while (reached < share * all && i + 1 < order.size()) reached += weights[order[++i]];
+    at.push_back(values[order[i]]);
+  }
+  return at;
+}
+
+double weighted_quantile(const std::vector<double>& values, const std::vector<double>& weights, double q) {
+  return weighted_quantiles(values, weights, {q})[0];
 }
 
 }  // namespace clerestory

@@ -9,6 +9,10 @@ namespace clerestory {
 /// What keeps relative errors and logarithms finite in the dark; pictures have their 95th percentile at 0.9.
 inline constexpr double kLightFloor = 0.01;
 
+/// As a screen shows linear radiance, 0 to 1.
+inline constexpr double kShownGamma = 2.2;
+double shown_value(double linear);
+
 /// Over values y (channels of pixels or rays; at least 0 in logarithms) and truths t:
 struct RadianceError {
   double relmse = 0;      // mean of (y - t)^2 / (t^2 + 0.01)
@@ -53,7 +57,9 @@ class RadianceErrorSums {
   std::vector<double> logs_, weights_;
 };
 
-/// The value at which the running sum of weights reaches a share `q` of it.
+/// The values at which the running sum of weights reaches shares of it, which rise.
+std::vector<double> weighted_quantiles(const std::vector<double>& values, const std::vector<double>& weights,
+                                       const std::vector<double>& shares);
 double weighted_quantile(const std::vector<double>& values, const std::vector<double>& weights, double q);
 
 }  // namespace clerestory

@@ -67,17 +67,25 @@ TEST(LightErrors, NoConstantIsBetterThanTheBest) {
     for (const double v : rgb) planar.insert(planar.end(), truth.size(), static_cast<float>(v));
     return rays.error(planar, all);
   };
-  double relmse = 1e9, log_rmse = 1e9;
+  RadianceError least = constant({0, 0, 0});
   for (double r = 0; r < 1; r += 0.02)
     for (double g = 0; g < 3; g += 0.05)
       for (double b = 0; b < 1; b += 0.02) {
         const RadianceError e = constant({r, g, b});
-        relmse = std::min(relmse, e.relmse), log_rmse = std::min(log_rmse, e.log_rmse);
+        for (const auto error : {&RadianceError::relmse, &RadianceError::log_rmse, &RadianceError::smape})
+          least.*error = std::min(least.*error, e.*error);
+        for (const auto level : {&RadianceError::psnr, &RadianceError::shown_psnr})
+          least.*level = std::max(least.*level, e.*level);
       }
-  EXPECT_LE(best.relmse, relmse);
-  EXPECT_LE(best.log_rmse, log_rmse);
-  EXPECT_GT(best.relmse, 0.95 * relmse) << "the grid's steps are not that coarse";
-  EXPECT_GT(best.log_rmse, 0.95 * log_rmse);
+  for (const auto error : {&RadianceError::relmse, &RadianceError::log_rmse, &RadianceError::smape}) {
+    EXPECT_LE(best.*error, least.*error);
+    EXPECT_GT(best.*error, 0.95 * (least.*error)) << "the grid's steps are not that coarse";
+  }
+  for (const auto level : {&RadianceError::psnr, &RadianceError::shown_psnr}) {
+    EXPECT_GE(best.*level, least.*level);
+    EXPECT_LT(best.*level, least.*level + 0.1);
+  }
+  EXPECT_NEAR(best.median_log, 0, 1e-12);
 }
 
 TEST(LightErrors, AnglesAndRanges) {
