@@ -51,6 +51,7 @@ void export_maps(const WeightsArguments& arguments, Device device) {
   if (loaded.history.legs.empty()) throw usage_error("the file says nothing of its training", arguments.file.string());
   const std::filesystem::path folder = arguments.out.has_parent_path() ? arguments.out.parent_path() : ".";
   make_directories(folder);
+  check_weights_folder(folder, {arguments.out});
   write_weights(arguments.out, *loaded.states, loaded.history, loaded.means,
                 {loaded.preset, net_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
                  inference_states(loaded.net)});
@@ -63,6 +64,7 @@ void export_light(const WeightsArguments& arguments, Device device) {
                       "a folder such as nets/weights");
   const LoadedLight loaded = load_light(arguments.file, std::move(device));
   make_directories(arguments.out);
+  check_weights_folder(arguments.out, weights_files(arguments.out));
   write_light(arguments.out, *loaded.states, loaded.history,
               {loaded.preset, light_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
                light_states(loaded.net)});

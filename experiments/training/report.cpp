@@ -89,6 +89,24 @@ std::string real_scale_section(const std::filesystem::path& weights) {
 
 }  // namespace
 
+void check_weights_folder(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& files) {
+  namespace fs = std::filesystem;
+  const auto refuse = [](const fs::path& file) {
+    throw usage_error("a file that `clerestory weights export` did not write would be replaced", file.string(), "",
+                      "another place, or move it away");
+  };
+  for (const fs::path& file : files) try {
+      if (fs::exists(file)) read_history(file);
+    } catch (const Error&) {
+      refuse(file);
+    }
+  const fs::path card = folder / "CARD.md";
+  const bool ours = fs::is_regular_file(card) && read_file(card, 1 << 24, true).starts_with("# Weights of ");
+  if (ours) return;
+  for (const char* name : {"CARD.md", "validation.svg", "validation_light.svg"})
+    if (fs::exists(folder / name)) refuse(folder / name);
+}
+
 std::filesystem::path write_folder_card(const std::filesystem::path& folder, const std::filesystem::path& maps) {
   std::string card;
   if (std::filesystem::exists(maps))

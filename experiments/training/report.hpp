@@ -28,6 +28,10 @@ void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples);
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
                            const TrainingPage& page, const Provenance& provenance);
 
+/// Throws usage_error when weights, CARD.md or its plots written into `folder` would replace what was not written so:
+/// `files`, the weights, that say nothing of their training, another card, plots without a card.
+void check_weights_folder(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& files);
+
 /// CARD.md for the weights that lie in `folder`, with its plots: the maps of `maps`, if there is such a file, then the
 /// light of light_local and light_global.safetensors, if both are there. Returns its path.
 std::filesystem::path write_folder_card(const std::filesystem::path& folder, const std::filesystem::path& maps);

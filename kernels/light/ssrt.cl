@@ -218,8 +218,8 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
     active &= IS(s < R(1)) & IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
   }
 #ifdef WINDOW
-  const real nearest = AT(range, n)[1];
-  const lanes behind = nearest * (k_hit - k_ray) / (R(1) - nearest / AT(range, n)[2]);
+  const real nearest = AT(range, n)[1], span = R(1) - nearest / AT(range, n)[2];
+  const lanes behind = span > R(0) ? nearest * (k_hit - k_ray) / span : (lanes)(R(0));  // one depth has no window
 #else
   const lanes behind = (R(1) / k_ray - R(1) / k_hit) / AT(range, n)[0];
 #endif

@@ -314,6 +314,25 @@ TEST_F(LightWeights, ProgramExportsAndInspects) {
   EXPECT_THAT(text_of(said), HasSubstr("light.safetensors"));
 }
 
+TEST_F(LightWeights, ExportReplacesWeightsAndTheirCardAndNothingElse) {
+  const fs::path checkpoint = folder / "step.safetensors", said = folder / "said.txt", out = folder / "kept";
+  TrainingProgress progress;
+  progress.history = history;
+  write_checkpoint(checkpoint, states, progress, {"compact", light_text(sizes), {40, 30}, 3, "hash", 1});
+  const auto exported = [&] { return Program({"weights", "export", checkpoint, out}, said).wait(); };
+  fs::create_directories(out);
+  for (const char* name : {"CARD.md", "validation_light.svg", "light_global.safetensors"}) {
+    write_file(out / name, "mine");
+    EXPECT_EQ(exported(), 2) << text_of(said);
+    EXPECT_THAT(text_of(said), HasSubstr(name));
+    EXPECT_EQ(files_below(out), std::vector<std::string>{name}) << "nothing is half done";
+    EXPECT_EQ(read_file(out / name), "mine");
+    fs::remove(out / name);
+  }
+  EXPECT_EQ(exported(), 0) << text_of(said);
+  EXPECT_EQ(exported(), 0) << "its own are replaced: " << text_of(said);
+}
+
 TEST_F(LightWeights, OneCardForAllThatLiesInAFolder) {
   const fs::path shipped = fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";
   const fs::path maps = folder / "maps/maps.safetensors", both = folder / "out/maps.safetensors";

@@ -281,6 +281,24 @@ TEST(Ssrt, EqualsBruteForceInABatchWithMapsOfOrigins) {
   expect_brute_force(scene, rays);
 }
 
+// A picture of one depth alone has no range to count in: no hit is behind another.
+TEST(Ssrt, WindowDepthOfAFlatMapIsCertain) {
+  Scene scene = scene_of(1, 18, 23, 30);
+  std::fill(scene.depth.real.begin(), scene.depth.real.end(), 2.0);
+  for (const SsrtSolver solver : {SsrtSolver::Dda, SsrtSolver::Hierarchical}) {
+    const auto got = run(scene, rays_from_anywhere(2000, 31, 18 * 23), {.solver = solver, .delta = DeltaDepth::Window},
+                         false, Precision::Single);
+    int hits = 0;
+    for (std::size_t i = 0; i < got[0].integer.size(); ++i) {
+      if (got[0].integer[i] < 0) continue;
+      ++hits;
+      ASSERT_EQ(got[1].real[i], 0);
+      ASSERT_EQ(got[2].real[i], 0);
+    }
+    EXPECT_GT(hits, 100);
+  }
+}
+
 TEST(Ssrt, SolversAgreeToTheLastBit) {
   // A bigger picture, so that all levels of the pyramid are used, in float.
   const Scene scene = scene_of(1, 150, 270, 13);
