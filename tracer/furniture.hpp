@@ -11,12 +11,6 @@
 
 namespace clerestory {
 
-/// A glTF model that may stand about.
-struct Model {
-  std::string name;
-  Mesh mesh;
-};
-
 /// What pieces are made from.
 struct Kit {
   Palette* palette = nullptr;

@@ -125,7 +125,7 @@ void thing(Shapes& s, const Kit& kit, float room) {
       const Model& model = r.one_of(*kit.models);
       const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic,
                                      MaterialClass::Stone};
-      return s.mesh(model.mesh, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)),
+      return s.mesh(model, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)),
                     s.material(p.make(kinds[r.whole(0, 3)])));
     }
   }
@@ -248,7 +248,7 @@ Piece pedestal(const Kit& kit, Random& random, const Model& model) {
   const Model* which = &model;
   return {"pedestal", {w, h + tall, w}, [=](Shapes& s) {
             s.block({0, 0, 0}, {w, h, w}, s.material(block));
-            s.at({0, h, 0}, s.random().between(-0.6f, 0.6f)).mesh(which->mesh, {0, 0, 0}, tall, s.material(body));
+            s.at({0, h, 0}, s.random().between(-0.6f, 0.6f)).mesh(*which, {0, 0, 0}, tall, s.material(body));
           }};
 }
 

@@ -327,7 +327,7 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
 
   Palette palette(root.fork(2), held_out, !held_out);
   Kit kit{&palette, &assets.models, style.lamp_power, style.lamps_on ? 0.75f : 0.25f};
-  Shapes shapes(room.scene, glm::mat4(1), root.fork(3));
+  Shapes shapes(room.scene, glm::mat4(1), root.fork(3), &room.parts);
   std::vector<Wall> walls = make_walls(room.size);
   Random openings = root.fork(4);
   choose_openings(walls, room.size.y, windowed, openings);
@@ -366,7 +366,7 @@ Room make_box_room(std::uint64_t seed) {
   room.size = {4, 2.6f, 4};
   room.kind = "box";
   Palette palette(root.fork(2), false, true);
-  Shapes shapes(room.scene, glm::mat4(1), root.fork(3));
+  Shapes shapes(room.scene, glm::mat4(1), root.fork(3), &room.parts);
   std::vector<Wall> walls = make_walls(room.size);
   ShellStyle style;
   style.daylight = 0;

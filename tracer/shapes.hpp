@@ -3,18 +3,24 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "host/io/mesh_file.hpp"
+#include "tracer/parts.hpp"
 #include "tracer/random.hpp"
-#include "tracer/scene.hpp"
 
 namespace clerestory {
+
+/// A glTF model that may stand about.
+struct Model {
+  std::string name;
+  Mesh mesh;
+};
 
 /// Adds shapes to a scene. Coordinates are local to the object (x right, y up, z towards its front, origin on the
 /// floor) and taken to the room by the transform given. Texture coordinates are local metres with u along the longest
 /// side of a part, shifted at random, so that no two boards have the same grain.
 class Shapes {
  public:
-  Shapes(World& scene, const glm::mat4& to_room, Random random);
+  /// `record`: also gets every part, in order.
+  Shapes(World& scene, const glm::mat4& to_room, Random random, std::vector<Part>* record = nullptr);
   /// The same scene under a further transform.
   Shapes at(const glm::mat4& local);
   Shapes at(const glm::vec3& offset, float turn_about_y = 0);
@@ -43,18 +49,19 @@ class Shapes {
   void rod(const glm::vec3& from, const glm::vec3& to, float thickness, int material);
   /// `steps` rings; 24 make normals true to 1e-3 of the radius.
   void sphere(const glm::vec3& center, float radius, int material, int steps = 12, int emitter = -1);
-  /// A mesh scaled to `height`, standing on `base`.
-  void mesh(const Mesh& mesh, const glm::vec3& base, float height, int material);
+  /// A model scaled to `height`, standing on `base`.
+  void mesh(const Model& model, const glm::vec3& base, float height, int material);
   /// A hanging sheet with folds across x, between two corners: curtains.
   void curtain(const glm::vec3& low, float width, float height, float fold, int folds, int material);
 
   Random& random() { return random_; }
 
  private:
-  Vertex vertex(const glm::vec3& p, const glm::vec3& uvw, const glm::vec3& normal = glm::vec3(0)) const;
-  void add(const Vertex& a, const Vertex& b, const Vertex& c, int material, int emitter, bool smooth);
+  /// Under the own transform.
+  void add(Part part, const Mesh* mesh = nullptr);
 
   World* scene_;
+  std::vector<Part>* record_;
   glm::mat4 to_room_;
   Random random_;
 };

@@ -83,7 +83,7 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
        }},
       {"mesh of a sphere", 4.0 / 3 * pi * 0.125, 3e-3,
        [](Shapes& s) {
-         s.mesh(sphere_mesh({0, 0, 0}, 1, 40), {1, 1, 1}, 1, 0);
+         s.mesh({"sphere", sphere_mesh({0, 0, 0}, 1, 40)}, {1, 1, 1}, 1, 0);
        }},
       // A cushion: the box shrunk by the radius, plus slabs, quarter cylinders and an eighth sphere at each corner.
       {"cushion",
