@@ -41,7 +41,6 @@ void check(const GenerateOptions& o) {
   }
   range("--shard (of)", o.shards, 1, 1000000);
   range("--shard", o.shard, 0, o.shards - 1);
-  if (o.out.empty()) throw usage_error("a folder is needed", "--out");
   for (const char* s : {"auto", "train", "val", "test"}) {
     if (o.split == s) return;
   }
@@ -63,6 +62,7 @@ json recipe(const GenerateOptions& o) {
            {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
            {"box_rooms", o.box_rooms}};
   if (!o.room_seeds.empty()) all["room_seeds"] = o.room_seeds;
+  if (!o.from_rooms.empty()) all["from_rooms"] = file_hash(o.from_rooms);
   if (o.light) all["light_spp"] = o.light_spp, all["probes"] = o.probes;
   return all;
 }
@@ -96,12 +96,77 @@ void claim_folder(const GenerateOptions& o) {
   write_file(file, wanted.dump(2) + "\n");
 }
 
-void write_lists(const GenerateOptions& o) {
+/// A room with its cameras, ready to be traced.
+struct StandingRoom {
+  StandingRoom(const Device& device, std::string its_name, std::uint64_t its_seed, Room its)
+      : name(std::move(its_name)), seed(its_seed), room(std::move(its)), scene(device, room.scene) {}
+  std::string name;
+  std::uint64_t seed;
+  Room room;
+  TraceScene scene;
+  std::vector<Camera> cameras;
+};
+
+/// Where rooms come from: the rules, or a file.
+class RoomSource {
+ public:
+  explicit RoomSource(GenerateOptions& o) : options_(o) {
+    if (!o.from_rooms.empty()) read(o);
+    if (!o.box_rooms) assets_ = load_assets(o.assets.empty() ? default_assets() : o.assets, o.setting);
+  }
+
+  std::string name(int index) const { return from_file() ? description(index).name : room_name(options_, index); }
+
+  std::unique_ptr<StandingRoom> room(const Device& device, int index) const {
+    const GenerateOptions& o = options_;
+    const std::uint64_t seed = from_file() ? description(index).seed : room_seed(o, index);
+    auto standing = std::make_unique<StandingRoom>(device, name(index), seed,
+                                                   from_file()   ? description(index).build(assets_)
+                                                   : o.box_rooms ? make_box_room(seed)
+                                                                 : make_room(seed, o.setting, assets_));
+    if (!from_file())
+      standing->cameras =
+          choose_views(standing->scene, standing->room, o.views, o.width, o.height, Random(seed).fork(100));
+    else
+      for (int v = 0; v < o.views; ++v)
+        standing->cameras.push_back(description(index).cameras[static_cast<std::size_t>(v)].resized(o.width, o.height));
+    return standing;
+  }
+
+ private:
+  bool from_file() const { return !options_.from_rooms.empty(); }
+  const RoomDescription& description(int index) const { return file_.rooms[static_cast<std::size_t>(index)]; }
+
+  void read(GenerateOptions& o) {
+    file_ = read_room_file(o.from_rooms);
+    o.setting = file_.setting, o.seed = 0, o.box_rooms = false;
+    const std::string where = o.from_rooms.string();
+    if (static_cast<std::size_t>(o.rooms) > file_.rooms.size())
+      throw usage_error("the file has fewer rooms", where, fmt::format("{}", file_.rooms.size()),
+                        fmt::format("{} (--rooms)", o.rooms));
+    for (const RoomDescription& room : file_.rooms) {
+      if (static_cast<std::size_t>(o.views) > room.cameras.size())
+        throw usage_error("a room of the file has fewer views", where + ": " + room.name,
+                          fmt::format("{}", room.cameras.size()), fmt::format("{} (--views)", o.views));
+      for (const Camera& camera : room.cameras)
+        if (camera.width * o.height != camera.height * o.width)
+          throw usage_error("of another shape than the views of the file", "--size",
+                            fmt::format("{}x{}", o.width, o.height),
+                            fmt::format("a multiple of {}x{}", camera.width, camera.height));
+    }
+  }
+
+  const GenerateOptions& options_;
+  RoomFile file_;
+  RoomAssets assets_;
+};
+
+void write_lists(const GenerateOptions& o, const RoomSource& source) {
   // Every shard knows all names and writes the same lists.
   for (const char* split : {"train", "val", "test"}) {
     std::vector<std::string> names;
     for (int i = 0; i < o.rooms; ++i) {
-      if (split_of(o, i) == split) names.push_back(room_name(o, i));
+      if (split_of(o, i) == split) names.push_back(source.name(i));
     }
     write_rooms(o.out, split, names);
   }
@@ -135,23 +200,17 @@ constexpr int kProbeSpp = 4;
 
 class RoomWriter {
  public:
-  RoomWriter(const Device& device, const GenerateOptions& options, int index, const RoomAssets& assets)
-      : device_(device),
-        options_(options),
-        seed_(room_seed(options, index)),
-        name_(room_name(options, index)),
-        room_(options.box_rooms ? make_box_room(seed_) : make_room(seed_, options.setting, assets)),
-        scene_(device, room_.scene),
-        cameras_(choose_views(scene_, room_, options.views, options.width, options.height, Random(seed_).fork(100))) {
-    make_directories(options.out / name_);
+  RoomWriter(const Device& device, const GenerateOptions& options, std::unique_ptr<StandingRoom> room)
+      : device_(device), options_(options), standing_(std::move(room)), scene_(standing_->scene) {
+    make_directories(options.out / standing_->name);
   }
 
   void write(int view, GenerateSummary& summary) {
-    const fs::path folder = options_.out / name_;
+    const fs::path folder = options_.out / standing_->name;
     const std::string id = view_id(view);
-    const Camera& camera = cameras_[static_cast<std::size_t>(view)];
+    const Camera& camera = standing_->cameras[static_cast<std::size_t>(view)];
     const std::uint32_t seed =
-        static_cast<std::uint32_t>(Random::mix(seed_ ^ (0x5eedu + static_cast<std::uint64_t>(view))));
+        static_cast<std::uint32_t>(Random::mix(standing_->seed ^ (0x5eedu + static_cast<std::uint64_t>(view))));
     const float most = most_indirect(camera, seed);
     TracePicture picture = scene_.picture(camera, options_.spp, seed, kMaxDepth, kLightSamples, most);
     note(picture.dropped, id, seed, summary);
@@ -201,13 +260,14 @@ class RoomWriter {
     RadianceQuery query;
     query.spp = options_.light_spp, query.most_indirect = most, query.seed = static_cast<std::uint32_t>(random.bits());
     DroppedSamples dropped;
-    Envmaps envmaps = trace_envmaps(scene_, room_.scene, camera, maps, query, &dropped);
+    Envmaps envmaps = trace_envmaps(scene_, standing_->room.scene, camera, maps, query, &dropped);
     note(dropped, id + " envmap", query.seed, summary);
     scale(envmaps.radiance, exposure);
     write_envmaps(folder, id, envmaps);
 
     query.spp = kProbeSpp * options_.light_spp;
-    std::vector<Probe> probes = place_probes(scene_, room_.scene, camera, maps, options_.probes, random.fork(0));
+    std::vector<Probe> probes =
+        place_probes(scene_, standing_->room.scene, camera, maps, options_.probes, random.fork(0));
     for (Probe& probe : probes) {
       query.seed = static_cast<std::uint32_t>(random.bits());
       trace_probe(scene_, camera, probe, query, &dropped);
@@ -219,11 +279,11 @@ class RoomWriter {
 
   void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed,
                    double exposure, GenerateSummary& summary) {
-    const std::optional<BallPlace> place = place_ball(scene_, camera, Random(seed_).fork(200 + seed));
+    const std::optional<BallPlace> place = place_ball(scene_, camera, Random(standing_->seed).fork(200 + seed));
     json balls = json::array();
     if (place) {
       for (const BallKind& kind : ball_kinds()) {
-        TraceScene with(device_, with_ball(room_.scene, camera, *place, kind));
+        TraceScene with(device_, with_ball(standing_->room.scene, camera, *place, kind));
         TracePicture picture = with.picture(camera, options_.spp, seed);
         note(picture.dropped, id, seed, summary);
         scale(picture.mean, exposure);
@@ -243,18 +303,15 @@ class RoomWriter {
   void note(const DroppedSamples& dropped, const std::string& id, std::uint32_t seed, GenerateSummary& summary) const {
     if (dropped.count > 0 && summary.dropped == 0) {
       summary.first_dropped =
-          fmt::format("{}/{} pixel {} sample {} seed {}", name_, id, dropped.pixel, dropped.sample, seed);
+          fmt::format("{}/{} pixel {} sample {} seed {}", standing_->name, id, dropped.pixel, dropped.sample, seed);
     }
     summary.dropped += dropped.count;
   }
 
   Device device_;
   const GenerateOptions& options_;
-  std::uint64_t seed_;
-  std::string name_;
-  Room room_;
-  TraceScene scene_;
-  std::vector<Camera> cameras_;
+  std::unique_ptr<StandingRoom> standing_;
+  TraceScene& scene_;
 };
 
 }  // namespace
@@ -292,19 +349,33 @@ std::string split_of(const GenerateOptions& options, int index) {
   return index % 10 == 8 ? "val" : index % 10 == 9 ? "test" : "train";
 }
 
-GenerateSummary generate(const Device& device, const GenerateOptions& options) {
+RoomFile describe_rooms(const Device& device, const GenerateOptions& asked) {
+  GenerateOptions options = asked;
   check(options);
-  const RoomAssets assets =
-      options.box_rooms ? RoomAssets()
-                        : load_assets(options.assets.empty() ? default_assets() : options.assets, options.setting);
+  const RoomSource source(options);
+  RoomFile file{options.setting, {}};
+  for (int index = 0; index < options.rooms; ++index) {
+    const auto made = source.room(device, index);
+    file.rooms.push_back(describe_room(made->name, made->seed, made->room, made->cameras));
+    if (options.progress) options.progress(index + 1, options.rooms, true);
+    if (options.interrupted && options.interrupted()) throw Error(ErrorKind::Interrupted, "nothing is written");
+  }
+  return file;
+}
+
+GenerateSummary generate(const Device& device, const GenerateOptions& asked) {
+  if (asked.out.empty()) throw usage_error("a folder is needed", "--out");
+  GenerateOptions options = asked;
+  check(options);
+  const RoomSource source(options);
   claim_folder(options);
-  write_lists(options);
+  write_lists(options, source);
   GenerateSummary summary;
   const int own_rooms = (options.rooms - options.shard + options.shards - 1) / options.shards;
   const int total = own_rooms * options.views;
   int done = 0;
   for (int index = options.shard; index < options.rooms; index += options.shards) {
-    const fs::path folder = options.out / room_name(options, index);
+    const fs::path folder = options.out / source.name(index);
     std::unique_ptr<RoomWriter> room;  // built when the first view is missing
     for (int view = 0; view < options.views; ++view) {
       if (options.interrupted && options.interrupted()) {
@@ -316,7 +387,7 @@ GenerateSummary generate(const Device& device, const GenerateOptions& options) {
         ++summary.skipped;
       } else {
         const Stopwatch watch;
-        if (!room) room = std::make_unique<RoomWriter>(device, options, index, assets);
+        if (!room) room = std::make_unique<RoomWriter>(device, options, source.room(device, index));
         room->write(view, summary);
         summary.seconds += watch.seconds();
         ++summary.made;

@@ -8,6 +8,7 @@
 
 #include "host/cl/device.hpp"
 #include "tracer/room.hpp"
+#include "tracer/room_file.hpp"
 
 namespace clerestory {
 
@@ -18,7 +19,10 @@ struct GenerateOptions {
   double clamp = 0;        // most one indirect contribution adds, in units of the picture's white; 0: no bound
   std::uint64_t seed = 0;  // rooms of different seeds share nothing
   std::vector<std::uint64_t> room_seeds;  // one a room, in place of those that follow from `seed`; or empty
-  int shard = 0, shards = 1;              // this run makes rooms shard, shard + shards, ...
+  /// Rooms and cameras as a file describes them (tracer/room_file.hpp), in place of made ones: its first `rooms`, and
+  /// of each the first `views`; `setting`, `seed` and `box_rooms` have no say. Empty: rooms are made.
+  std::filesystem::path from_rooms;
+  int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
   bool balls = false;
   bool light = true;   // environment maps and probes (host/io/light_files.hpp)
   int light_spp = 16;  // samples of a texel of an environment map; a probe's takes four times as many
@@ -46,11 +50,15 @@ struct GenerateSummary {
 /// range and on a folder made with other options; Error (Interrupted) when asked to stop.
 GenerateSummary generate(const Device& device, const GenerateOptions& options);
 
+/// The rooms that generate() makes of such options, with their cameras, as files keep them. Nothing is traced but what
+/// cameras are judged by. Throws as generate() does.
+RoomFile describe_rooms(const Device& device, const GenerateOptions& options);
+
 /// The folder of panoramas and models: CLERESTORY_ASSETS, else assets/ in the working folder or above the binary.
 /// Throws usage_error when there is none.
 std::filesystem::path default_assets();
 
-/// Name of a generated room: "room-s<seed>-<index>", with "held-out-" before it in that setting.
+/// Name of a made room: "room-s<seed>-<index>", with "held-out-" before it in that setting.
 std::string room_name(const GenerateOptions& options, int index);
 /// Seed from which make_room, or make_box_room, makes a room of the set.
 std::uint64_t room_seed(const GenerateOptions& options, int index);

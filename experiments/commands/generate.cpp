@@ -1,9 +1,12 @@
 #include "experiments/commands/generate.hpp"
 
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "experiments/cli.hpp"
+#include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/generate.hpp"
 
@@ -13,6 +16,8 @@ namespace {
 struct Options {
   GenerateOptions generate;
   PixelSize size{160, 120};
+  std::optional<int> rooms, views;  // of a file all, else GenerateOptions's
+  std::filesystem::path write_rooms;
   std::string shard = "0/1", setting = "training";
   bool no_light = false;
 };
@@ -40,6 +45,27 @@ std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
       .dump(1);
 }
 
+/// What was not asked for, of a file is all there is.
+void take_counts(const Options& options, GenerateOptions& o) {
+  if (!o.from_rooms.empty()) {
+    const RoomFile file = read_room_file(o.from_rooms);
+    if (file.rooms.empty()) throw usage_error("there are no rooms in the file", o.from_rooms.string());
+    o.rooms = static_cast<int>(file.rooms.size()), o.views = static_cast<int>(file.rooms[0].cameras.size());
+  }
+  o.rooms = options.rooms.value_or(o.rooms), o.views = options.views.value_or(o.views);
+}
+
+/// Describes the rooms in place of tracing them.
+void write_description(const Options& options, const CommonOptions& common) {
+  const GenerateOptions& o = options.generate;
+  if (!o.out.empty() || common.json)
+    throw usage_error("nothing is traced where rooms are written", "--write-rooms", o.out.empty() ? "--json" : "--out");
+  const AtomicFile tried(options.write_rooms);
+  const RoomFile file = describe_rooms(Device::open(common.device), o);
+  write_room_file(options.write_rooms, file);
+  say(fmt::format("{}: {} rooms of {} views", options.write_rooms.string(), file.rooms.size(), o.views));
+}
+
 void run(Options& options, const CommonOptions& common) {
   GenerateOptions& o = options.generate;
   o.width = options.size.width, o.height = options.size.height;
@@ -51,14 +77,17 @@ void run(Options& options, const CommonOptions& common) {
   read_shard(options.shard, o);
   o.light = !options.no_light;
   o.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
+  take_counts(options, o);
   catch_interrupts();
   o.interrupted = [] { return interrupted(); };
   std::unique_ptr<Progress> progress;
   o.progress = [&](int done, int total, bool made) {
     if (!made) return;  // skipped views say nothing about speed, nor does the first, which builds kernels
-    if (!progress) progress = std::make_unique<Progress>("generate", total, "views", done);
+    if (!progress)
+      progress = std::make_unique<Progress>("generate", total, options.write_rooms.empty() ? "views" : "rooms", done);
     progress->update(done);
   };
+  if (!options.write_rooms.empty()) return write_description(options, common);
   const GenerateSummary summary = generate(Device::open(common.device), o);
   progress.reset();
   if (common.json) write_json_result(common, summary_json(o, summary));
@@ -81,8 +110,12 @@ void add_generate_command(CommandLine& line) {
   GenerateOptions& o = options->generate;
   line.add("generate", "Make rooms: pictures, material, geometry, light")
       .option("--out", "DIR", "folder of the data set", o.out)
-      .option("--rooms", "N", "number of rooms", o.rooms)
-      .option("--views", "N", "views of each room", o.views)
+      .option("--rooms", "N", "number of rooms; 1 by default, of a file all", options->rooms)
+      .option("--views", "N", "views of each room; 5 by default, of a file all", options->views)
+      .option("--write-rooms", "FILE", "describe the rooms and their cameras in a file, and trace nothing",
+              options->write_rooms)
+      .option("--from-rooms", "FILE", "trace the rooms of such a file, whatever rooms are made like by now",
+              o.from_rooms)
       .option("--size", "WxH", "pixels of a view", options->size)
       .option("--clamp", "X",
               "most that one indirect contribution adds to a pixel or to a direction of the light, white = 0.9; fewer "

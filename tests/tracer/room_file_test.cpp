@@ -1,0 +1,239 @@
+// Rooms in files: the same triangles, views and bytes again; damaged files; what the kinds of parts become.
+#include "tracer/room_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <set>
+
+#include "host/error.hpp"
+#include "host/io/datasets.hpp"
+#include "host/io/files.hpp"
+#include "tests/tracer/scenes.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const fs::path kAssets = fs::path(CLERESTORY_SOURCE_DIR) / "assets";
+
+struct RoomFiles : testing::Test {
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "clerestory-room-file-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder = name;
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  GenerateOptions small(Setting setting) const {
+    GenerateOptions o;
+    o.rooms = 2, o.views = 2, o.width = 32, o.height = 24, o.spp = 2, o.seed = 5, o.light = false;
+    o.setting = setting, o.assets = kAssets;
+    return o;
+  }
+  std::string error_of(const std::string& bytes) const {
+    write_file(folder / "damaged.h5", bytes);
+    try {
+      read_room_file(folder / "damaged.h5");
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage) << e.what();
+      EXPECT_THAT(e.what(), HasSubstr("damaged.h5"));
+      return e.what();
+    }
+    return "";
+  }
+  fs::path folder;
+};
+
+void expect_equal(const World& a, const World& b) {
+  ASSERT_EQ(a.triangles.size(), b.triangles.size());
+  for (std::size_t i = 0; i < a.triangles.size(); ++i) {
+    const Triangle &s = a.triangles[i], &t = b.triangles[i];
+    ASSERT_EQ(std::memcmp(s.v, t.v, sizeof s.v), 0) << i;
+    ASSERT_EQ(std::tie(s.material, s.emitter, s.smooth), std::tie(t.material, t.emitter, t.smooth)) << i;
+  }
+  ASSERT_EQ(a.materials.size(), b.materials.size());
+  for (std::size_t i = 0; i < a.materials.size(); ++i)
+    ASSERT_EQ(std::memcmp(&a.materials[i], &b.materials[i], sizeof(Material)), 0) << i;
+  ASSERT_EQ(a.emitters.size(), b.emitters.size());
+  for (std::size_t i = 0; i < a.emitters.size(); ++i) {
+    EXPECT_EQ(a.emitters[i].radiance, b.emitters[i].radiance);
+    EXPECT_EQ(a.emitters[i].panorama, b.emitters[i].panorama);
+  }
+  EXPECT_EQ(a.panorama.rgb, b.panorama.rgb);
+  EXPECT_EQ(a.panorama_turn, b.panorama_turn);
+}
+
+TEST_F(RoomFiles, RoomsStandAgainBitByBit) {
+  for (const Setting setting : {Setting::Training, Setting::HeldOut}) {
+    const RoomAssets assets = load_assets(kAssets, setting);
+    RoomFile file{setting, {}};
+    std::vector<Room> rooms;
+    std::set<PartKind> kinds;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+      const Room& room = rooms.emplace_back(make_room(seed, setting, assets));
+      for (const Part& part : room.parts) kinds.insert(part.kind);
+      Camera camera = Camera::from_fov(32, 24, 70);
+      look_at(camera, {0.1, 1.2, 0.3}, {1, 1, -1});
+      file.rooms.push_back(describe_room("room", seed, room, {camera}));
+    }
+    EXPECT_EQ(kinds.size(), 9u) << "every kind of part is among these rooms";
+    write_room_file(folder / "a.h5", file), write_room_file(folder / "b.h5", file);
+    EXPECT_EQ(read_file(folder / "a.h5"), read_file(folder / "b.h5"));
+    const RoomFile read = read_room_file(folder / "a.h5");
+    EXPECT_EQ(read.setting, setting);
+    ASSERT_EQ(read.rooms.size(), rooms.size());
+    for (std::size_t i = 0; i < rooms.size(); ++i) {
+      const Room again = read.rooms[i].build(assets);
+      expect_equal(again.scene, rooms[i].scene);
+      EXPECT_EQ(again.size, rooms[i].size);
+      EXPECT_EQ(again.kind, rooms[i].kind);
+      EXPECT_EQ(read.rooms[i].seed, i + 1);
+      EXPECT_EQ(read.rooms[i].cameras, file.rooms[i].cameras);
+    }
+  }
+}
+
+TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
+  for (const Setting setting : {Setting::Training, Setting::HeldOut}) {
+    GenerateOptions made = small(setting), again = made;
+    write_room_file(folder / "rooms.h5", describe_rooms(test_device(), made));
+    made.out = folder / "made", again.out = folder / "again";
+    again.from_rooms = folder / "rooms.h5", again.seed = 77, again.setting = Setting::Training;  // no say
+    generate(test_device(), made), generate(test_device(), again);
+    int pictures = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(made.out)) {
+      const fs::path name = fs::relative(entry.path(), made.out);
+      if (!entry.is_regular_file() || name == "generate.json") continue;
+      EXPECT_EQ(read_file(entry.path(), 1 << 28, true), read_file(again.out / name, 1 << 28, true)) << name;
+      pictures += name.extension() == ".exr";
+    }
+    EXPECT_GE(pictures, 4 * 6);
+    // The folder belongs to this file of rooms: another one's views do not go in between.
+    again.rooms = 1;
+    write_room_file(folder / "rooms.h5", describe_rooms(test_device(), small(Setting::Training)));
+    if (setting == Setting::HeldOut) EXPECT_THROW(generate(test_device(), again), Error);
+    fs::remove_all(made.out), fs::remove_all(again.out);
+  }
+}
+
+TEST_F(RoomFiles, AFileIsAskedForNoMoreThanItHas) {
+  const GenerateOptions made = small(Setting::Training);
+  write_room_file(folder / "rooms.h5", describe_rooms(test_device(), made));
+  const auto message = [&](auto change) {
+    GenerateOptions o = made;
+    o.out = folder / "out", o.from_rooms = folder / "rooms.h5";
+    change(o);
+    try {
+      generate(test_device(), o);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage);
+      EXPECT_FALSE(fs::exists(o.out)) << "nothing is begun";
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(message([](GenerateOptions& o) { o.rooms = 3; }), HasSubstr("fewer rooms"));
+  EXPECT_THAT(message([](GenerateOptions& o) { o.views = 3; }), HasSubstr("fewer views"));
+  EXPECT_THAT(message([](GenerateOptions& o) { o.width = 40; }), HasSubstr("another shape"));
+  EXPECT_THAT(message([&](GenerateOptions& o) { o.from_rooms = folder / "none.h5"; }), HasSubstr("none.h5"));
+  EXPECT_EQ(message([](GenerateOptions& o) { o.width = 64, o.height = 48; }), "") << "the same view, larger";
+}
+
+TEST_F(RoomFiles, DamageIsFoundAndNamed) {
+  write_room_file(folder / "rooms.h5", describe_rooms(test_device(), small(Setting::Training)));
+  const std::string whole = read_file(folder / "rooms.h5");
+  EXPECT_EQ(error_of(whole), "");
+  EXPECT_THAT(error_of("no rooms at all"), HasSubstr("no HDF5"));
+  for (const std::size_t size : {whole.size() - 1, whole.size() / 2, std::size_t{100}})
+    EXPECT_NE(error_of(whole.substr(0, size)), "") << size;
+  // A byte anywhere: refused, or of no consequence (HDF5 leaves gaps).
+  const RoomFile truth = read_room_file(folder / "rooms.h5");
+  const RoomAssets assets = load_assets(kAssets, Setting::Training);
+  int refused = 0, same = 0;
+  for (std::size_t at = 0; at < whole.size(); at += 61) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
+    if (!error_of(bytes).empty()) {
+      ++refused;
+      continue;
+    }
+    ++same;
+    const RoomFile read = read_room_file(folder / "damaged.h5");
+    ASSERT_EQ(read.rooms.size(), truth.rooms.size()) << at;
+    for (std::size_t r = 0; r < truth.rooms.size(); ++r) {
+      EXPECT_EQ(read.rooms[r].name, truth.rooms[r].name) << at;
+      EXPECT_EQ(read.rooms[r].cameras, truth.rooms[r].cameras) << at;
+      expect_equal(read.rooms[r].build(assets).scene, truth.rooms[r].build(assets).scene);
+    }
+  }
+  EXPECT_GT(refused, same) << "most bytes are columns";
+}
+
+TEST_F(RoomFiles, AssetsThatAreMissingAreNamed) {
+  const RoomAssets held_out = load_assets(kAssets, Setting::HeldOut);
+  const Room room = make_room(1, Setting::HeldOut, held_out);
+  const RoomDescription description = describe_room("its name", 1, room, {});
+  RoomAssets less = held_out;
+  less.models.clear();
+  for (const RoomAssets& assets : {load_assets(kAssets, Setting::Training), less}) try {
+      description.build(assets);
+      ADD_FAILURE();
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), HasSubstr("its name"));
+    }
+}
+
+// Lists of rooms that judge are files of parts: what a kind becomes must stay. Number of triangles, and sums over their
+// corners of place, texture coordinates and normal, each times the corner's index, so that their order counts; as they
+// were when such files began. Sums of a thousand floats keep five digits on every machine.
+TEST(Parts, BecomeTheTrianglesTheyAlwaysBecame) {
+  struct Case {
+    Part part;
+    std::size_t triangles;
+    double sum;
+  };
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+  mesh.normals = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+  mesh.indices = {{0, 1, 2}, {0, 2, 3}};
+  const auto part = [](PartKind kind, std::vector<float> numbers, int steps = 0, bool open = false) {
+    Part p{.kind = kind, .numbers = std::move(numbers), .steps = steps, .open = open};
+    p.to_room[0] = {0, 0, -1, 0}, p.to_room[2] = {1, 0, 0, 0}, p.to_room[3] = {0.5f, 0.25f, -2, 1};
+    p.shift = {1.5f, -0.75f, 0.125f};
+    return p;
+  };
+  for (const Case& c : {
+           Case{part(PartKind::Quad, {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0, 0.5f, 0.25f}), 2, 0},
+           Case{part(PartKind::Canvas, {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0}), 2, 0},
+           Case{part(PartKind::Box, {-1, 0, -2, 1, 3, 2}), 12, 0},
+           Case{part(PartKind::Cushion, {-1, 0, -2, 1, 3, 2, 0.25f}, 3), 588, 0},
+           Case{part(PartKind::Lathe, {0, 1, 0, 0.5f, 0, 0.75f, 0.5f, 0.25f, 1}, 20), 120, 0},
+           Case{part(PartKind::Lathe, {0, 1, 0, 0.5f, 0, 0.75f, 0.5f, 0.25f, 1}, 20, true), 80, 0},
+           Case{part(PartKind::Disc, {0, 1, 0, 0.5f}, 20), 20, 0},
+           Case{part(PartKind::Sphere, {0, 1, 0, 0.5f}, 12), 528, 0},
+           Case{part(PartKind::Mesh, {0, 1, 0, 0.5f}), 2, 0},
+           Case{part(PartKind::Curtain, {0, 1, 0, 2, 1.5f, 0.1f}, 5), 80, 0},
+       }) {
+    World world;
+    add_part(world, c.part, &mesh);
+    double sum = 0, index = 0;
+    for (const Triangle& t : world.triangles)
+      for (const Vertex& v : t.v) {
+        ++index;
+        const glm::vec3 all = v.position + 0.5f * v.uvw + 0.25f * v.normal;
+        sum += std::sin(index) * static_cast<double>(all.x + 2 * all.y + 4 * all.z);
+      }
+    EXPECT_EQ(world.triangles.size(), c.triangles) << static_cast<int>(c.part.kind);
+    EXPECT_NEAR(sum, c.sum, 1e-5 * (1 + std::abs(c.sum))) << static_cast<int>(c.part.kind);
+  }
+}
+
+}  // namespace
+}  // namespace clerestory

@@ -1,0 +1,48 @@
+// Rooms as files: the parts, materials, lamps and cameras of generated rooms, so that a list of rooms stays the same
+// when the rules that made it change. One HDF5 file holds many rooms, some ten kilobytes each.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/math/camera.hpp"
+#include "tracer/parts.hpp"
+#include "tracer/room.hpp"
+
+namespace clerestory {
+
+/// All that a room is but panorama and models, which it names.
+struct RoomDescription {
+  std::string name;
+  std::uint64_t seed = 0;      // of the random numbers of its pictures
+  std::string kind, panorama;  // as in Room; no panorama: nothing is seen of an outside
+  float panorama_turn = 0;
+  glm::vec3 size{0};
+  std::vector<Part> parts;
+  std::vector<Material> materials;
+  std::vector<Emitter> emitters;
+  std::vector<Camera> cameras;
+
+  /// Without `occupied`: where furniture stands is known by its parts alone. Throws usage_error naming what the assets
+  /// lack.
+  Room build(const RoomAssets& assets) const;
+};
+
+RoomDescription describe_room(const std::string& name, std::uint64_t seed, const Room& room,
+                              std::vector<Camera> cameras);
+
+/// Rooms of one setting.
+struct RoomFile {
+  Setting setting = Setting::Training;
+  std::vector<RoomDescription> rooms;
+};
+
+/// Equal rooms give equal bytes.
+void write_room_file(const std::filesystem::path& path, const RoomFile& file);
+
+/// Throws usage_error naming the file and what is wrong: no HDF5, no room file, a damaged or missing column, a number
+/// that is not finite, an index out of range.
+RoomFile read_room_file(const std::filesystem::path& path);
+
+}  // namespace clerestory
