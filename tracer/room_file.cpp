@@ -22,6 +22,10 @@ constexpr hsize_t kChunk = 1 << 16;            // values that are compressed tog
 constexpr std::size_t kMost = 1u << 26;        // values of a column: a file that says more is damaged
 constexpr std::uint64_t kMostBytes = 1 << 28;  // of a file
 
+/// Behind the HDF5 file, which does not mind: HDF5 itself checks little of what it reads.
+std::string trailer_of(std::string_view bytes) { return fmt::format("\nhash {:016x}\n", content_hash(bytes)); }
+const std::size_t kTrailer = trailer_of("").size();
+
 // --- Columns of an HDF5 file in memory
 // --------------------------------------------------------------------------------
 
@@ -75,7 +79,7 @@ class Writer {
     const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose), make(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     H5Pset_obj_track_times(make, false);
     if (count > 0) {
-      H5Pset_chunk(make, 1, &chunk), H5Pset_shuffle(make), H5Pset_deflate(make, 9), H5Pset_fletcher32(make);
+      H5Pset_chunk(make, 1, &chunk), H5Pset_shuffle(make), H5Pset_deflate(make, 9);
     }
     const Handle set(H5Dcreate2(file_, name, stored_type<T>(), space, H5P_DEFAULT, make, H5P_DEFAULT), H5Dclose);
     if (!set.good() || H5Dwrite(set, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
@@ -105,7 +109,10 @@ class Reader {
  public:
   explicit Reader(const fs::path& path) : path_(path), bytes_(read_file(path, kMostBytes)), access_(memory_file()) {
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    H5Pset_file_image(access_, bytes_.data(), bytes_.size());
+    const std::size_t size = bytes_.size() - std::min(bytes_.size(), kTrailer);
+    if (bytes_.substr(size) != trailer_of({bytes_.data(), size}))
+      fail("damaged, or another file", "bytes that do not give its hash", "what `clerestory generate` wrote");
+    H5Pset_file_image(access_, bytes_.data(), size);
     file_ = H5Fopen("rooms", H5F_ACC_RDONLY, access_);
     if (file_ < 0) fail("not a file of rooms", "no HDF5", "what `clerestory generate --write-rooms` wrote");
   }
@@ -402,7 +409,8 @@ void write_room_file(const fs::path& path, const RoomFile& file) {
   to.column("format", std::vector<std::int32_t>{kFormat, file.setting == Setting::HeldOut});
   to.names("name", c.names), to.names("kind", c.kinds), to.names("panorama", c.panoramas), to.names("model", c.models);
   c.each([&](const char* name, const auto& values, std::size_t fields) { to.column(name, by_field(values, fields)); });
-  write_file(path, to.bytes());
+  const std::string bytes = to.bytes();
+  write_file(path, bytes + trailer_of(bytes));
 }
 
 RoomFile read_room_file(const fs::path& path) {

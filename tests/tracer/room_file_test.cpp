@@ -118,7 +118,9 @@ TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
     // The folder belongs to this file of rooms: another one's views do not go in between.
     again.rooms = 1;
     write_room_file(folder / "rooms.h5", describe_rooms(test_device(), small(Setting::Training)));
-    if (setting == Setting::HeldOut) EXPECT_THROW(generate(test_device(), again), Error);
+    if (setting == Setting::HeldOut) {
+      EXPECT_THROW(generate(test_device(), again), Error);
+    }
     fs::remove_all(made.out), fs::remove_all(again.out);
   }
 }
@@ -150,30 +152,14 @@ TEST_F(RoomFiles, DamageIsFoundAndNamed) {
   write_room_file(folder / "rooms.h5", describe_rooms(test_device(), small(Setting::Training)));
   const std::string whole = read_file(folder / "rooms.h5");
   EXPECT_EQ(error_of(whole), "");
-  EXPECT_THAT(error_of("no rooms at all"), HasSubstr("no HDF5"));
+  EXPECT_THAT(error_of("no rooms at all"), HasSubstr("another file"));
   for (const std::size_t size : {whole.size() - 1, whole.size() / 2, std::size_t{100}})
     EXPECT_NE(error_of(whole.substr(0, size)), "") << size;
-  // A byte anywhere: refused, or of no consequence (HDF5 leaves gaps).
-  const RoomFile truth = read_room_file(folder / "rooms.h5");
-  const RoomAssets assets = load_assets(kAssets, Setting::Training);
-  int refused = 0, same = 0;
   for (std::size_t at = 0; at < whole.size(); at += 61) {
     std::string bytes = whole;
     bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
-    if (!error_of(bytes).empty()) {
-      ++refused;
-      continue;
-    }
-    ++same;
-    const RoomFile read = read_room_file(folder / "damaged.h5");
-    ASSERT_EQ(read.rooms.size(), truth.rooms.size()) << at;
-    for (std::size_t r = 0; r < truth.rooms.size(); ++r) {
-      EXPECT_EQ(read.rooms[r].name, truth.rooms[r].name) << at;
-      EXPECT_EQ(read.rooms[r].cameras, truth.rooms[r].cameras) << at;
-      expect_equal(read.rooms[r].build(assets).scene, truth.rooms[r].build(assets).scene);
-    }
+    EXPECT_NE(error_of(bytes), "") << at;
   }
-  EXPECT_GT(refused, same) << "most bytes are columns";
 }
 
 TEST_F(RoomFiles, AssetsThatAreMissingAreNamed) {
@@ -192,7 +178,7 @@ TEST_F(RoomFiles, AssetsThatAreMissingAreNamed) {
 
 // Lists of rooms that judge are files of parts: what a kind becomes must stay. Number of triangles, and sums over their
 // corners of place, texture coordinates and normal, each times the corner's index, so that their order counts; as they
-// were when such files began. Sums of a thousand floats keep five digits on every machine.
+// were when such files began. Another C library may round sines otherwise.
 TEST(Parts, BecomeTheTrianglesTheyAlwaysBecame) {
   struct Case {
     Part part;
@@ -210,16 +196,16 @@ TEST(Parts, BecomeTheTrianglesTheyAlwaysBecame) {
     return p;
   };
   for (const Case& c : {
-           Case{part(PartKind::Quad, {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0, 0.5f, 0.25f}), 2, 0},
-           Case{part(PartKind::Canvas, {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0}), 2, 0},
-           Case{part(PartKind::Box, {-1, 0, -2, 1, 3, 2}), 12, 0},
-           Case{part(PartKind::Cushion, {-1, 0, -2, 1, 3, 2, 0.25f}, 3), 588, 0},
-           Case{part(PartKind::Lathe, {0, 1, 0, 0.5f, 0, 0.75f, 0.5f, 0.25f, 1}, 20), 120, 0},
-           Case{part(PartKind::Lathe, {0, 1, 0, 0.5f, 0, 0.75f, 0.5f, 0.25f, 1}, 20, true), 80, 0},
-           Case{part(PartKind::Disc, {0, 1, 0, 0.5f}, 20), 20, 0},
-           Case{part(PartKind::Sphere, {0, 1, 0, 0.5f}, 12), 528, 0},
-           Case{part(PartKind::Mesh, {0, 1, 0, 0.5f}), 2, 0},
-           Case{part(PartKind::Curtain, {0, 1, 0, 2, 1.5f, 0.1f}, 5), 80, 0},
+           Case{part(PartKind::Quad, {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0, 0.5f, 0.25f}), 2, -3.26096},
+           Case{part(PartKind::Canvas, {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0}), 2, -4.15167},
+           Case{part(PartKind::Box, {-1, 0, -2, 1, 3, 2}), 12, -43.74906},
+           Case{part(PartKind::Cushion, {-1, 0, -2, 1, 3, 2, 0.25f}, 3), 588, -9.49584},
+           Case{part(PartKind::Lathe, {0, 1, 0, 0.5f, 0, 0.75f, 0.5f, 0.25f, 1}, 20), 120, 23.28962},
+           Case{part(PartKind::Lathe, {0, 1, 0, 0.5f, 0, 0.75f, 0.5f, 0.25f, 1}, 20, true), 80, 21.43105},
+           Case{part(PartKind::Disc, {0, 1, 0, 0.5f}, 20), 20, -9.63646},
+           Case{part(PartKind::Sphere, {0, 1, 0, 0.5f}, 12), 528, 44.98121},
+           Case{part(PartKind::Mesh, {0, 1, 0, 0.5f}), 2, -1.64464},
+           Case{part(PartKind::Curtain, {0, 1, 0, 2, 1.5f, 0.1f}, 5), 80, 4.27802},
        }) {
     World world;
     add_part(world, c.part, &mesh);
@@ -231,7 +217,7 @@ TEST(Parts, BecomeTheTrianglesTheyAlwaysBecame) {
         sum += std::sin(index) * static_cast<double>(all.x + 2 * all.y + 4 * all.z);
       }
     EXPECT_EQ(world.triangles.size(), c.triangles) << static_cast<int>(c.part.kind);
-    EXPECT_NEAR(sum, c.sum, 1e-5 * (1 + std::abs(c.sum))) << static_cast<int>(c.part.kind);
+    EXPECT_NEAR(sum, c.sum, 1e-4) << static_cast<int>(c.part.kind);
   }
 }
 
