@@ -174,7 +174,9 @@ std::unique_ptr<StagedFolder> open_folder(const InvertOptions& options) {
   const Replacing replacing{{options.photo, options.camera, options.gbuffer, options.weights, options.lit_by.weights},
                             options.force};
   if (!options.out.empty()) return std::make_unique<StagedFolder>(options.out, replacing);
-  const std::string stem = options.photo.stem().string(), hash = file_hash(options.photo);
+  std::string stem = options.photo.stem().string();
+  if (stem == "." || stem == "..") stem = "photo";  // of "..png": no folder's name
+  const std::string hash = file_hash(options.photo);
   const std::string longer = fs::absolute(options.photo).parent_path().filename().string() + "-" + stem;
   for (int n = 0;; ++n) {
     const fs::path folder = fs::path("runs/invert") / (n == 0   ? stem
@@ -209,6 +211,7 @@ class Inversion {
   bool rerenders() const { return options_.only.empty(); }
 
   void read() {
+    if (rerenders()) render_spec(options_.render);  // refused before the work
     photo_ = read_photo(options_.photo);
     const Image& image = photo_.image;
     if (photo_.clamped) say(fmt::format("{}: {} negative values set to 0", options_.photo.string(), photo_.clamped));

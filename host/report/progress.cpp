@@ -42,9 +42,12 @@ void print_bar(const std::string& line) {
   g_bar_shown = true;
 }
 
+/// Ctrl-C, a request to end, and a closed terminal, unless whoever started this (nohup) had that ignored.
 sigset_t interrupts() {
   sigset_t set;
   sigemptyset(&set), sigaddset(&set, SIGINT), sigaddset(&set, SIGTERM);
+  struct sigaction hangup {};
+  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);
   return set;
 }
 
@@ -155,6 +158,7 @@ void catch_interrupts() {
     // started from here on inherit the block: a Ctrl-C in a terminal does not end a linker or gnuplot in its work.
     const sigset_t set = interrupts();
     pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);  // who reads what is said may leave; work goes on
     std::thread(wait_for_interrupts).detach();
     return true;
   }();

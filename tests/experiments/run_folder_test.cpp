@@ -413,6 +413,13 @@ TEST_F(RunFolder, NothingStaysOfAFolderForResultsThatNeverCame) {
   EXPECT_FALSE(fs::exists(folder_ / "new"));
 }
 
+TEST_F(RunFolder, SamplesAreRefusedBeforeTheWork) {
+  Words words = taken_apart(photo(), folder_ / "new");
+  *(std::ranges::find(words, std::string("--spp")) + 1) = "1";
+  expect_refused(words, "spp");
+  EXPECT_THAT(said(), Not(HasSubstr("camera:"))) << "nothing was read";
+}
+
 TEST_F(RunFolder, WeightsInsideAreNotReplacedByAnEdit) {
   const fs::path weights = run() / "edit";
   fs::create_directory(weights);
@@ -454,6 +461,17 @@ TEST_P(RunFolderInterrupted, LeavesNothingAndEndsWithFour) {
   stop(without_spp(edited()));
 }
 
+// What nohup starts goes on when its terminal is gone, and so does what writes to a reader that left.
+TEST_F(RunFolder, NoTerminalAndNoReaderAreNeeded) {
+  std::string command = "trap '' HUP; { ";
+  for (const std::string& word : Words{CLERESTORY_PROGRAM, "invert", photo(), "--gbuffer", view_, "--light", "image",
+                                       "--spp", "2", "--out", folder_ / "new"})
+    command += "'" + word + "' ";
+  EXPECT_EQ(std::system((command + "2>&1 & pid=$!; sleep 0.2; kill -HUP $pid; wait $pid; } | true").c_str()), 0);
+  EXPECT_TRUE(fs::exists(folder_ / "new/rerender.exr"));
+  EXPECT_FALSE(fs::exists(folder_ / ".new.partial"));
+}
+
 // LLVM, which builds kernels in the process, deletes the files of a build on a signal that reaches it.
 TEST_P(RunFolderInterrupted, WhileKernelsAreBuilt) {
   const fs::path cache = folder_ / "kernels";
@@ -468,7 +486,7 @@ TEST_P(RunFolderInterrupted, WhileKernelsAreBuilt) {
                fs::exists(folder_ / ".new.partial"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, RunFolderInterrupted, testing::Values(SIGINT, SIGTERM));
+INSTANTIATE_TEST_SUITE_P(Signals, RunFolderInterrupted, testing::Values(SIGINT, SIGTERM, SIGHUP));
 
 }  // namespace
 }  // namespace clerestory
