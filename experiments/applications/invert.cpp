@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <tuple>
 
 #include "experiments/applications/chunk_progress.hpp"
@@ -59,10 +60,17 @@ std::string other_proportions(const Camera& camera, int width, int height) {
       camera.width, camera.height, width, height);
 }
 
-/// The camera from --camera, --fov, the G-buffer's own, or the default angle, in this order; and where it came from,
-/// with all that is assumed or wrong.
-std::pair<Camera, std::string> choose_camera(const InvertOptions& options, const GBuffer& given, int width,
-                                             int height) {
+constexpr double kLeastFov = 5, kMostFov = 170;  // degrees: what else EXIF says of a lens is a mistake
+
+/// Horizontal angle as EXIF says, degrees; 0 where it does not.
+double fov_of(const Photo& photo) {
+  return photo.focal > 0 ? 2 * std::atan(photo.image.width / (2 * photo.focal)) * 180 / std::numbers::pi : 0;
+}
+
+/// The camera from --camera, --fov, the G-buffer's own, the photograph's EXIF, or the default angle, in this order; and
+/// where it came from, with all that is assumed or wrong.
+std::pair<Camera, std::string> choose_camera(const InvertOptions& options, const GBuffer& given, const Photo& photo) {
+  const int width = photo.image.width, height = photo.image.height;
   std::vector<std::string> notes;
   const auto resized = [&](const Camera& camera) {
     if (std::string note = other_proportions(camera, width, height); !note.empty()) notes.push_back(std::move(note));
@@ -81,6 +89,10 @@ std::pair<Camera, std::string> choose_camera(const InvertOptions& options, const
   } else if (given.camera) {
     notes.push_back(options.gbuffer.string());
     camera = resized(*given.camera);
+  } else if (const double fov = fov_of(photo); fov >= kLeastFov && fov <= kMostFov) {
+    camera = Camera::from_fov(width, height, fov);
+    notes = {fmt::format("{:.1f} degrees across, as the photograph's EXIF says of a picture that is not cropped", fov),
+             "a level camera is assumed"};
   } else {
     camera = Camera::from_fov(width, height);
     notes = {"no --fov and no --camera, 65 degrees across the longer side and a level camera are assumed"};
@@ -221,7 +233,7 @@ class Inversion {
     require_size(given_.albedo, "albedo", options_, image), require_size(given_.normal, "normal", options_, image);
     require_size(given_.depth, "depth", options_, image), require_size(given_.material, "material", options_, image);
     scene_.photo = image;
-    std::tie(scene_.camera, camera_note_) = choose_camera(options_, given_, image.width, image.height);
+    std::tie(scene_.camera, camera_note_) = choose_camera(options_, given_, photo_);
     say("camera: " + camera_note_);
     scene_.camera.check(options_.camera.empty() ? "--fov" : options_.camera.string());
   }

@@ -18,7 +18,7 @@ struct KnownDepth {
 struct InvertOptions {
   std::filesystem::path photo;
   std::filesystem::path camera;       // camera.json; empty: `fov`
-  std::optional<double> fov;          // horizontal, degrees; without it 65 across the longer side
+  std::optional<double> fov;          // horizontal, degrees; without it EXIF's, or 65 across the longer side
   std::filesystem::path gbuffer;      // folder of maps or ROOM/NNN that replace predicted ones
   std::vector<std::string> only;      // maps wanted: albedo, normal, depth, material; empty: all, and the re-render
   std::optional<double> depth_scale;  // metres of the 99th percentile of depth

@@ -29,6 +29,7 @@ struct Decoded {
   std::string format;              // for messages: "8-bit PNG"
   Encoding encoding = Encoding::Linear;
   bool alpha_dropped = false, turned = false;
+  double focal = 0;  // pixels; 0: not said
 };
 
 Format format_of(std::string_view bytes, const std::string& where) {
@@ -92,6 +93,22 @@ Image upright(const Image& stored, int orientation) {
   return image;
 }
 
+// Focal length in pixels of the stored picture; 0 where EXIF does not say. What is said "as of 35 mm film" goes by the
+// diagonal, 43.27 mm of it (CIPA DCG-001); else by millimetres and the sensor's resolution, of the picture as it left
+// the camera, PixelXDimension wide.
+double focal_pixels(const OIIO::ImageSpec& spec) {
+  const auto said = [&](const char* name) {
+    const float value = spec.get_float_attribute(name, 0);
+    return std::isfinite(value) && value > 0 ? static_cast<double>(value) : 0;
+  };
+  const double on_film = said("Exif:FocalLengthIn35mmFilm");
+  if (on_film > 0) return on_film * std::hypot(spec.width, spec.height) / std::hypot(36, 24);
+  const double unit = spec.get_int_attribute("Exif:FocalPlaneResolutionUnit", 2) == 3 ? 10 : 25.4;  // mm
+  const double of_camera = said("Exif:FocalLength") * said("Exif:FocalPlaneXResolution") / unit;
+  const double width = said("Exif:PixelXDimension");
+  return width > 0 ? of_camera * spec.width / width : of_camera;
+}
+
 // The library's message, unless it is about stray bytes between the markers of a JPEG, which do no harm.
 std::string failure_of(OIIO::ImageInput& input, bool read) {
   if (!input.has_error()) return read ? "" : "unknown error";
@@ -131,6 +148,7 @@ Decoded decode(const std::filesystem::path& path) {
   out.alpha_dropped = spec.alpha_channel >= 0 && spec.nchannels > 1;
   const int orientation = spec.get_int_attribute("Orientation", 1);
   if (orientation > 1 && orientation <= 8) out.image = upright(out.image, orientation), out.turned = true;
+  out.focal = focal_pixels(spec);
   const bool integer = !spec.format.is_floating_point();
   out.encoding = integer ? Encoding::Gamma : Encoding::Linear;
   out.format = integer ? fmt::format("{}-bit {}", 8 * spec.format.size(), format.name) : format.name;
@@ -172,7 +190,7 @@ Image read_map(const std::filesystem::path& path, int channels) {
 Photo read_photo(const std::filesystem::path& path) {
   Decoded decoded = decode(path);
   Photo photo;
-  photo.encoding = decoded.encoding;
+  photo.encoding = decoded.encoding, photo.focal = decoded.focal;
   photo.note = decoded.format + (decoded.encoding == Encoding::Gamma ? ", made linear by (v/max)^2.2"
                                                                      : ", taken as linear radiance as it is");
   if (decoded.alpha_dropped) photo.note += "; alpha dropped";

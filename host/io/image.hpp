@@ -50,6 +50,7 @@ enum class Encoding { Linear, Gamma };  // as stored, or 8/16-bit raised to 2.2
 struct Photo {
   Image image;  // 3 channels, linear Rec.709 radiance, finite, not negative
   Encoding encoding = Encoding::Linear;
+  double focal = 0;           // focal length in pixels as EXIF says it of the uncropped picture; 0: it does not
   std::uint64_t clamped = 0;  // negative values set to 0
   std::string note;           // one line that says what was done, for the user
 };

@@ -413,6 +413,20 @@ TEST_F(RunFolder, NothingStaysOfAFolderForResultsThatNeverCame) {
   EXPECT_FALSE(fs::exists(folder_ / "new"));
 }
 
+TEST_F(RunFolder, TheLensThatExifTellsIsTakenAndSaid) {
+  const fs::path photograph = fs::path(CLERESTORY_TEST_DATA) / "io/exif_28mm.jpg";  // 64 x 48
+  const auto inverted = [&](const Words& more) {
+    Words words{"invert", photograph, "--only", "normal", "--force", "--out", folder_ / "new"};
+    words.insert(words.end(), more.begin(), more.end());
+    return start(words);
+  };
+  EXPECT_EQ(inverted({}), 0) << said();
+  EXPECT_THAT(said(), HasSubstr("camera: 63.4 degrees across"));  // 2 atan(64 / 2 / (28 * 80 / 43.27))
+  EXPECT_NEAR(read_camera(folder_ / "new/camera.json").camera.fov_degrees(), 63.4, 0.05);
+  EXPECT_EQ(inverted({"--fov", "50"}), 0) << said();
+  EXPECT_THAT(said(), HasSubstr("camera: --fov 50"));
+}
+
 TEST_F(RunFolder, SamplesAreRefusedBeforeTheWork) {
   Words words = taken_apart(photo(), folder_ / "new");
   *(std::ranges::find(words, std::string("--spp")) + 1) = "1";

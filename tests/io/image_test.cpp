@@ -210,6 +210,37 @@ TEST_F(Images, OrientationOfJpegIsApplied) {
   }
 }
 
+TEST_F(Images, FocalLengthOfAPhotographIsThatOfItsExif) {
+  struct Lens {
+    std::vector<std::pair<const char*, float>> said;
+    double focal;  // pixels of a picture of 64 x 48, whose diagonal is 80
+  };
+  for (const auto& [said, focal] : {
+           Lens{{}, 0},
+           {{{"Exif:FocalLength", 4.2f}}, 0},  // of which sensor it does not say
+           {{{"Exif:FocalLengthIn35mmFilm", 26}}, 26 * 80 / std::hypot(36.0, 24.0)},
+           {{{"Exif:FocalLengthIn35mmFilm", 0}}, 0},
+           {{{"Exif:FocalLength", 10}, {"Exif:FocalPlaneXResolution", 254}}, 100},  // pixels an inch
+           {{{"Exif:FocalLength", 10}, {"Exif:FocalPlaneXResolution", 100}, {"Exif:FocalPlaneResolutionUnit", 3}}, 100},
+           {{{"Exif:FocalLength", 10}, {"Exif:FocalPlaneXResolution", 254}, {"Exif:PixelXDimension", 640}}, 10},
+           {{{"Exif:FocalLengthIn35mmFilm", 26}, {"Exif:FocalLength", 10}, {"Exif:FocalPlaneXResolution", 254}},
+            26 * 80 / std::hypot(36.0, 24.0)},
+       }) {
+    OIIO::ImageSpec spec(64, 48, 3, OIIO::TypeUInt8);
+    spec["Orientation"] = 6;  // turning a picture turns no lens
+    for (const auto& [name, value] : said) {
+      const std::string key = name;
+      if (key == "Exif:FocalLength" || key == "Exif:FocalPlaneXResolution")
+        spec[name] = value;
+      else
+        spec[name] = static_cast<int>(value);
+    }
+    const Photo photo = read_photo(foreign("lens.jpg", spec, std::vector<float>(64 * 48 * 3, 0.5f)));
+    EXPECT_EQ(photo.image.width, 48);
+    EXPECT_NEAR(photo.focal, focal, 1e-5 * focal) << (said.empty() ? "" : said[0].first);
+  }
+}
+
 // All eight, pixel by pixel, on the smallest picture without symmetry. By EXIF's definition the stored top row is the
 // visual top, top, bottom, bottom, left, right, right, left side.
 TEST_F(Images, OrientationOfEveryPixel) {
