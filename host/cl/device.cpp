@@ -12,6 +12,7 @@
 #include "host/cl/probe.hpp"
 #include "host/cl/profiler.hpp"
 #include "host/cl/program.hpp"
+#include "host/cl/tile.hpp"
 
 namespace clerestory {
 namespace {
@@ -99,6 +100,7 @@ struct Device::State {
   std::unordered_map<KernelKey, cl::Program, KernelKeyHash, KernelKeyEqual> programs;  // their name is empty
   std::shared_ptr<MemoryCount> memory = std::make_shared<MemoryCount>();
   bool profiling = false;
+  const Tile* tile = nullptr;   // null: not chosen yet
   bool double_trusted = false;  // has passed the probe in double precision
   Profiler profiler;            // goes before the kernels that its names belong to
   int launches_since_flush = 0;
@@ -354,6 +356,13 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
 void Device::finish() {
   state_->check(clFinish(state_->queue()), "clFinish", [] { return "waiting for the queue"; });
 }
+
+const Tile& Device::tile() {
+  if (state_->tile == nullptr) state_->tile = &fastest_tile(*this);
+  return *state_->tile;
+}
+
+void Device::use_tile(const std::string& name) { state_->tile = name == "auto" ? nullptr : &tile_named(name, "tile"); }
 
 // --- Profile
 // ----------------------------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ struct DeviceInfo {
   std::string platform, name, vendor, version, driver;
   bool cpu = false, fp64 = false, unified_memory = false;
   int compute_units = 0;
+  int float_width = 0;                                           // floats of a vector, as the driver says
   std::size_t max_group = 0;                                     // work-items
   std::size_t memory = 0, max_allocation = 0, local_memory = 0;  // bytes
 };
@@ -36,6 +37,8 @@ std::vector<DeviceInfo> list_devices();
 /// Why there is none: the loader's folder of drivers, a driver that cannot be loaded, PoCL's cache, each by its name
 /// and the variable behind it.
 std::string why_no_device();
+
+struct Tile;
 
 /// Device memory. Copies share it; it is freed with the last copy.
 class Buffer {
@@ -146,6 +149,11 @@ class Device {
   void launch_with(const Kernel& kernel, const Range& range, const std::vector<Arg>& args);
 
   void finish();
+
+  /// The register tile of packed kernels: the one that use_tile named, else the fastest, measured or remembered at the
+  /// first call (host/cl/tile.hpp).
+  const Tile& tile();
+  void use_tile(const std::string& name);  // "auto": the fastest
 
   /// Bytes of device memory held now, and the most so far since the last reset.
   std::size_t memory_now() const;

@@ -43,6 +43,8 @@ FoundDevice describe(const cl::Platform& platform, const cl::Device& device) {
   device.getInfo(CL_DEVICE_HOST_UNIFIED_MEMORY, &unified);
   info.unified_memory = unified == CL_TRUE;
   info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+  info.float_width = static_cast<int>(std::max(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>(),
+                                               device.getInfo<CL_DEVICE_PREFERRED_VECTOR_WIDTH_FLOAT>()));
   info.max_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
   info.memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();

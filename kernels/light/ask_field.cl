@@ -30,9 +30,9 @@ typedef struct {
 // most (4.0 over 2e7 random angles).
 static inline void encode_position(lanes *to, const lanes *x, int octaves) {
   for (int c = 0; c < 3; ++c)
-    for (int v = 0; v < 2; ++v) {
-      to[2 * c + v] = x[2 * c + v];
-      lanes turns = x[2 * c + v] * (R(0.5) * INV_PI), sine, cosine;
+    for (int v = 0; v < VECTORS; ++v) {
+      to[VECTORS * c + v] = x[VECTORS * c + v];
+      lanes turns = x[VECTORS * c + v] * (R(0.5) * INV_PI), sine, cosine;
       for (int k = 0; k < octaves; ++k, turns *= R(2)) {
         if (k % 3 == 0) {
           wave(turns, &sine, &cosine);
@@ -41,8 +41,8 @@ static inline void encode_position(lanes *to, const lanes *x, int octaves) {
           cosine = cosine * cosine - sine * sine;
           sine = twice;
         }
-        to[2 * (3 + c * octaves + k) + v] = sine;
-        to[2 * (3 + (3 + c) * octaves + k) + v] = cosine;
+        to[VECTORS * (3 + c * octaves + k) + v] = sine;
+        to[VECTORS * (3 + (3 + c) * octaves + k) + v] = cosine;
       }
     }
 }
@@ -68,7 +68,7 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
   const int first = (int)get_global_id(0) * RAYS, asked = listed ? AT(count, 0)[0] : pixels * sample_capacity;
   if (first >= asked) return;
   int rays[RAYS];
-  lanes origin[6], along[6], far[2], piece[2];
+  lanes origin[3 * VECTORS], along[3 * VECTORS], far[VECTORS], piece[VECTORS];
   for (int l = 0; l < RAYS; ++l) {
     const int i = min(first + l, asked - 1), ray = listed ? AT(list, 0)[i] : i;
     const ulong plane = per_row ? (ulong)pixel_capacity : RAY_PLANE;
@@ -77,14 +77,15 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
                                  (real3)(d[0], d[RAY_PLANE], d[2 * RAY_PLANE]), AT(range, 0)[0], near, radius,
                                  segments);
     rays[l] = ray;
-    LANE(origin, l) = r.origin.x, LANE(origin + 2, l) = r.origin.y, LANE(origin + 4, l) = r.origin.z;
-    LANE(along, l) = r.d.x, LANE(along + 2, l) = r.d.y, LANE(along + 4, l) = r.d.z;
+    LANE(origin, l) = r.origin.x, LANE(origin + VECTORS, l) = r.origin.y, LANE(origin + 2 * VECTORS, l) = r.origin.z;
+    LANE(along, l) = r.d.x, LANE(along + VECTORS, l) = r.d.y, LANE(along + 2 * VECTORS, l) = r.d.z;
     LANE(far, l) = r.far, LANE(piece, l) = r.piece;
   }
-  lanes share[8], next[2], depth[2], sum[6], at[6], one[2 * MOST_WIDTH], other[2 * MOST_WIDTH];
-  for (int v = 0; v < 8; ++v) share[v] = (lanes)(R(0.5));
-  for (int v = 0; v < 6; ++v) sum[v] = (lanes)(R(0));
-  depth[0] = depth[1] = next[0] = next[1] = (lanes)(R(0));
+  lanes share[4 * VECTORS], next[VECTORS], depth[VECTORS], sum[3 * VECTORS], at[3 * VECTORS];
+  lanes one[VECTORS * MOST_WIDTH], other[VECTORS * MOST_WIDTH];
+  for (int v = 0; v < 4 * VECTORS; ++v) share[v] = (lanes)(R(0.5));
+  for (int v = 0; v < 3 * VECTORS; ++v) sum[v] = (lanes)(R(0));
+  for (int v = 0; v < VECTORS; ++v) depth[v] = next[v] = (lanes)(R(0));
   for (int k = -1; k < segments; ++k) {
     // The points k and k + 1 of each ray; the first round only finds the first point.
     const int ahead = k + 1;
@@ -92,14 +93,15 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
       for (int l = 0; l < RAYS; ++l) {
         const int p = rays[l] / sample_capacity;
         const real4 u = march_jitter(seed, first_pixel + p, first_sample + rays[l] - p * sample_capacity, ahead);
-        LANE(share, l) = u.x, LANE(share + 2, l) = u.y, LANE(share + 4, l) = u.z, LANE(share + 6, l) = u.w;
+        LANE(share, l) = u.x, LANE(share + VECTORS, l) = u.y, LANE(share + 2 * VECTORS, l) = u.z,
+                        LANE(share + 3 * VECTORS, l) = u.w;
       }
-    lanes length[2];
-    for (int v = 0; v < 2; ++v) {
+    lanes length[VECTORS];
+    for (int v = 0; v < VECTORS; ++v) {
       const lanes here = next[v];
-      next[v] = ahead < segments ? near + ((real)ahead + share[2 * (ahead & 3) + v]) * piece[v] : fmax(far[v], here);
+      next[v] = ahead < segments ? near + ((real)ahead + share[VECTORS * (ahead & 3) + v]) * piece[v] : fmax(far[v], here);
       length[v] = next[v] - here;
-      for (int c = 0; c < 3; ++c) at[2 * c + v] = origin[2 * c + v] + here * along[2 * c + v];
+      for (int c = 0; c < 3; ++c) at[VECTORS * c + v] = origin[VECTORS * c + v] + here * along[VECTORS * c + v];
     }
     if (k < 0) continue;
     encode_position(one, at, octaves);
@@ -112,24 +114,26 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
       to = from, from = written;
     }
     if (soft)
-      for (int v = 0; v < 8; ++v) from[v] = softplus(from[v]);
-    for (int v = 0; v < 2; ++v) {
-      const lanes thickness = from[6 + v] * length[v], seen = exp(-depth[v]) * -expm1(-thickness);
+      for (int v = 0; v < 4 * VECTORS; ++v) from[v] = softplus(from[v]);
+    for (int v = 0; v < VECTORS; ++v) {
+      const lanes thickness = from[3 * VECTORS + v] * length[v], seen = exp(-depth[v]) * -expm1(-thickness);
       const lanes_mask open = depth[v] < OPAQUE;
       for (int c = 0; c < 3; ++c) {
-        const lanes more = sum[2 * c + v] + seen * from[2 * c + v];
-        sum[2 * c + v] = WHERE(open, more, sum[2 * c + v]);
+        const lanes more = sum[VECTORS * c + v] + seen * from[VECTORS * c + v];
+        sum[VECTORS * c + v] = WHERE(open, more, sum[VECTORS * c + v]);
       }
       depth[v] += thickness;
     }
-    if (!lanes_any(depth[0] < OPAQUE || depth[1] < OPAQUE)) break;
+    int open = 0;
+    for (int v = 0; v < VECTORS; ++v) open |= lanes_any(depth[v] < OPAQUE);
+    if (!open) break;
   }
-  for (int v = 0; v < 2; ++v) {
+  for (int v = 0; v < VECTORS; ++v) {
     const lanes through = exp(-depth[v]);
-    for (int c = 0; c < 3; ++c) sum[2 * c + v] += through * AT(background, 0)[c];
+    for (int c = 0; c < 3; ++c) sum[VECTORS * c + v] += through * AT(background, 0)[c];
   }
   for (int l = 0; l < RAYS && first + l < asked; ++l) {
     global real *y = AT(radiance, 0) + rays[l];
-    y[0] = LANE(sum, l), y[RAY_PLANE] = LANE(sum + 2, l), y[2 * RAY_PLANE] = LANE(sum + 4, l);
+    y[0] = LANE(sum, l), y[RAY_PLANE] = LANE(sum + VECTORS, l), y[2 * RAY_PLANE] = LANE(sum + 2 * VECTORS, l);
   }
 }

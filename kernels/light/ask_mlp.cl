@@ -39,17 +39,17 @@ static void look_up(lanes *to, global const real *rows, const int *pixels, int s
 #if GROUP == 1
   // 16 rays x 16 numbers at a time: one cache line of each ray's row is asked for at once.
   for (int c = 0; c < width; c += 16)
-    for (int v = 0; v < 2; ++v) {
+    for (int v = 0; v < VECTORS; ++v) {
       real16 block[16];
       for (int l = 0; l < 16; ++l)
         block[l] = vload16(0, rows + (ulong)max(pixels[16 * v + l], 0) * (ulong)stride + (ulong)(first + c));
       transpose(block);
-      for (int i = 0; i < 16; ++i) to[2 * (c + i) + v] = block[i];
+      for (int i = 0; i < 16; ++i) to[VECTORS * (c + i) + v] = block[i];
     }
 #else
-  for (int v = 0; v < 2; ++v) {
+  for (int v = 0; v < VECTORS; ++v) {
     global const real *row = rows + (ulong)max(pixels[v], 0) * (ulong)stride + (ulong)first;
-    for (int c = 0; c < width; ++c) to[2 * c + v] = row[c];
+    for (int c = 0; c < width; ++c) to[VECTORS * c + v] = row[c];
   }
 #endif
 }
@@ -60,18 +60,18 @@ kernel void ask_mlp(IN(rows), IN_INT(hit), IN(direction), IN(frequencies), IN_IN
   const int first = (int)get_global_id(0) * RAYS, asked = listed ? AT(count, 0)[0] : pixels * sample_capacity;
   if (first >= asked) return;
   int rays[RAYS], hits[RAYS];
-  lanes d[6], one[2 * MOST_WIDTH], other[2 * MOST_WIDTH], along[4 * MOST_FREQUENCIES];
+  lanes d[3 * VECTORS], one[VECTORS * MOST_WIDTH], other[VECTORS * MOST_WIDTH], along[2 * VECTORS * MOST_FREQUENCIES];
   for (int l = 0; l < RAYS; ++l) {
     const int i = min(first + l, asked - 1), ray = listed ? AT(list, 0)[i] : i;
     global const real *from = AT(direction, 0) + ray;
     rays[l] = ray, hits[l] = AT(hit, 0)[ray];
-    for (int c = 0; c < 3; ++c) LANE(d + 2 * c, l) = from[c * RAY_PLANE];
+    for (int c = 0; c < 3; ++c) LANE(d + VECTORS * c, l) = from[c * RAY_PLANE];
   }
   for (int j = 0; j < waves; ++j) {
     global const real *b = AT(frequencies, j);
-    for (int v = 0; v < 2; ++v) {
-      const lanes turns = fma((lanes)(b[2]), d[4 + v], fma((lanes)(b[1]), d[2 + v], b[0] * d[v]));
-      wave(turns, &along[2 * j + v], &along[2 * (waves + j) + v]);
+    for (int v = 0; v < VECTORS; ++v) {
+      const lanes turns = fma((lanes)(b[2]), d[2 * VECTORS + v], fma((lanes)(b[1]), d[VECTORS + v], b[0] * d[v]));
+      wave(turns, &along[VECTORS * j + v], &along[VECTORS * (waves + j) + v]);
     }
   }
   global const real *weights = AT(packed, 0);
@@ -94,6 +94,6 @@ kernel void ask_mlp(IN(rows), IN_INT(hit), IN(direction), IN(frequencies), IN_IN
   dense(to, from, weights, width, 3, 0, 0);
   for (int l = 0; l < RAYS && first + l < asked; ++l) {
     global real *y = AT(f, 0) + rays[l];
-    for (int c = 0; c < 3; ++c) y[c * RAY_PLANE] = hits[l] < 0 ? R(0) : LANE(to + 2 * c, l);
+    for (int c = 0; c < 3; ++c) y[c * RAY_PLANE] = hits[l] < 0 ? R(0) : LANE(to + VECTORS * c, l);
   }
 }

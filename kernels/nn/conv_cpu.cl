@@ -1,4 +1,4 @@
-// Convolution and matrix products on CPU devices: implicit GEMM with a register tile of 8 outputs x 32 positions.
+// Convolution and matrix products on CPU devices: implicit GEMM by the register tile of lib/tile.clh.
 //
 //   forward, backward data:  target[n,m,p] = bias[m] + sum_k weights[m,k] * panel[k, p]
 //   backward weights:        gradient[m,k] = sum_n,p target[n,m,p] * panel[k, p]
@@ -8,10 +8,8 @@
 // and van de Geijn, "Anatomy of High-Performance Matrix Multiplication", ACM TOMS 34(3), 2008: the band's panel is their
 // packed B, the weights packed by nn/conv_pack.cl their A). All sums run in a fixed order.
 // Tensors are NCHW.
+#include "lib/tile.clh"
 #include "nn/conv_geometry.clh"
-
-#define TILE_M 8   // outputs of the register tile; conv_pack.cl packs weights in panels of as many
-#define TILE_P 32  // positions of the register tile, two real16
 
 static void fill_zeros(local real *to, int n) {
   int i = 0;
@@ -85,30 +83,40 @@ static void tap_offsets(local int *offset, const ConvGeometry g, const ConvBlock
   for (; k < b.channel_block * taps; ++k) offset[k] = offset[k - taps] + b.plane;
 }
 
-#define FOR_8(F) F(0) F(1) F(2) F(3) F(4) F(5) F(6) F(7)
+// Rows of a panel of weights times `vectors` vectors of the band's panel: sums[8][positions] (+)= weights[k][8]^T *
+// panel[offset[k]]. One function for each number of vectors, so that positions need rounding up to one vector only.
+#define PANEL_ROW(k) (panel + offset[k])
+#define DEFINE_MULTIPLY(vectors)                                                                                    \
+  static void multiply_##vectors(local real *sums, int pitch, global const real *weights, local const real *panel,  \
+                                 local const int *offset, int depth, bool first) {                                  \
+    for (int m = 0; m < PANEL; m += TILE_ROWS, weights += TILE_ROWS, sums += TILE_ROWS * pitch) {                   \
+      vec sum[TILE_ROWS][vectors];                                                                                  \
+      if (first) {                                                                                                  \
+        FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                  \
+      } else {                                                                                                      \
+        FOR_TILE(vectors) sum[r][v] = vec_load(v, sums + r * pitch);                                                \
+      }                                                                                                             \
+      TILE_PRODUCT(vectors, sum, weights, depth, PANEL_ROW)                                                         \
+      FOR_TILE(vectors) vec_store(sum[r][v], v, sums + r * pitch);                                                  \
+    }                                                                                                               \
+  }
+DEFINE_MULTIPLY(1)
+DEFINE_MULTIPLY(2)
+DEFINE_MULTIPLY(3)
 
-// sums[8][positions] (+)= weights[k][8]^T * panel[offset[k]][32]
-static void multiply_tile(local real *sums, int pitch, global const real *weights, local const real *panel,
-                          local const int *offset, int depth, bool first) {
-#define ZERO(r) real16 a##r = (real16)(R(0)), b##r = (real16)(R(0));
-#define LOAD(r) a##r = vload16(0, sums + r * pitch), b##r = vload16(1, sums + r * pitch);
-#define MADD(r) a##r = fma((real16)(w[r]), p0, a##r), b##r = fma((real16)(w[r]), p1, b##r);
-#define SAVE(r) vstore16(a##r, 0, sums + r * pitch), vstore16(b##r, 1, sums + r * pitch);
-  FOR_8(ZERO)
-  if (!first) {
-    FOR_8(LOAD)
+// sums[8][positions] (+)= weights[k][8]^T * panel[offset[k]][positions], tile by tile.
+static void multiply_panel(local real *sums, int pitch, global const real *weights, local const real *panel,
+                           local const int *offset, int depth, int positions, bool first) {
+  for (int left = (positions + TILE_WIDTH - 1) / TILE_WIDTH; left > 0;) {
+    const int vectors = left == 4 ? 2 : min(left, TILE_VECTORS);  // two twos are faster than three and one
+    if (vectors == 3)
+      multiply_3(sums, pitch, weights, panel, offset, depth, first);
+    else if (vectors == 2)
+      multiply_2(sums, pitch, weights, panel, offset, depth, first);
+    else
+      multiply_1(sums, pitch, weights, panel, offset, depth, first);
+    left -= vectors, sums += vectors * TILE_WIDTH, panel += vectors * TILE_WIDTH;
   }
-  for (int k = 0; k < depth; ++k) {
-    local const real *p = panel + offset[k];
-    global const real *w = weights + k * TILE_M;
-    const real16 p0 = vload16(0, p), p1 = vload16(1, p);
-    FOR_8(MADD)
-  }
-  FOR_8(SAVE)
-#undef ZERO
-#undef LOAD
-#undef MADD
-#undef SAVE
 }
 
 // Target row of n pixels, `step` apart.
@@ -141,11 +149,10 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
     for (int c = 0; c < channels; ++c)
       pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h,
                  SOURCE_MAP(c0 + c), start, g, b);
-    for (int m = 0; m < outputs; m += TILE_M) {
-      global const real *tile = AT(weights, 0) + (ulong)(m0 + m) * depth + (ulong)c0 * taps * TILE_M;
-      for (int f = 0; f < positions; f += TILE_P)
-        multiply_tile(sums + m * b.positions + f, b.positions, tile, panel + f, offset, channels * taps, c0 == 0);
-    }
+    for (int m = 0; m < outputs; m += PANEL)
+      multiply_panel(sums + m * b.positions, b.positions,
+                     AT(weights, 0) + (ulong)(m0 + m) * depth + (ulong)c0 * taps * PANEL, panel, offset,
+                     channels * taps, positions, c0 == 0);
   }
   for (int m = 0; m < outputs; ++m)
     for (int r = 0; r < rows; ++r) {
@@ -157,11 +164,11 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
 
 // The sums of the elements of eight vectors: halves, quarters, pairs and elements are added while vectors are put
 // together, so that every addition has sixteen useful lanes until the last.
-static real8 sums_of(real16 v0, real16 v1, real16 v2, real16 v3, real16 v4, real16 v5, real16 v6, real16 v7) {
+static real8 sums_of(const real16 *v) {
 #define HALVES(a, b) ((real16)(a.lo, b.lo) + (real16)(a.hi, b.hi))
 #define QUARTERS(a, b) ((real16)(a.s012389ab, b.s012389ab) + (real16)(a.s4567cdef, b.s4567cdef))
 #define PAIRS(a, b) ((real16)(a.s014589cd, b.s014589cd) + (real16)(a.s2367abef, b.s2367abef))
-  const real16 h0 = HALVES(v0, v1), h1 = HALVES(v2, v3), h2 = HALVES(v4, v5), h3 = HALVES(v6, v7);
+  const real16 h0 = HALVES(v[0], v[1]), h1 = HALVES(v[2], v[3]), h2 = HALVES(v[4], v[5]), h3 = HALVES(v[6], v[7]);
   const real16 q0 = QUARTERS(h0, h1), q1 = QUARTERS(h2, h3);
   const real16 p = PAIRS(q0, q1);
   return p.even + p.odd;
@@ -171,38 +178,36 @@ static real8 sums_of(real16 v0, real16 v1, real16 v2, real16 v3, real16 v4, real
 }
 
 // to[8 rows of `pitch`][3] (+)= dot products of target rows [8][positions] and panel rows offset[0..2], over `count` bands
-// that lie target_pitch and panel_pitch apart.
+// that lie target_pitch and panel_pitch apart. Each of 16 lanes sums every 16th position, and then the lanes are added,
+// in one order for every tile: a tile takes TILE_ROWS of the rows and TILE_WIDTH of the lanes at a time.
 static void dot_tile(global real *to, int pitch, int rows, int columns, local const real *target, int target_pitch,
                      local const real *panel, int panel_pitch, local const int *offset, int positions, int count,
                      bool first) {
-#define ZERO(r) real16 x##r = (real16)(R(0)), y##r = (real16)(R(0)), z##r = (real16)(R(0));
-#define MADD(r)                                                                \
-  {                                                                            \
-    const real16 t = vload16(0, target + r * positions + f);                   \
-    x##r = fma(t, p0, x##r), y##r = fma(t, p1, y##r), z##r = fma(t, p2, z##r); \
-  }
-#define SAVE(r)                                                        \
-  if (r < rows) {                                                      \
-    global real *row = to + r * pitch;                                 \
-    row[0] = x.s##r + (first ? R(0) : row[0]);                         \
-    if (columns > 1) row[1] = y.s##r + (first ? R(0) : row[1]);        \
-    if (columns > 2) row[2] = z.s##r + (first ? R(0) : row[2]);        \
-  }
-  const int offset1 = offset[columns > 1 ? 1 : 0], offset2 = offset[columns > 2 ? 2 : 0];
-  FOR_8(ZERO)
-  for (int q = 0; q < count; ++q, target += target_pitch, panel += panel_pitch) {
-    local const real *row0 = panel + offset[0], *row1 = panel + offset1, *row2 = panel + offset2;
-    for (int f = 0; f < positions; f += 16) {
-      const real16 p0 = vload16(0, row0 + f), p1 = vload16(0, row1 + f), p2 = vload16(0, row2 + f);
-      FOR_8(MADD)
+  real16 lanes[3][PANEL];
+  const int offset0 = offset[0], offset1 = offset[columns > 1 ? 1 : 0], offset2 = offset[columns > 2 ? 2 : 0];
+  for (int lane = 0; lane < 16; lane += TILE_WIDTH)
+    for (int m = 0; m < PANEL; m += TILE_ROWS) {
+      vec sum[TILE_ROWS][3];
+      FOR_TILE(3) sum[r][v] = (vec)(R(0));
+      for (int q = 0; q < count; ++q) {
+        local const real *from = target + q * target_pitch + m * positions + lane, *band = panel + q * panel_pitch + lane;
+        for (int f = 0; f < positions; f += 16) {
+          const vec row[3] = {vec_load(0, band + offset0 + f), vec_load(0, band + offset1 + f),
+                              vec_load(0, band + offset2 + f)};
+          UNROLL for (int r = 0; r < TILE_ROWS; ++r) {
+            const vec t = vec_load(0, from + r * positions + f);
+            UNROLL for (int v = 0; v < 3; ++v) sum[r][v] = fma(t, row[v], sum[r][v]);
+          }
+        }
+      }
+      FOR_TILE(3) vec_store(sum[r][v], 0, (real *)&lanes[v][m + r] + lane);
     }
+  for (int column = 0; column < min(columns, 3); ++column) {
+    real sum[PANEL];
+    vstore8(sums_of(lanes[column]), 0, sum);
+    for (int r = 0; r < rows && r < PANEL; ++r)
+      to[r * pitch + column] = sum[r] + (first ? R(0) : to[r * pitch + column]);
   }
-  const real8 x = sums_of(x0, x1, x2, x3, x4, x5, x6, x7), y = sums_of(y0, y1, y2, y3, y4, y5, y6, y7),
-              z = sums_of(z0, z1, z2, z3, z4, z5, z6, z7);
-  FOR_8(SAVE)
-#undef ZERO
-#undef MADD
-#undef SAVE
 }
 
 // One target channel under the band that starts at grid position `start`, on the panel's positions: zero between rows and
@@ -243,11 +248,11 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(s
       const int outputs = min(b.chunk, g.outputs - m0);
       for (int i = 0; i < count; ++i) {
         const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
-        for (int m = 0; m < (outputs + TILE_M - 1) / TILE_M * TILE_M; ++m)
+        for (int m = 0; m < (outputs + PANEL - 1) / PANEL * PANEL; ++m)
           pack_target(rows + i * rows_pitch + m * b.positions, AT(target, n) + (ulong)(m0 + m) * g.target_plane,
                       m < outputs, band_start(band, b), g, b);
       }
-      for (int m = 0; m < outputs; m += TILE_M)
+      for (int m = 0; m < outputs; m += PANEL)
         for (int k = 0; k < columns; k += 3)
           dot_tile(to + (ulong)(m0 + m) * depth + k, depth, outputs - m, columns - k, rows + m * b.positions, rows_pitch,
                    panel, panel_pitch, offset + k, b.positions, count, first == s);

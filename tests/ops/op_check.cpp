@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 
+#include "host/cl/tile.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/slice.hpp"
 
@@ -304,6 +305,41 @@ bool walks_rows(const std::string& stem) {
   return false;
 }
 
+/// True when a kernel of the case multiplies in the register tile of kernels/lib/tile.clh, on a CPU.
+bool multiplies_in_tiles(const OpCase& c) {
+  static const std::set<std::string> kernels{"conv_cpu", "conv_weights_cpu", "ask_mlp", "ask_field"};
+  return std::ranges::any_of(c.kernels, [&](const std::string& kernel) { return kernels.count(kernel) > 0; });
+}
+
+/// Every tile gives the bits of the device's own, which check_op compares with the reference and with differences, and
+/// writes nothing beside its output.
+void check_tiles(const OpCase& declared) {
+  OpCase c = declared;
+  for (auto& [name, tensor] : c.inputs) tensor = rounded_to_float(tensor);
+  for (const Precision precision : {Precision::Single, Precision::Double}) {
+    const auto run_in = [&](const std::string& tile) {
+      test_device(precision).use_tile(tile);
+      std::vector<Tensor> values = Run(c, precision, {}, false, !c.differentiate.empty())();
+      for (Tensor& t : Run(c, precision, {}, true)()) values.push_back(std::move(t));
+      test_device(precision).use_tile("auto");
+      return values;
+    };
+    const std::vector<Tensor> own = run_in("auto");
+    for (const Tile& tile : tiles())
+      expect_same_bits(run_in(tile.name), own,
+                       fmt::format("{}/{} in {}, tile {}", c.stem, c.label, text(precision), tile.name));
+  }
+}
+
+class TileTest : public testing::Test {
+ public:
+  explicit TileTest(std::size_t index) : index_(index) {}
+  void TestBody() override { check_tiles(declared_cases()[index_]); }
+
+ private:
+  std::size_t index_;
+};
+
 }  // namespace
 
 Device test_device(Precision precision) {
@@ -343,6 +379,9 @@ bool declare_cases(std::vector<OpCase> added) {
       if (group == 0 || walks_rows(cases().back().stem))
         testing::RegisterTest(group ? "OpInGroups" : "Op", name.c_str(), nullptr, nullptr, __FILE__, __LINE__,
                               [index, group]() -> testing::Test* { return new OpTest(index, group); });
+    if (multiplies_in_tiles(cases().back()))
+      testing::RegisterTest("OpInTiles", name.c_str(), nullptr, nullptr, __FILE__, __LINE__,
+                            [index]() -> testing::Test* { return new TileTest(index); });
   }
   return true;
 }

@@ -19,6 +19,7 @@ namespace {
 const std::map<std::string, std::string> kElsewhere{
     {"tensor/place.cl", "map_chunks: tests/graph"},
     {"tensor/probe.cl", "the check of a device when it is opened: tests/cl"},
+    {"tensor/tile.cl", "measures the register tiles: tests/cl"},
     {"tensor/ceilings.cl", "measures the machine: tests/cl"},
 };
 

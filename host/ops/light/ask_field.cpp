@@ -77,7 +77,7 @@ struct AskFieldOp : NotDifferentiable {
     clear_output(l);
     const RayTile t = ray_tile(l, y.shape);
     const TensorView &list = l.in(listed ? 4 : 0), &count = l.in(listed ? 5 : 0);
-    l.run_with(row_defines(l.device), "light/ask_field.cl", "ask_field", net_range(l.device, y.shape.plane()), l.in(0),
+    l.run_with(net_defines(l.device), "light/ask_field.cl", "ask_field", net_range(l.device, y.shape.plane()), l.in(0),
                l.in(1), l.in(2), list, count, l.in(3), l.workspace, y, t.first_pixel, t.pixels, t.first_sample,
                t.samples, t.pixel_capacity, t.sample_capacity, static_cast<int>(listed),
                static_cast<int>(l.in(0).shape.w != y.shape.w), options.march.segments, Launch::Real{options.march.near},

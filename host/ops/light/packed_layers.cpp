@@ -1,5 +1,6 @@
 #include "host/ops/light/packed_layers.hpp"
 
+#include "host/cl/tile.hpp"
 #include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
@@ -27,6 +28,10 @@ void check_layer(const Value& weight, const Value& bias, int in, int out, const 
     throw Error(ErrorKind::Failed, "the bias of a layer does not fit", op, bias.shape().text(), want_bias.text());
 }
 
-Range net_range(const Device& device, long rays) { return lane_range(device, rays, 2); }
+Defines net_defines(Device& device) {
+  return row_group(device) == 1 ? row_defines(device, tile_defines(device)) : row_defines(device);
+}
+
+Range net_range(const Device& device, long rays) { return lane_range(device, rays, row_group(device) == 1 ? 3 : 2); }
 
 }  // namespace clerestory

@@ -14,7 +14,8 @@ std::size_t pack_layer(Launch& launch, const TensorView& weight, const TensorVie
 /// Throws Error unless weight is {out, in, 1, 1} and bias, where there is one, {1, out, 1, 1}.
 void check_layer(const Value& weight, const Value& bias, int in, int out, const char* op);
 
-/// How the kernels of light/mlp.clh are launched.
+/// How the kernels of light/mlp.clh are built and launched.
+Defines net_defines(Device& device);
 Range net_range(const Device& device, long rays);
 
 }  // namespace clerestory

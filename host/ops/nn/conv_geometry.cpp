@@ -9,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-constexpr int position_tile = 32;
+constexpr int position_tile = 16;
 constexpr int band_positions =
     512;  // aimed at: long enough to amortise a panel's packing, short enough for the L2 cache
 constexpr int weights_positions =

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "host/cl/tile.hpp"
 #include "host/ops/nn/conv_backend.hpp"
 
 namespace clerestory {
@@ -67,8 +68,8 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
   const Range range{{static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)},
                     {1, 1, 1}};
   with_source(norm, [&](const Defines& defines, const auto&... map) {
-    l.run_with(defines, "nn/conv_cpu.cl", "conv_cpu", range, source, map..., packed, some_bias, target, g, has_bias, b,
-               Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
+    l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", "conv_cpu", range, source, map..., packed, some_bias,
+               target, g, has_bias, b, Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
                Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
                Arg::local(static_cast<std::size_t>(b.channel_block) * std::max(1, g.taps()) * sizeof(int)));
   });
@@ -101,8 +102,8 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
     const std::size_t real = real_size(l.precision);
     const Range range{{blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), 1}, {1, 1, 1}};
     with_source(norm, [&](const Defines& defines, const auto&... map) {
-      l.run_with(defines, "nn/conv_cpu.cl", "conv_weights_cpu", range, source, map..., target, sums, g, b,
-                 Arg::local(static_cast<std::size_t>(b.stack) * b.channel_block * b.plane * real),
+      l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", "conv_weights_cpu", range, source, map..., target,
+                 sums, g, b, Arg::local(static_cast<std::size_t>(b.stack) * b.channel_block * b.plane * real),
                  Arg::local(static_cast<std::size_t>(b.stack) * b.chunk * b.positions * real),
                  Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
     });

@@ -303,7 +303,7 @@ TEST(Conv, BlocksFitTheirScratch) {
           EXPECT_LE(panel + static_cast<std::size_t>(b.chunk) * b.positions, scratch);
           EXPECT_GE(b.bands / b.bands_x * b.band_rows, g.grid_h);
           EXPECT_GE(b.bands_x * b.band_columns, g.grid_w);
-          EXPECT_EQ(b.positions % 32, 0);
+          EXPECT_EQ(b.positions % 16, 0);
           EXPECT_GE(b.positions, (b.band_rows - 1) * b.pitch + b.band_columns);
         }
       }

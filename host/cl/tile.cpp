@@ -1,0 +1,132 @@
+#include "host/cl/tile.hpp"
+
+#include <algorithm>
+
+#include "host/cl/disk_cache.hpp"
+#include "host/cl/seconds_of.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr const char* file = "tensor/tile.cl";
+constexpr int panel = 8, positions = 48;  // PANEL and POSITIONS of the kernel file
+constexpr int depth = 128;                // rows of the panel: 24 KiB of it, which any first cache holds
+constexpr int tries = 8, most_rounds = 1 << 14;
+constexpr double long_enough = 1e-3;  // seconds
+
+Defines defines_of(const Tile& tile) {
+  return {{"TILE_ROWS", std::to_string(tile.rows)}, {"TILE_WIDTH", std::to_string(tile.width)}};
+}
+
+// Numbers from -2 to 1: sums of most_rounds * depth products stay below 2^23, so that every one is exact.
+std::vector<float> small_integers(int count, unsigned seed) {
+  std::vector<float> values(static_cast<std::size_t>(count));
+  for (float& value : values) {
+    seed = seed * 1664525u + 1013904223u;
+    value = static_cast<float>(static_cast<int>(seed >> 30) - 2);
+  }
+  return values;
+}
+
+/// The product that tiles are measured by.
+class Product {
+ public:
+  explicit Product(Device& device)
+      : device_(device),
+        items_(4 * static_cast<std::size_t>(device.info().compute_units)),
+        weights_(upload(left_)),
+        panel_(upload(right_)),
+        sums_(device.allocate(items_ * panel * positions * sizeof(float))) {}
+
+  TileSpeed speed_of(const Tile& tile) {
+    const Kernel kernel = device_.kernel(file, "tile_product", defines_of(tile));
+    const auto seconds = [&](int rounds) {
+      return seconds_of(device_,
+                        [&] { device_.launch(kernel, Range::of(items_, 1), weights_, panel_, sums_, depth, rounds); });
+    };
+    int rounds = 1;
+    seconds(rounds);  // some drivers compile at the first launch
+    while (seconds(rounds) < long_enough && rounds < most_rounds) rounds *= 2;
+    if (std::string fault = fault_after(rounds); !fault.empty()) return {tile, 0, std::move(fault)};
+    double best = seconds(rounds);
+    for (int i = 1; i < tries; ++i) best = std::min(best, seconds(rounds));
+    return {tile, 2e-9 * panel * positions * depth * rounds * static_cast<double>(items_) / best, {}};
+  }
+
+ private:
+  Buffer upload(const std::vector<float>& values) {
+    Buffer buffer = device_.allocate(values.size() * sizeof(float));
+    device_.write(buffer, values.data(), buffer.bytes());
+    return buffer;
+  }
+
+  std::string fault_after(int rounds) {
+    std::vector<float> found(panel * positions);
+    device_.read(sums_, found.data(), found.size() * sizeof(float), (items_ - 1) * found.size() * sizeof(float));
+    for (int r = 0; r < panel; ++r)
+      for (int p = 0; p < positions; ++p) {
+        float expected = 0;
+        for (int k = 0; k < depth; ++k) expected += left_[k * panel + r] * right_[k * positions + p];
+        expected *= static_cast<float>(rounds);
+        if (const float value = found[r * positions + p]; value != expected)
+          return fmt::format("a product of whole numbers gives {} at ({}, {}) instead of {}", value, r, p, expected);
+      }
+    return {};
+  }
+
+  Device& device_;
+  std::size_t items_;
+  std::vector<float> left_ = small_integers(panel * depth, 1), right_ = small_integers(positions * depth, 2);
+  Buffer weights_, panel_, sums_;
+};
+
+}  // namespace
+
+std::span<const Tile> tiles() {
+  static const std::vector<Tile> all{{"8x48", 8, 16}, {"8x24", 8, 8}, {"4x24", 4, 8}, {"8x12", 8, 4}, {"4x12", 4, 4}};
+  return all;
+}
+
+std::vector<std::string> tile_choices() {
+  std::vector<std::string> names{"auto"};
+  for (const Tile& tile : tiles()) names.push_back(tile.name);
+  return names;
+}
+
+const Tile& tile_named(const std::string& name, const std::string& key) {
+  const auto found = std::ranges::find(tiles(), name, &Tile::name);
+  if (found == tiles().end())
+    throw usage_error("no such tile", key, name, fmt::format("one of {}", fmt::join(tile_choices(), ", ")));
+  return *found;
+}
+
+Defines tile_defines(Device& device, Defines more) {
+  more.merge(defines_of(device.tile()));
+  return more;
+}
+
+std::vector<TileSpeed> measure_tiles(Device& device) {
+  Product product(device);
+  std::vector<TileSpeed> speeds;
+  for (const Tile& tile : tiles())
+    if (tile.width <= std::max(device.info().float_width, tiles().back().width))
+      speeds.push_back(product.speed_of(tile));
+  return speeds;
+}
+
+const Tile& fastest_tile(Device& device) {
+  if (!device.info().cpu) return tiles().front();
+  const DiskCache cache;
+  const std::string key = device.fingerprint() + "\n" + kernel_source(file);
+  if (const auto name = cache.load("tile", key))
+    if (const auto known = std::ranges::find(tiles(), *name, &Tile::name); known != tiles().end()) return *known;
+  const std::vector<TileSpeed> speeds = measure_tiles(device);
+  const TileSpeed& best = *std::ranges::max_element(speeds, {}, &TileSpeed::gflops);
+  if (!best.fault.empty())
+    throw Error(ErrorKind::Device,
+                fmt::format("every tile computes wrongly on {}: {}", device.info().name, best.fault));
+  cache.store("tile", key, best.tile.name);
+  return *std::ranges::find(tiles(), best.tile.name, &Tile::name);
+}
+
+}  // namespace clerestory
