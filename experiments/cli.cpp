@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "host/cl/tile.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
@@ -224,6 +225,10 @@ Command& Command::common(std::initializer_list<Common> which) {
         choice("--gemm",
                "Matrix products by CLBlast or by our packed kernels; auto: packed on a CPU, CLBlast elsewhere", to.gemm,
                {"clblast", "packed", "auto"});
+        break;
+      case Common::Tile:
+        choice("--tile", "Register tile of our kernels on a CPU; auto: the fastest, measured once", to.tile,
+               tile_choices());
         break;
       case Common::Json:
         // The file takes "=", so that a plain --json does not swallow the argument behind it.

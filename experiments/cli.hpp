@@ -23,7 +23,7 @@
 namespace clerestory {
 
 /// Options that mean the same wherever they occur. A command takes those that do something for it.
-enum class Common { Device, Seed, Spp, Weights, Preset, Gemm, Json, Quiet };
+enum class Common { Device, Seed, Spp, Weights, Preset, Gemm, Tile, Json, Quiet };
 
 struct CommonOptions {
   std::string device;                // --device; empty: CLERESTORY_DEVICE, else the first sound one
@@ -33,6 +33,7 @@ struct CommonOptions {
   std::string preset = "compact";    // --preset paper|compact
   std::string light;                 // --light, of the command's own choices (Command::light)
   std::string gemm = "auto";         // --gemm clblast|packed|auto
+  std::string tile = "auto";         // --tile, of host/cl/tile.hpp
   std::optional<std::string> json;   // --json: empty for stdout, else a file
   bool quiet = false;                // --quiet; set_quiet has been called
   std::vector<std::string> command;  // argv, for provenance

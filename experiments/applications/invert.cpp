@@ -13,6 +13,7 @@
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "host/cl/ceilings.hpp"
+#include "host/cl/tile.hpp"
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
 #include "host/io/datasets.hpp"
@@ -211,6 +212,7 @@ class Inversion {
     read();
     folder_ = open_folder(options_);
     device_ = Device::open(options_.device);
+    device_->use_tile(options_.tile);
     begin_record();
     predict();
     join_maps();
@@ -244,6 +246,7 @@ class Inversion {
     record_.inputs.push_back(record_file(options_.photo));
     record_.facts["photo"] = photo_.note;
     record_.facts["camera"] = camera_note_;
+    if (device_->info().cpu) record_.facts["tile"] = device_->tile().name;
     if (given_.depth && fs::is_directory(options_.gbuffer)) inherit_facts(options_.gbuffer, record_);
     lap("reading");
   }

@@ -29,7 +29,7 @@ struct InvertOptions {
   bool force = false;              // give up what `out` holds besides a run's own files
   std::string preset = "compact";  // paper: says what it will cost, and wants weights of that preset
   RenderSettings render;
-  std::string device, gemm = "auto";
+  std::string device, gemm = "auto", tile = "auto";
   std::vector<std::string> command;  // argv, for provenance
 };
 

@@ -4,8 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/cl/ceilings.hpp"
-#include "host/cl/seconds_of.hpp"
-#include "host/graph/plan.hpp"
 #include "host/ops/nn/conv.hpp"
 
 namespace clerestory {
@@ -76,18 +74,8 @@ std::vector<Group> groups() {
 enum class Pass { Forward, Data, Weights };
 constexpr const char* pass_names[] = {"forward", "data", "weights"};
 
-Tensor noise(Shape shape, std::uint32_t seed) {
-  Tensor t(shape);
-  for (double& v : t.real) {
-    seed = seed * 1664525u + 1013904223u;
-    v = static_cast<double>(seed >> 8) * 0x1p-23 - 1;
-  }
-  return t;
-}
-
-// Best wall time of a plan that computes one pass, packing and launches counted: of ten runs, or as many as fit into a
-// third of a second, after one that compiles and warms up.
-double best_seconds(Device& device, const Layer& layer, const std::string& gemm, Pass pass) {
+// Of a plan that computes one pass, packing counted.
+double pass_seconds(Device& device, const Layer& layer, const std::string& gemm, Pass pass) {
   Graph g;
   const Value x = g.input("x", layer.x), w = g.input("w", layer.w), y = conv(x, w, {}, {layer.stride, layer.pad});
   const Value dy = g.input("dy", layer.y());
@@ -100,52 +88,46 @@ double best_seconds(Device& device, const Layer& layer, const std::string& gemm,
                         (pass == Pass::Weights && name[0] != 'w');
     if (needed) executor.feed(name, noise(shape, static_cast<std::uint32_t>(name[0])));
   }
-  const auto timed = [&] { return seconds_of(device, [&] { executor.run(); }); };
-  double best = timed(), spent = best;
-  if (best > 1) return best;  // compiling does not matter beside this
-  best = 1e30;
-  for (int i = 0; i < 10 && (i == 0 || spent < 0.33); ++i) {
-    const double seconds = timed();
-    best = std::min(best, seconds), spent += seconds;
-  }
-  return best;
+  return best_seconds(device, executor);
+}
+
+BenchRow all_passes(Device& device, const Layer& layer, const std::string& gemm, const std::string& name) {
+  BenchRow row{name, {}};
+  for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights})
+    row.seconds.push_back(pass_seconds(device, layer, gemm, pass));
+  return row;
 }
 
 }  // namespace
 
-nlohmann::ordered_json bench_conv(Device& device, bool quiet) {
-  nlohmann::ordered_json result;
-  result["device"] = device.info().name;
-  result["groups"] = nlohmann::ordered_json::array();
+nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
+  nlohmann::ordered_json result{{"device", device.info().name}, {"groups", nlohmann::ordered_json::array()}};
   // CLBlast compiles its kernels at its first product.
-  for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights})
-    best_seconds(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}, "clblast", pass);
+  if (options.clblast) all_passes(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}, "clblast", "");
   for (const Group& group : groups()) {
-    if (!quiet)
+    if (!options.quiet)
       fmt::print(
           "{}: milliseconds, GFLOP/s and % of the peak measured beside it\n"
-          "{:<12}{:>18}{:>16}{:>7}{:>6}{:>24}{:>24}{:>24}{:>18}\n",
-          group.name, "layer", "input", "weights", "GFLOP", "peak", "packed forward", "backward data",
-          "backward weights", "CLBlast GFLOP/s");
+          "{:<12}{:>18}{:>16}{:>7}{:>6}  {:<8}{:>24}{:>24}{:>24}\n",
+          group.name, "layer", "input", "weights", "GFLOP", "peak", "kernels", "forward", "backward data",
+          "backward weights");
     nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
     for (const Layer& layer : group.layers) {
-      const double peak = measure_ceilings(device).fma_gflops;
+      const double fma = measure_ceilings(device).fma_gflops;
+      std::vector<BenchRow> rows;
+      for_tiles(device, options,
+                [&](const std::string& tile) { rows.push_back(all_passes(device, layer, "packed", tile)); });
+      if (options.clblast) rows.push_back(all_passes(device, layer, "clblast", "clblast"));
+      const double peak = peak_gflops(fma, layer.flops(), rows);
       nlohmann::ordered_json seconds;
-      std::string columns, library;
-      for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights}) {
-        const double packed = best_seconds(device, layer, "packed", pass),
-                     clblast = best_seconds(device, layer, "clblast", pass);
-        const char* name = pass_names[static_cast<int>(pass)];
-        seconds["packed"][name] = packed, seconds["clblast"][name] = clblast;
-        const double gflops = layer.flops() / packed / 1e9;
-        columns += fmt::format("{:>12.2f}{:>7.0f}{:>4.0f}%", packed * 1e3, gflops, 100 * gflops / peak);
-        library += fmt::format("{:>6.1f}", layer.flops() / clblast / 1e9);
+      for (const BenchRow& row : rows) {
+        for (std::size_t pass = 0; pass < row.seconds.size(); ++pass)
+          seconds[row.kernels][pass_names[pass]] = row.seconds[pass];
+        if (!options.quiet)
+          fmt::print("{:<12}{:>18}{:>16}{:>7.2f}{:>6.0f}  {:<8}{}\n", layer.name, layer.x.text(), layer.w.text(),
+                     layer.flops() / 1e9, peak, row.kernels, row_text(row, layer.flops(), peak));
       }
-      if (!quiet) {
-        fmt::print("{:<12}{:>18}{:>16}{:>7.2f}{:>6.0f}{}{}\n", layer.name, layer.x.text(), layer.w.text(),
-                   layer.flops() / 1e9, peak, columns, library);
-        std::fflush(stdout);
-      }
+      std::fflush(stdout);
       const Shape &x = layer.x, &w = layer.w;
       shapes.push_back({{"name", layer.name},
                         {"x", {x.n, x.c, x.h, x.w}},
@@ -154,6 +136,7 @@ nlohmann::ordered_json bench_conv(Device& device, bool quiet) {
                         {"pad", layer.pad},
                         {"flops", layer.flops()},
                         {"peak_gflops", peak},
+                        {"tile", options.tiles.front()},
                         {"seconds", seconds}});
     }
     result["groups"].push_back({{"name", group.name}, {"shapes", shapes}});

@@ -2,13 +2,13 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
-#include "host/cl/device.hpp"
+#include "experiments/bench/bench.hpp"
 
 namespace clerestory {
 
-/// Prints a table unless `quiet`. The result holds groups of shapes; each shape has the peak measured just before it
-/// (GFLOP/s of float multiply-adds) and the best seconds of each pass: {"packed": {"forward", "data", "weights"},
-/// "clblast": {...}}.
-nlohmann::ordered_json bench_conv(Device& device, bool quiet);
+/// Prints a table unless quiet. The result holds groups of shapes; each shape has the peak measured beside it, the
+/// first of the tiles and the best seconds of each pass by tile and, unless it is left out, by "clblast":
+/// {"8x48": {"forward", "data", "weights"}, "clblast": {...}}.
+nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options);
 
 }  // namespace clerestory

@@ -6,8 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/cl/ceilings.hpp"
-#include "host/cl/seconds_of.hpp"
-#include "host/graph/plan.hpp"
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_mlp.hpp"
 #include "host/ops/light/ask_shells.hpp"
@@ -23,12 +21,6 @@ constexpr int kHeight = 240, kWidth = 320, kSamples = 64;
 std::uint32_t next(std::uint32_t& seed) {
   seed = seed * 1664525u + 1013904223u;
   return seed >> 8;
-}
-
-Tensor noise(const Shape& shape, std::uint32_t seed, double size = 1) {
-  Tensor t(shape);
-  for (double& v : t.real) v = size * (static_cast<double>(next(seed)) * 0x1p-23 - 1);
-  return t;
 }
 
 /// Hits anywhere in the picture: what lies side by side in a list of rays lies apart in memory.
@@ -127,21 +119,13 @@ constexpr std::pair<const char*, Net (*)()> kNets[]{
     {"painted spheres", [] { return out_of_view(spheres(), 1024); }},
 };
 
-/// Best wall time of `value`: of ten runs, or as many as fit into half a second, after one that compiles.
-double best_seconds(Device& device, const Net& net, Value value, const Executor* before) {
+double value_seconds(Device& device, const Net& net, Value value, const Executor* before) {
   const auto states = std::make_shared<States>(device);
   states->initialise(*net.graph, 1);
   Executor executor(compile(*net.graph, {value}, device), states);
   for (const auto& [name, tensor] : net.feeds) executor.feed(name, tensor);
   if (before) executor.bind("rows", before->view(net.before));
-  const auto timed = [&] { return seconds_of(device, [&] { executor.run(); }); };
-  timed();
-  double best = 1e30, spent = 0;
-  for (int i = 0; i < 10 && (i < 3 || spent < 0.5); ++i) {
-    const double seconds = timed();
-    best = std::min(best, seconds), spent += seconds;
-  }
-  return best;
+  return best_seconds(device, executor);
 }
 
 /// Seconds of the one kernel alone.
@@ -152,7 +136,7 @@ double fused_seconds(Device& device, const Net& net) {
     for (const auto& [name, tensor] : net.feeds) before->feed(name, tensor);
     before->run();
   }
-  return best_seconds(device, net, net.fused, before.get());
+  return value_seconds(device, net, net.fused, before.get());
 }
 
 }  // namespace
@@ -163,11 +147,40 @@ RaySeconds light_ray_seconds(Device& device, const LightSizes& sizes) {
   return {million(in_view(sizes.in_view, rows)), million(out_of_view(sizes.out_of_view, rows))};
 }
 
-nlohmann::ordered_json bench_light(Device& device, bool quiet) {
+nlohmann::ordered_json bench_mlp(Device& device, const BenchOptions& options) {
+  nlohmann::ordered_json result{{"device", device.info().name}, {"nets", nlohmann::ordered_json::array()}};
+  if (!options.quiet)
+    fmt::print("Nets in one kernel\n{:<24}{:>12}{:>7}  {:<8}{:>12}{:>7}{:>5}\n", "net", "MFLOP/ray", "peak", "tile",
+               "ms", "GFLOP/s", "peak");
+  for (const auto& [name, make] : kNets) {
+    const Net net = make();
+    if (net.flops == 0) continue;
+    const double fma = measure_ceilings(device).fma_gflops, flops = net.flops * net.rays;
+    std::vector<BenchRow> rows;
+    for_tiles(device, options, [&](const std::string& tile) { rows.push_back({tile, {fused_seconds(device, net)}}); });
+    const double peak = peak_gflops(fma, flops, rows);
+    nlohmann::ordered_json seconds;
+    for (const BenchRow& row : rows) {
+      seconds[row.kernels] = row.seconds[0];
+      if (!options.quiet)
+        fmt::print("{:<24}{:>12.3f}{:>7.0f}  {:<8}{}\n", name, net.flops * 1e-6, peak, row.kernels,
+                   row_text(row, flops, peak));
+    }
+    std::fflush(stdout);
+    result["nets"].push_back({{"name", name},
+                              {"rays", net.rays},
+                              {"flops_per_ray", net.flops},
+                              {"peak_gflops", peak},
+                              {"seconds", seconds}});
+  }
+  return result;
+}
+
+nlohmann::ordered_json bench_light(Device& device, const BenchOptions& options) {
   nlohmann::ordered_json result;
   result["device"] = device.info().name;
   result["nets"] = nlohmann::ordered_json::array();
-  if (!quiet)
+  if (!options.quiet)
     fmt::print(
         "Light at inference: million rays/s, GFLOP/s of products and % of the peak measured beside it\n"
         "{:<24}{:>12}{:>8}{:>26}{:>26}{:>8}\n",
@@ -175,14 +188,14 @@ nlohmann::ordered_json bench_light(Device& device, bool quiet) {
   for (const auto& [name, make] : kNets) {
     const Net net = make();
     const double peak = measure_ceilings(device).fma_gflops;
-    const double fused = fused_seconds(device, net), composed = best_seconds(device, net, net.composed, nullptr);
+    const double fused = fused_seconds(device, net), composed = value_seconds(device, net, net.composed, nullptr);
     const auto columns = [&](double seconds) {
       const double gflops = net.flops * net.rays / seconds * 1e-9;
       const std::string of_peak = net.flops > 0 ? fmt::format("{:>8.0f}{:>5.0f}%", gflops, 100 * gflops / peak)
                                                 : fmt::format("{:>8}{:>6}", "-", "-");
       return fmt::format("{:>12.3f}{}", net.rays / seconds * 1e-6, of_peak);
     };
-    if (!quiet) {
+    if (!options.quiet) {
       fmt::print("{:<24}{:>12.3f}{:>8.0f}{}{}{:>8.2f}\n", name, net.flops * 1e-6, peak, columns(fused),
                  columns(composed), composed / fused);
       std::fflush(stdout);

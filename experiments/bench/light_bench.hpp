@@ -2,15 +2,18 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
-#include "host/cl/device.hpp"
+#include "experiments/bench/bench.hpp"
 #include "nets/light_model.hpp"
 
 namespace clerestory {
 
-/// Prints a table unless `quiet`. The result holds, per net, the work of a ray (FLOP of its products), the peak
+/// Prints a table unless quiet. The result holds, per net, the work of a ray (FLOP of its products), the peak
 /// measured just before (GFLOP/s of float multiply-adds), and seconds for `rays` rays of the fused kernel and of the
 /// ops.
-nlohmann::ordered_json bench_light(Device& device, bool quiet);
+nlohmann::ordered_json bench_light(Device& device, const BenchOptions& options);
+
+/// Likewise the nets in one kernel alone, in one register tile after the other: seconds by tile.
+nlohmann::ordered_json bench_mlp(Device& device, const BenchOptions& options);
 
 /// Seconds for a million rays at inference, the nets' work once per picture left out: LightNet's MLP in one kernel; the
 /// out-of-view field likewise, or its shells.

@@ -5,19 +5,23 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/bench/conv_bench.hpp"
+#include "experiments/bench/gemm_bench.hpp"
 #include "experiments/bench/light_bench.hpp"
+#include "experiments/bench/peak_bench.hpp"
 #include "experiments/cli.hpp"
+#include "host/cl/tile.hpp"
 
 namespace clerestory {
 namespace {
 
 struct Family {
   std::string name;
-  std::function<nlohmann::ordered_json(Device&, bool quiet)> run;
+  std::function<nlohmann::ordered_json(Device&, const BenchOptions&)> run;
 };
 
 const std::vector<Family>& families() {
-  static const std::vector<Family> all{{"conv", bench_conv}, {"light", bench_light}};
+  static const std::vector<Family> all{
+      {"peak", bench_peak}, {"gemm", bench_gemm}, {"conv", bench_conv}, {"mlp", bench_mlp}, {"light", bench_light}};
   return all;
 }
 
@@ -30,24 +34,41 @@ const Family& family(const std::string& name) {
   throw usage_error("no such family of benchmarks", "bench", name, known);
 }
 
+/// The tiles that are named: one, the device's own, or all.
+std::vector<std::string> tiles_named(Device& device, const std::string& name) {
+  if (name == "auto") return {device.tile().name};
+  if (name != "all") return {name};
+  std::vector<std::string> names;
+  for (const Tile& tile : tiles()) names.push_back(tile.name);
+  return names;
+}
+
 }  // namespace
 
 void add_bench_command(CommandLine& line) {
   auto names = std::make_shared<std::vector<std::string>>();
+  auto tile = std::make_shared<std::string>("auto");
+  auto without = std::make_shared<bool>(false);
+  std::vector<std::string> choices = tile_choices();
+  choices.push_back("all");
   line.add("bench", "Measure kernels beside the device's measured peak")
-      .arguments("FAMILY", "families to measure (conv, light); all when none is given", *names)
+      .arguments("FAMILY", "families to measure (peak, gemm, conv, mlp, light); all when none is given", *names)
+      .choice("--tile", "Register tile of our kernels; auto: the one in use on this device; all: one after the other",
+              *tile, choices)
+      .flag("--no-clblast", "Leaves CLBlast out", *without)
       .common({Common::Device, Common::Json, Common::Quiet})
       .notes("experiments/peers/conv_torch.py measures PyTorch at the shapes of a --json=FILE.")
-      .run([names](const CommonOptions& common) {
+      .run([names, tile, without](const CommonOptions& common) {
         std::vector<const Family*> chosen;
         for (const std::string& name : *names) chosen.push_back(&family(name));
         if (chosen.empty())
           for (const Family& f : families()) chosen.push_back(&f);
         Device device = Device::open(common.device);
         // With the result on stdout there is no room for a table.
-        const bool quiet = common.quiet || (common.json && common.json->empty());
+        const BenchOptions options{common.quiet || (common.json && common.json->empty()), tiles_named(device, *tile),
+                                   !*without};
         nlohmann::ordered_json results;
-        for (const Family* f : chosen) results[f->name] = f->run(device, quiet);
+        for (const Family* f : chosen) results[f->name] = f->run(device, options);
         if (common.json) write_json_result(common, results.dump(1));
       });
 }

@@ -46,11 +46,11 @@ void add_evaluate_command(CommandLine& line) {
       .option("--mean-data", "DIR",
               "Training rooms to take the mean maps from, in place of those stored in the weights", options->mean_data)
       .option("--batch", "N", "Views at once, 1 to 8", options->batch)
-      .common({Common::Weights, Common::Device, Common::Gemm, Common::Json, Common::Quiet})
+      .common({Common::Weights, Common::Device, Common::Gemm, Common::Tile, Common::Json, Common::Quiet})
       .run([options, run](const CommonOptions& common) {
         if (options->batch < 1 || options->batch > 8)
           throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
-        options->device = common.device, options->gemm = common.gemm;
+        options->device = common.device, options->gemm = common.gemm, options->tile = common.tile;
         if (run->empty()) options->weights = weights_or_shipped(common.weights);
         std::optional<FolderLock> lock;
         if (!run->empty()) lock.emplace(lock_run(*run, LockKind::Read));

@@ -39,13 +39,14 @@ void add_invert_command(CommandLine& line) {
       .option("--thickness", "METRES", "How far behind a surface a ray passes unseen; 0: surfaces have no back",
               options->render.thickness)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
-      .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Tile,
+               Common::Quiet})
       .notes(
           "The camera looks along -z, x right, y up; depth is axial, in metres. See docs/guide.md for the RUN folder.\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
-    options->device = common.device, options->gemm = common.gemm, options->preset = common.preset,
-    options->weights = common.weights;
+    options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
+    options->preset = common.preset, options->weights = common.weights;
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));

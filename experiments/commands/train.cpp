@@ -49,6 +49,7 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common, boo
   if (!arguments.init.empty()) fixed.push_back("model.init=" + arguments.init);
   if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
   if (common.gemm != "auto") fixed.push_back("model.gemm=" + common.gemm);
+  if (common.tile != "auto") fixed.push_back("run.tile=" + common.tile);
   if (seed_given) fixed.push_back(fmt::format("run.seed={}", common.seed));
   if (arguments.many) {
     const SweepTask task{[&](const Config& config) { train(config, common.command); }, validation_row};
@@ -74,7 +75,7 @@ void add_train_command(CommandLine& line) {
               arguments->init)
       .flag("-m,--multirun", sweep_words, arguments->many)
       .flag("--keys", "Prints every key with its default and meaning, as Markdown", arguments->keys)
-      .common({Common::Device, Common::Seed, Common::Gemm, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Gemm, Common::Tile, Common::Quiet})
       .notes(
           "Prints the path of the weights. Ctrl-C writes a checkpoint first (exit code 4); the same command goes on "
           "from it.")

@@ -43,7 +43,7 @@ ResultCommand command_of(const Provenance& provenance, const std::string& run, c
       ++i;  // the fingerprint tells it
     } else if (words[i] == "-m") {
       command.many = true;
-    } else if (key_of(words[i]) != "run.root" && key_of(words[i]) != "run.device") {
+    } else if (key_of(words[i]) != "run.root" && key_of(words[i]) != "run.device" && key_of(words[i]) != "run.tile") {
       command.overrides.push_back(words[i]);
     }
   }

@@ -93,6 +93,7 @@ EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
     throw usage_error("there is nothing to judge", "evaluate", "", "--data DIR, --frames DIR, or both");
   catch_interrupts();
   Device device = Device::open(options.device);
+  device.use_tile(options.tile);
   const LoadedWeights weights = load_weights(options.weights, device);
   MapPredictor predictor(device, weights.net, weights.states, options.batch, options.gemm);
   const std::optional<MeanMaps> means = mean_maps(options, weights);

@@ -16,7 +16,7 @@ struct EvaluateOptions {
   std::vector<std::filesystem::path> frames;  // folders with rgb and measured depth
   std::filesystem::path mean_data;            // rooms to take the training mean from, in place of the weights' own
   int batch = 4;
-  std::string device, gemm = "auto";
+  std::string device, gemm = "auto", tile = "auto";
 };
 
 struct EvaluateOutcome {

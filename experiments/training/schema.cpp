@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/cl/tile.hpp"
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_mlp.hpp"
 
@@ -18,6 +19,8 @@ Schema make_schema() {
   s.text("run.experiment", "train", "first part of the run's name").aside();
   s.text("run.variant", "mgnet", "second part of the run's name").aside();
   s.text("run.device", "", "OpenCL device; empty: CLERESTORY_DEVICE or the first that passes the probe").aside();
+  s.text("run.tile", "auto", "register tile of our kernels on a CPU; auto: the fastest, measured once", tile_choices())
+      .aside();
   s.integer("run.seed", 1, "of the first weights, the order of views and the augmentation", {0, 1e15}).aside();
 
   s.section("model", "The network.");
@@ -230,7 +233,7 @@ double LearningRate::at(std::int64_t step, double fraction) const {
 TrainingOptions training_options(const Config& c) {
   TrainingOptions o;
   o.root = c.text("run.root"), o.experiment = c.text("run.experiment"), o.variant = c.text("run.variant");
-  o.device = c.text("run.device");
+  o.device = c.text("run.device"), o.tile = c.text("run.tile");
   o.seed = static_cast<std::uint64_t>(c.integer("run.seed"));
   o.preset = c.text("model.preset"), o.init = c.text("model.init"), o.gemm = c.text("model.gemm");
   o.size = {static_cast<int>(c.integer("model.width")), static_cast<int>(c.integer("model.height"))};

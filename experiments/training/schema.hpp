@@ -52,7 +52,7 @@ struct TrainingOptions {
   LightSampling sampling;
   std::string maps = "true";  // true | predicted | both
   std::string maps_weights;   // empty: the shipped ones
-  std::string init, gemm, device, root, experiment, variant;
+  std::string init, gemm, device, tile, root, experiment, variant;
   std::int64_t log_every = 0, validate_every = 0, checkpoint_every = 0;
   double checkpoint_minutes = 0;
   std::uint64_t seed = 0;

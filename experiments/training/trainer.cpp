@@ -1,10 +1,12 @@
 #include "experiments/training/trainer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <set>
 
 #include "experiments/training/task.hpp"
+#include "host/cl/tile.hpp"
 #include "host/error.hpp"
 #include "host/io/config_values.hpp"
 #include "host/io/files.hpp"
@@ -51,6 +53,8 @@ class Trainer {
   /// The newest checkpoint that is whole; newer ones are set aside, which is said. Empty when the run has none yet.
   /// Throws usage_error when it had some and none is whole.
   std::optional<WholeCheckpoint> whole_checkpoint() const;
+  /// The tile that this run had on this device, so that it goes on with the same; "auto" where there was none.
+  std::string tile_before(const Device& device) const;
   void resume_or_begin();
   void begin_leg(const History& earlier);
   void loop();
@@ -119,10 +123,12 @@ TrainingOutcome Trainer::run() {
 void Trainer::prepare() {
   catch_interrupts();
   Device device = Device::open(options_.device);
+  device.use_tile(options_.tile == "auto" ? tile_before(device) : options_.tile);
   cores_ = device.info().cpu ? device.info().compute_units : 0;
   provenance_ = begin_provenance(command_, device.fingerprint());
   provenance_.seeds["run.seed"] = options_.seed;
   provenance_.hashes["kernels"] = kernels_hash();
+  if (device.info().cpu) provenance_.facts["tile"] = device.tile().name;
   states_ = std::make_shared<States>(device);
   task_ = options_.kind == "light" ? light_task(device, options_, states_) : maps_task(device, options_, states_);
   const double views = static_cast<double>(task_->views().size());
@@ -132,6 +138,14 @@ void Trainer::prepare() {
     limits_.steps = options_.steps > 0 ? std::min(options_.steps, steps) : steps;
   }
   for (const std::string& note : task_->notes()) run_.log(note);
+}
+
+std::string Trainer::tile_before(const Device& device) const {
+  if (!std::filesystem::exists(run_ / kProvenanceName)) return "auto";
+  const Provenance before = read_provenance(run_ / kProvenanceName);
+  const auto tile = before.facts.find("tile");
+  if (before.device != device.fingerprint() || tile == before.facts.end()) return "auto";
+  return std::ranges::find(tiles(), tile->second, &Tile::name) != tiles().end() ? tile->second : "auto";
 }
 
 std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/cl/seconds_of.hpp"
+#include "host/cl/tile.hpp"
 
 namespace clerestory {
 namespace {
@@ -21,7 +22,7 @@ double best_seconds(Device& device, int count, Work work) {
 /// Operations per second of one of the fma kernels, with as many rounds as keep it busy for some milliseconds.
 double fma_rate(Device& device, const char* name, std::size_t items, std::size_t local, int lanes) {
   constexpr double long_enough = 8e-3;
-  const Kernel kernel = device.kernel(file, name);
+  const Kernel kernel = device.kernel(file, name, {{"WIDTH", std::to_string(std::max(lanes, 4))}});
   const Buffer out = device.allocate(items * lanes * sizeof(float));
   int rounds = 64;
   const auto work = [&] { device.launch(kernel, Range::of(items, local), out, rounds, 0.999f, 0.001f); };
@@ -33,7 +34,7 @@ double fma_rate(Device& device, const char* name, std::size_t items, std::size_t
 double fma_gflops(Device& device) {
   const std::size_t units = device.info().compute_units;
   const std::size_t group = std::min<std::size_t>(256, device.info().max_group);
-  const double wide = fma_rate(device, "fma_wide", 64 * units, 1, 16);
+  const double wide = fma_rate(device, "fma_wide", 64 * units, 1, fastest_tile(device).width);
   const double narrow = fma_rate(device, "fma_narrow", 16 * group * units, group, 1);
   return std::max(wide, narrow) * 1e-9;
 }

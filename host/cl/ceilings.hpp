@@ -6,7 +6,8 @@
 namespace clerestory {
 
 struct Ceilings {
-  double fma_gflops = 0;     // single-precision multiply-adds, two operations each, in 10^9 per second
+  double fma_gflops =
+      0;  // single-precision multiply-adds, two operations each, in 10^9 per second, in vectors of the tile's width
   double bandwidth_gbs = 0;  // STREAM's triad on arrays too large for caches, 10^9 bytes read and written per second
   double launch_us = 0;      // one launch of an empty kernel among many, microseconds
   double round_trip_us = 0;  // the same when each is waited for

@@ -3,23 +3,29 @@
 #include "lib/real.clh"
 
 #define CHAINS 12  // independent, so that the latency of one multiply-add is hidden behind the others
+#ifndef WIDTH
+#define WIDTH 16
+#endif
+#define JOIN2(a, b) a##b
+#define JOIN(a, b) JOIN2(a, b)
+#define vec JOIN(real, WIDTH)
 
-// `rounds` times CHAINS multiply-adds on float16 lanes, as in the packed kernels: 2 * 16 * CHAINS * rounds operations a
-// work-item. For devices whose registers hold 12 such vectors (CPUs).
+// `rounds` times CHAINS multiply-adds on vectors of WIDTH numbers: 2 * WIDTH * CHAINS * rounds operations a work-item. For
+// devices with vector registers (CPUs), of which sums, factor and term take 14: fewer than any has, if WIDTH is theirs.
 kernel void fma_wide(global real *out, const int rounds, const real factor, const real term) {
   const int id = (int)get_global_id(0);
-  real16 sum[CHAINS];
+  vec sum[CHAINS];
 #pragma unroll
-  for (int c = 0; c < CHAINS; ++c) sum[c] = (real16)(R(id + c));
-  const real16 a = (real16)(factor), b = (real16)(term);
+  for (int c = 0; c < CHAINS; ++c) sum[c] = (vec)(R(id + c));
+  const vec a = (vec)(factor), b = (vec)(term);
   for (int round = 0; round < rounds; ++round) {
 #pragma unroll
     for (int c = 0; c < CHAINS; ++c) sum[c] = fma(sum[c], a, b);
   }
-  real16 total = sum[0];
+  vec total = sum[0];
 #pragma unroll
   for (int c = 1; c < CHAINS; ++c) total += sum[c];
-  vstore16(total, id, out);
+  JOIN(vstore, WIDTH)(total, id, out);
 }
 
 // The same with one number a chain, for devices that put work-items into lanes (GPUs): 2 * CHAINS * rounds operations.

@@ -1,0 +1,47 @@
+// What the families of benchmarks share: what to measure, how long to measure it, and shares of the peak.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/cl/tile.hpp"
+#include "host/graph/plan.hpp"
+
+namespace clerestory {
+
+struct BenchOptions {
+  bool quiet = false;
+  std::vector<std::string> tiles;  // register tiles of our own kernels (host/cl/tile.hpp), those to be measured
+  bool clblast = true;             // beside them
+};
+
+/// Best wall time of a run, launches counted: of ten runs, or as many as fit into a third of a second, after one that
+/// compiles and warms up.
+double best_seconds(Device& device, Executor& executor);
+
+/// Runs `measure` with one tile after the other in force, then with the device's own again.
+template <class Measure>
+void for_tiles(Device& device, const BenchOptions& options, const Measure& measure) {
+  const std::string own = device.tile().name;
+  for (const std::string& name : options.tiles) {
+    device.use_tile(name);
+    measure(name);
+  }
+  device.use_tile(own);
+}
+
+/// Seconds of each of a benchmark's passes, by what ran them: a tile or "clblast".
+struct BenchRow {
+  std::string kernels;
+  std::vector<double> seconds;
+};
+
+/// 10^9 a second: the larger of multiply-adds measured just before and of the best among the rows.
+double peak_gflops(double fma_gflops, double flops, const std::vector<BenchRow>& rows);
+
+/// "    1.23    340  77%" for each pass of a row: milliseconds, GFLOP/s, share of the peak.
+std::string row_text(const BenchRow& row, double flops, double peak);
+
+/// Values that look like noise, in [-size, size).
+Tensor noise(const Shape& shape, std::uint32_t seed, double size = 1);
+
+}  // namespace clerestory
