@@ -202,12 +202,10 @@ static void dot_tile(global real *to, int pitch, int rows, int columns, local co
       }
       FOR_TILE(3) vec_store(sum[r][v], 0, (real *)&lanes[v][m + r] + lane);
     }
-  for (int column = 0; column < min(columns, 3); ++column) {
-    real sum[PANEL];
-    vstore8(sums_of(lanes[column]), 0, sum);
-    for (int r = 0; r < rows && r < PANEL; ++r)
-      to[r * pitch + column] = sum[r] + (first ? R(0) : to[r * pitch + column]);
-  }
+  real sum[3][PANEL];
+  UNROLL for (int v = 0; v < 3; ++v) vstore8(sums_of(lanes[v]), 0, sum[v]);
+  for (int r = 0; r < min(rows, PANEL); ++r, to += pitch)
+    for (int v = 0; v < min(columns, 3); ++v) to[v] = sum[v][r] + (first ? R(0) : to[v]);
 }
 
 // One target channel under the band that starts at grid position `start`, on the panel's positions: zero between rows and
