@@ -62,8 +62,8 @@ struct Probe {
         .option("--at", "X,Y", "Place", ordered("at"))
         .option("--radius", "M", "Radius", ordered("radius"))
         .choice("--maps", "Which maps", maps, {"truth", "predicted"})
-        .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Json,
-                 Common::Quiet})
+        .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Tile,
+                 Common::Json, Common::Quiet})
         .light({"image", "constant"}, light_weights, lamps)
         .notes("A note at the end.")
         .run([this](const CommonOptions& given) {
@@ -86,6 +86,7 @@ TEST(CommandLine, DefaultsReachTheAction) {
   EXPECT_EQ(probe.common.light, "image");
   EXPECT_EQ(probe.common.preset, "compact");
   EXPECT_EQ(probe.common.gemm, "auto");
+  EXPECT_EQ(probe.common.tile, "auto");
   EXPECT_FALSE(probe.common.spp.has_value());
   EXPECT_FALSE(probe.common.json.has_value());
   EXPECT_EQ(probe.common.command, (std::vector<std::string>{"clerestory", "probe", "a.png"}));
@@ -122,6 +123,8 @@ TEST(CommandLine, EveryKindOfValue) {
                                      "constant",
                                      "--gemm",
                                      "packed",
+                                     "--tile",
+                                     "4x24",
                                      "--quiet"});
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   EXPECT_EQ(probe.fov, 62.5);
@@ -139,7 +142,20 @@ TEST(CommandLine, EveryKindOfValue) {
   EXPECT_EQ(probe.common.preset, "paper");
   EXPECT_EQ(probe.common.light, "constant");
   EXPECT_EQ(probe.common.gemm, "packed");
+  EXPECT_EQ(probe.common.tile, "4x24");
   EXPECT_TRUE(probe.common.quiet);
+}
+
+TEST(CommandLine, ATileThatDoesNotExistIsRefusedWithTheList) {
+  CommandLine line;
+  Probe probe;
+  probe.add_to(line);
+  const Outcome outcome = run(line, {"probe", "a.png", "--tile", "6x16"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(probe.runs, 0);
+  EXPECT_THAT(outcome.errors, HasSubstr("--tile"));
+  EXPECT_THAT(outcome.errors, HasSubstr("6x16"));
+  EXPECT_THAT(outcome.errors, HasSubstr("auto, 8x48, 8x24, 4x24, 8x12, 4x12"));
 }
 
 TEST(CommandLine, RepeatedOptionsKeepTheirOrder) {

@@ -13,6 +13,7 @@
 #include "experiments/training/evaluate.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
+#include "host/cl/tile.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/report/metrics.hpp"
@@ -91,6 +92,32 @@ TEST_F(TrainingRun, MinutesAreThoseItWorked) {
   const double seconds = read_provenance(run_below("runs") / "provenance.json").figures.at("seconds");
   EXPECT_GE(seconds, 60 * minutes);
   EXPECT_LE(seconds, 60 * minutes + 2) << "its last step and validation";
+}
+
+// A run that was begun in a tile that is not this device's fastest goes on in it; begun on another device, in the
+// fastest.
+TEST_F(TrainingRun, GoesOnInTheTileThatItBeganWith) {
+  const std::string own = Device::open().tile().name, other = own == "4x12" ? "8x12" : "4x12";
+  const std::vector<std::string> settings{"train.steps=120", "log.checkpoint_every=10"};
+  for (const bool same_device : {true, false}) {
+    const std::string root = same_device ? "same" : "moved";
+    std::vector<std::string> forced = settings;
+    forced.push_back("run.tile=" + other);
+    Program program = start(root, forced);
+    EXPECT_TRUE(wait_until([&] { return newest_checkpoint(folder / root) >= 0; })) << output_of(root);
+    program.signal(SIGINT);
+    ASSERT_EQ(program.wait(), 4) << output_of(root);
+    const fs::path record = run_below(root) / "provenance.json";
+    Provenance begun = read_provenance(record);
+    EXPECT_EQ(begun.facts.at("tile"), other);
+    if (!same_device) {
+      begun.device += " of another machine";
+      write_provenance(record, begun);
+    }
+    const TrainingOutcome outcome = run(root, settings);
+    EXPECT_EQ(outcome.folder, run_below(root)) << "not gone on with";
+    EXPECT_EQ(read_provenance(record).facts.at("tile"), same_device ? other : own);
+  }
 }
 
 TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
