@@ -125,6 +125,31 @@ TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
   }
 }
 
+// The lists that come with the program, and what docs/guide.md says of them.
+TEST_F(RoomFiles, ShippedListsStand) {
+  struct List {
+    const char* name;
+    Setting setting;
+    std::size_t rooms;
+  };
+  for (const List& list : {List{"judge_training", Setting::Training, 200},
+                           {"judge_held_out", Setting::HeldOut, 100},
+                           {"judge_seen", Setting::Training, 64}}) {
+    const RoomFile file =
+        read_room_file(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/rooms" / (std::string(list.name) + ".h5"));
+    EXPECT_EQ(file.setting, list.setting) << list.name;
+    ASSERT_EQ(file.rooms.size(), list.rooms) << list.name;
+    const RoomAssets assets = load_assets(kAssets, list.setting);
+    std::set<std::uint64_t> seeds;
+    for (const RoomDescription& room : file.rooms) {
+      EXPECT_EQ(room.cameras.size(), 2u) << room.name;
+      EXPECT_GT(room.build(assets).scene.triangles.size(), 500u) << room.name;
+      seeds.insert(room.seed);
+    }
+    EXPECT_EQ(seeds.size(), list.rooms) << "each room once";
+  }
+}
+
 TEST_F(RoomFiles, AFileIsAskedForNoMoreThanItHas) {
   const GenerateOptions made = small(Setting::Training);
   write_room_file(folder / "rooms.h5", describe_rooms(test_device(), made));
