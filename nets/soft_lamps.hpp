@@ -27,9 +27,9 @@ SceneLight with_lamps(Graph& graph, SceneLight light, const std::vector<SoftLamp
 /// nothing is judged (docs/results/lamps.md): more floor lights diffuse surfaces better, the ridge matters little.
 struct FitWeights {
   double floor = 2;  // of the mean of what is seen, added to what an error is relative to; relative errors alone
-                       // (0) end too dark
+                     // (0) end too dark
   double ridge = 1;  // of lamps: of the mean of the squared columns; shading tells little of where a lamp stands, so
-                       // that light is spread over all candidates that explain it alike
+                     // that light is spread over all candidates that explain it alike
 };
 
 /// What multiplies a pixel's error in a fit to the photograph: 1 / (seen + floor times the mean of all that count).

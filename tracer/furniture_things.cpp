@@ -125,8 +125,7 @@ void thing(Shapes& s, const Kit& kit, float room) {
       const Model& model = r.one_of(*kit.models);
       const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic,
                                      MaterialClass::Stone};
-      return s.mesh(model, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)),
-                    s.material(p.make(kinds[r.whole(0, 3)])));
+      return s.mesh(model, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)), s.material(p.make(kinds[r.whole(0, 3)])));
     }
   }
 }

@@ -29,8 +29,11 @@ void check(const GenerateOptions& o) {
       throw usage_error("out of range", name, std::to_string(value), fmt::format("{} to {}", low, high));
     }
   };
-  range("--rooms", o.rooms, 1, 1000000);
-  range("--views", o.views, 1, 1000);
+  const auto count = [&](const char* name, int value, int high) {
+    if (o.from_rooms.empty() || value != kAllRooms) range(name, value, 1, high);
+  };
+  count("--rooms", o.rooms, 1000000);
+  count("--views", o.views, 1000);
   range("--size (width)", o.width, 16, 4096);
   range("--size (height)", o.height, 16, 4096);
   range("--spp", o.spp, 1, 1 << 20);
@@ -141,6 +144,9 @@ class RoomSource {
     file_ = read_room_file(o.from_rooms);
     o.setting = file_.setting, o.seed = 0, o.box_rooms = false;
     const std::string where = o.from_rooms.string();
+    if (file_.rooms.empty()) throw usage_error("there are no rooms in the file", where);
+    if (o.rooms == kAllRooms) o.rooms = static_cast<int>(file_.rooms.size());
+    if (o.views == kAllRooms) o.views = static_cast<int>(file_.rooms[0].cameras.size());
     if (static_cast<std::size_t>(o.rooms) > file_.rooms.size())
       throw usage_error("the file has fewer rooms", where, fmt::format("{}", file_.rooms.size()),
                         fmt::format("{} (--rooms)", o.rooms));

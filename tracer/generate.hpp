@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@
 
 namespace clerestory {
 
+/// As many rooms, or views, as a file has.
+inline constexpr int kAllRooms = std::numeric_limits<int>::min();
+
 struct GenerateOptions {
   std::filesystem::path out;
   int rooms = 1, views = 5;  // views per room
@@ -20,7 +24,8 @@ struct GenerateOptions {
   std::uint64_t seed = 0;  // rooms of different seeds share nothing
   std::vector<std::uint64_t> room_seeds;  // one a room, in place of those that follow from `seed`; or empty
   /// Rooms and cameras as a file describes them (tracer/room_file.hpp), in place of made ones: its first `rooms`, and
-  /// of each the first `views`; `setting`, `seed` and `box_rooms` have no say. Empty: rooms are made.
+  /// of each the first `views`, either of which may be kAllRooms; `setting`, `seed` and `box_rooms` have no say. Empty:
+  /// rooms are made.
   std::filesystem::path from_rooms;
   int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
   bool balls = false;

@@ -47,7 +47,7 @@ struct Occupied {
 struct Room {
   World scene;
   std::vector<Part> parts;  // what the scene's triangles are made from, in their order
-  glm::vec3 size{0};  // width (x), height, depth (z); the floor's middle is the origin
+  glm::vec3 size{0};        // width (x), height, depth (z); the floor's middle is the origin
   std::vector<Occupied> occupied;
   std::string kind;      // living, dining, bedroom, office, kitchen, studio
   std::string panorama;  // name of the one outside

@@ -46,21 +46,17 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
+/// How a number lies in files, and in memory.
+struct NumberType {
+  hid_t stored, native;
+};
 template <class T>
-hid_t stored_type() {
-  if constexpr (std::is_same_v<T, float>) return H5T_IEEE_F32LE;
-  if constexpr (std::is_same_v<T, double>) return H5T_IEEE_F64LE;
-  if constexpr (std::is_same_v<T, std::uint8_t>) return H5T_STD_U8LE;
-  if constexpr (std::is_same_v<T, std::int32_t>) return H5T_STD_I32LE;
-  if constexpr (std::is_same_v<T, std::uint64_t>) return H5T_STD_U64LE;
-}
-template <class T>
-hid_t native_type() {
-  if constexpr (std::is_same_v<T, float>) return H5T_NATIVE_FLOAT;
-  if constexpr (std::is_same_v<T, double>) return H5T_NATIVE_DOUBLE;
-  if constexpr (std::is_same_v<T, std::uint8_t>) return H5T_NATIVE_UINT8;
-  if constexpr (std::is_same_v<T, std::int32_t>) return H5T_NATIVE_INT32;
-  if constexpr (std::is_same_v<T, std::uint64_t>) return H5T_NATIVE_UINT64;
+NumberType number_type() {
+  if constexpr (std::is_same_v<T, float>) return {H5T_IEEE_F32LE, H5T_NATIVE_FLOAT};
+  if constexpr (std::is_same_v<T, double>) return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
+  if constexpr (std::is_same_v<T, std::uint8_t>) return {H5T_STD_U8LE, H5T_NATIVE_UINT8};
+  if constexpr (std::is_same_v<T, std::int32_t>) return {H5T_STD_I32LE, H5T_NATIVE_INT32};
+  if constexpr (std::is_same_v<T, std::uint64_t>) return {H5T_STD_U64LE, H5T_NATIVE_UINT64};
 }
 
 Handle memory_file() {
@@ -81,8 +77,8 @@ class Writer {
     if (count > 0) {
       H5Pset_chunk(make, 1, &chunk), H5Pset_shuffle(make), H5Pset_deflate(make, 9);
     }
-    const Handle set(H5Dcreate2(file_, name, stored_type<T>(), space, H5P_DEFAULT, make, H5P_DEFAULT), H5Dclose);
-    if (!set.good() || H5Dwrite(set, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    const Handle set(H5Dcreate2(file_, name, number_type<T>().stored, space, H5P_DEFAULT, make, H5P_DEFAULT), H5Dclose);
+    if (!set.good() || H5Dwrite(set, number_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
       throw Error(ErrorKind::Failed, "HDF5 cannot write a column of rooms", name);
   }
   /// Names, a line each.
@@ -134,7 +130,7 @@ class Reader {
       fail("a column has another length", fmt::format("{}: {}", name, count),
            wanted == kAll ? "less" : fmt::format("{}", wanted));
     std::vector<T> values(static_cast<std::size_t>(count));
-    if (H5Dread(set, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    if (H5Dread(set, number_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
       fail("a column is damaged", name, "the bytes that were written");
     if constexpr (std::is_floating_point_v<T>)
       if (!std::ranges::all_of(values, [](T v) { return std::isfinite(v); }))
@@ -204,6 +200,9 @@ bool has_its_numbers(PartKind kind, std::size_t count) {
   return false;
 }
 
+/// What a row of a column tells of; the first four in the order of Columns::counts.
+enum RowOf { kOfPart, kOfMaterial, kOfEmitter, kOfCamera, kOfRoom, kOfNumber };
+
 /// What stands in the file, column by column.
 struct Columns {
   std::vector<std::string> names, kinds, panoramas, models;
@@ -217,14 +216,17 @@ struct Columns {
   std::vector<double> cameras;             // fx, fy, cx, cy, camera_to_world
   std::vector<std::int32_t> pixels;        // width, height of each camera
 
+  /// Each column's name, what has a row in it, and the numbers of a row; counts before what they count.
   template <class Each>
   void each(Each&& visit) {
-    visit("seed", seeds, 1), visit("shape", shape, 4), visit("counts", counts, 4), visit("part_kind", kind, 1);
-    visit("part_open", open, 1), visit("part_material", material, 1), visit("part_emitter", emitter, 1);
-    visit("part_steps", steps, 1), visit("part_model", model, 1), visit("part_numbers", numbers_of_part, 1);
-    visit("part_pose", pose, kPoseReals), visit("part_shift", shift, 3), visit("numbers", numbers, 1);
-    visit("material", materials, kMaterialReals), visit("emitter", emitters, 4);
-    visit("camera", cameras, kCameraReals), visit("camera_pixels", pixels, 2);
+    visit("seed", kOfRoom, seeds, 1), visit("shape", kOfRoom, shape, 4), visit("counts", kOfRoom, counts, 4);
+    visit("part_kind", kOfPart, kind, 1), visit("part_open", kOfPart, open, 1);
+    visit("part_material", kOfPart, material, 1), visit("part_emitter", kOfPart, emitter, 1);
+    visit("part_steps", kOfPart, steps, 1), visit("part_model", kOfPart, model, 1);
+    visit("part_numbers", kOfPart, numbers_of_part, 1), visit("part_pose", kOfPart, pose, kPoseReals);
+    visit("part_shift", kOfPart, shift, 3), visit("numbers", kOfNumber, numbers, 1);
+    visit("material", kOfMaterial, materials, kMaterialReals), visit("emitter", kOfEmitter, emitters, 4);
+    visit("camera", kOfCamera, cameras, kCameraReals), visit("camera_pixels", kOfCamera, pixels, 2);
   }
 };
 
@@ -351,19 +353,13 @@ Columns read_columns(const Reader& from) {
   if (c.kinds.size() != rooms || c.panoramas.size() != rooms)
     from.fail("names are missing", fmt::format("{} kinds, {} panoramas", c.kinds.size(), c.panoramas.size()),
               fmt::format("{} of each", rooms));
-  c.counts = by_field(from.column<std::int32_t>("counts", 4 * rooms), 4, true);
-  c.numbers_of_part = from.column<std::int32_t>("part_numbers");
-  const std::size_t parts = sum_of(from, c.counts, 0, 4), materials = sum_of(from, c.counts, 1, 4),
-                    emitters = sum_of(from, c.counts, 2, 4), cameras = sum_of(from, c.counts, 3, 4),
-                    numbers = sum_of(from, c.numbers_of_part, 0, 1);
-  c.each([&]<class T>(const std::string& name, std::vector<T>& to, std::size_t fields) {
-    const std::size_t rows = name == "numbers"            ? numbers
-                             : name.starts_with("part_")  ? parts
-                             : name == "material"         ? materials
-                             : name == "emitter"          ? emitters
-                             : name.starts_with("camera") ? cameras
-                                                          : rooms;
-    to = by_field(from.column<T>(name.c_str(), rows * fields), fields, true);
+  const auto rows = [&](RowOf what) {
+    if (what == kOfRoom) return rooms;
+    if (what == kOfNumber) return sum_of(from, c.numbers_of_part, 0, 1);
+    return sum_of(from, c.counts, what, 4);
+  };
+  c.each([&]<class T>(const char* name, RowOf what, std::vector<T>& to, std::size_t fields) {
+    to = by_field(from.column<T>(name, rows(what) * fields), fields, true);
   });
   return c;
 }
@@ -408,7 +404,9 @@ void write_room_file(const fs::path& path, const RoomFile& file) {
   Writer to;
   to.column("format", std::vector<std::int32_t>{kFormat, file.setting == Setting::HeldOut});
   to.names("name", c.names), to.names("kind", c.kinds), to.names("panorama", c.panoramas), to.names("model", c.models);
-  c.each([&](const char* name, const auto& values, std::size_t fields) { to.column(name, by_field(values, fields)); });
+  c.each([&](const char* name, RowOf, const auto& values, std::size_t fields) {
+    to.column(name, by_field(values, fields));
+  });
   const std::string bytes = to.bytes();
   write_file(path, bytes + trailer_of(bytes));
 }

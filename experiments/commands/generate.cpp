@@ -45,16 +45,6 @@ std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
       .dump(1);
 }
 
-/// What was not asked for, of a file is all there is.
-void take_counts(const Options& options, GenerateOptions& o) {
-  if (!o.from_rooms.empty()) {
-    const RoomFile file = read_room_file(o.from_rooms);
-    if (file.rooms.empty()) throw usage_error("there are no rooms in the file", o.from_rooms.string());
-    o.rooms = static_cast<int>(file.rooms.size()), o.views = static_cast<int>(file.rooms[0].cameras.size());
-  }
-  o.rooms = options.rooms.value_or(o.rooms), o.views = options.views.value_or(o.views);
-}
-
 /// Describes the rooms in place of tracing them.
 void write_description(const Options& options, const CommonOptions& common) {
   const GenerateOptions& o = options.generate;
@@ -63,7 +53,8 @@ void write_description(const Options& options, const CommonOptions& common) {
   const AtomicFile tried(options.write_rooms);
   const RoomFile file = describe_rooms(Device::open(common.device), o);
   write_room_file(options.write_rooms, file);
-  say(fmt::format("{}: {} rooms of {} views", options.write_rooms.string(), file.rooms.size(), o.views));
+  say(fmt::format("{}: {} rooms of {} views", options.write_rooms.string(), file.rooms.size(),
+                  file.rooms[0].cameras.size()));
 }
 
 void run(Options& options, const CommonOptions& common) {
@@ -77,7 +68,8 @@ void run(Options& options, const CommonOptions& common) {
   read_shard(options.shard, o);
   o.light = !options.no_light;
   o.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
-  take_counts(options, o);
+  o.rooms = options.rooms.value_or(o.from_rooms.empty() ? o.rooms : kAllRooms);
+  o.views = options.views.value_or(o.from_rooms.empty() ? o.views : kAllRooms);
   catch_interrupts();
   o.interrupted = [] { return interrupted(); };
   std::unique_ptr<Progress> progress;

@@ -11,7 +11,8 @@ void add_invert_command(CommandLine& line) {
   const auto options = std::make_shared<InvertOptions>();
   Command command = line.add("invert", "Take a photograph of a room apart and render it again");
   command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
-      .option("--fov", "DEGREES", "Horizontal field of view; without it and --camera what EXIF says, else 65 across the longer side",
+      .option("--fov", "DEGREES",
+              "Horizontal field of view; without it and --camera what EXIF says, else 65 across the longer side",
               options->fov)
       .option("--camera", "FILE", "camera.json with fx, fy, cx, cy", options->camera)
       .option("--gbuffer", "DIR|ROOM/NNN", "Maps that replace predicted ones: a folder of a run, or a generated view",
@@ -42,7 +43,8 @@ void add_invert_command(CommandLine& line) {
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Tile,
                Common::Quiet})
       .notes(
-          "The camera looks along -z, x right, y up; depth is axial, in metres. See docs/guide.md for the RUN folder.\n" +
+          "The camera looks along -z, x right, y up; depth is axial, in metres. See docs/guide.md for the RUN "
+          "folder.\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,

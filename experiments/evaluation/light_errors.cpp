@@ -56,10 +56,7 @@ double KnownRays::best_by_smape(std::size_t channel, const Used& used) const {
   double best = 0, least = std::numeric_limits<double>::infinity();
   for (const double y : quantiles(channel, used, candidates)) {
     double sum = 0;
-    for (const std::size_t i : used) {
-      const double t = truth(channel, i);
-      sum += weight(i) * std::abs(y - t) / (y + t + kLightFloor);
-    }
+    for (const std::size_t i : used) sum += weight(i) * symmetric_error(y, truth(channel, i));
     if (sum < least) least = sum, best = y;
   }
   return best;

@@ -17,6 +17,10 @@ double squared(double x) { return x * x; }
 
 double shown_value(double linear) { return std::pow(std::clamp(linear, 0.0, 1.0), 1 / kShownGamma); }
 
+double symmetric_error(double answer, double truth) {
+  return std::abs(answer - truth) / (std::abs(answer) + truth + kLightFloor);
+}
+
 void RadianceError::add(const RadianceError& view) {
   relmse += view.relmse, log_rmse += view.log_rmse, smape += view.smape, psnr += view.psnr;
   shown_psnr += view.shown_psnr, median_log += view.median_log, ++views;
@@ -30,7 +34,7 @@ void RadianceError::divide_by_views() {
 void RadianceErrorSums::add(double answer, double truth, double weight) {
   const double d = answer - truth, l = std::log((std::max(answer, 0.0) + kLightFloor) / (truth + kLightFloor));
   relative_ += weight * (d * d / (truth * truth + kLightFloor)), squared_logs_ += weight * (l * l);
-  symmetric_ += weight * (std::abs(d) / (std::abs(answer) + truth + kLightFloor));
+  symmetric_ += weight * symmetric_error(answer, truth);
   clipped_ += weight * squared(std::min(answer, 1.0) - std::min(truth, 1.0));
   shown_ += weight * squared(shown_value(answer) - shown_value(truth));
   weight_ += weight;

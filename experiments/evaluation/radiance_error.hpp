@@ -12,6 +12,8 @@ inline constexpr double kLightFloor = 0.01;
 /// As a screen shows linear radiance, 0 to 1.
 inline constexpr double kShownGamma = 2.2;
 double shown_value(double linear);
+/// |answer - truth| / (|answer| + truth + 0.01), of which SMAPE is the mean.
+double symmetric_error(double answer, double truth);
 
 /// Over values y (channels of pixels or rays; at least 0 in logarithms) and truths t:
 struct RadianceError {
