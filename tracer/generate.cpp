@@ -369,25 +369,25 @@ RoomFile describe_rooms(const Device& device, const GenerateOptions& asked) {
   return file;
 }
 
-GenerateSummary generate(const Device& device, const GenerateOptions& asked) {
-  if (asked.out.empty()) throw usage_error("a folder is needed", "--out");
-  GenerateOptions options = asked;
-  check(options);
-  const RoomSource source(options);
-  claim_folder(options);
-  write_lists(options, source);
-  GenerateSummary summary;
-  const int own_rooms = (options.rooms - options.shard + options.shards - 1) / options.shards;
-  const int total = own_rooms * options.views;
-  int done = 0;
-  for (int index = options.shard; index < options.rooms; index += options.shards) {
+struct RoomMaker::State {
+  Device device;
+  GenerateOptions options;
+  RoomSource source;
+
+  State(const Device& its_device, const GenerateOptions& its) : device(its_device), options(its), source(checked()) {}
+  GenerateOptions& checked() {
+    if (options.out.empty()) throw usage_error("a folder is needed", "--out");
+    check(options);
+    return options;
+  }
+
+  void make(int index, GenerateSummary& summary) {
     const fs::path folder = options.out / source.name(index);
     std::unique_ptr<RoomWriter> room;  // built when the first view is missing
     for (int view = 0; view < options.views; ++view) {
-      if (options.interrupted && options.interrupted()) {
+      if (options.interrupted && options.interrupted())
         throw Error(ErrorKind::Interrupted,
-                    fmt::format("stopped after {} of {} views; run the same line again to go on", done, total));
-      }
+                    fmt::format("stopped after {} views; run the same line again to go on", summary.views()));
       const bool missing = !fs::exists(view_file(folder, view_id(view), "im"));
       if (!missing) {
         ++summary.skipped;
@@ -398,10 +398,26 @@ GenerateSummary generate(const Device& device, const GenerateOptions& asked) {
         summary.seconds += watch.seconds();
         ++summary.made;
       }
-      ++done;
-      if (options.progress) options.progress(done, total, missing);
+      if (options.progress) options.progress(summary.views(), own_rooms() * options.views, missing);
     }
   }
+
+  int own_rooms() const { return (options.rooms - options.shard + options.shards - 1) / options.shards; }
+};
+
+RoomMaker::RoomMaker(const Device& device, const GenerateOptions& options)
+    : state_(std::make_unique<State>(device, options)) {}
+RoomMaker::~RoomMaker() = default;
+std::string RoomMaker::name(int index) const { return state_->source.name(index); }
+void RoomMaker::make(int index, GenerateSummary& summary) { state_->make(index, summary); }
+
+GenerateSummary generate(const Device& device, const GenerateOptions& asked) {
+  RoomMaker::State maker(device, asked);
+  const GenerateOptions& options = maker.options;
+  claim_folder(options);
+  write_lists(options, maker.source);
+  GenerateSummary summary;
+  for (int index = options.shard; index < options.rooms; index += options.shards) maker.make(index, summary);
   return summary;
 }
 

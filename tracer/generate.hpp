@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,7 @@ struct GenerateOptions {
 
 struct GenerateSummary {
   int made = 0, skipped = 0;  // views
+  int views() const { return made + skipped; }
   double seconds = 0;         // of the views made
   double light_seconds = 0;   // of these, of environment maps and probes
   long dropped = 0;           // samples that were not finite
@@ -54,6 +56,23 @@ struct GenerateSummary {
 /// skipped, so a killed run goes on where it stopped and ends in the same bits. Throws usage_error on options out of
 /// range and on a folder made with other options; Error (Interrupted) when asked to stop.
 GenerateSummary generate(const Device& device, const GenerateOptions& options);
+
+/// Makes rooms of a set one at a time, in any order: what generate() does, without its lists and its claim on a folder.
+class RoomMaker {
+ public:
+  /// Loads the assets. Throws usage_error on options out of range.
+  RoomMaker(const Device& device, const GenerateOptions& options);
+  ~RoomMaker();
+  std::string name(int index) const;
+  /// Writes those views of room `index` that its folder lacks. Throws Error (Interrupted) between two of them when
+  /// asked to stop.
+  void make(int index, GenerateSummary& summary);
+
+ private:
+  friend GenerateSummary generate(const Device& device, const GenerateOptions& options);
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// The rooms that generate() makes of such options, with their cameras, as files keep them. Nothing is traced but what
 /// cameras are judged by. Throws as generate() does.

@@ -91,7 +91,12 @@ std::string light(const LightOptions& options) {
   if (out.extension() != ".exr")
     throw usage_error("a panorama is written as EXR", "--out", out.string(), "a name that ends in .exr");
   const fs::path png = fs::path(out).replace_extension(".png");
-  const ResultFiles files(options.run, fs::path(out).replace_extension(".json"), {out, png}, options.force);
+  const fs::path record = fs::path(out).replace_extension(".json");
+  for (const fs::path& own : {out, png, record})
+    if (!options.json.empty() && fs::weakly_canonical(options.json) == fs::weakly_canonical(own))
+      throw usage_error("would be written twice", "--json", options.json.string(),
+                        "another file than the panorama, its preview and its record");
+  const ResultFiles files(options.run, record, {out, png}, options.force);
   const Scene scene = read_run(options.run);
   const AskedPlace place = asked_place(scene, options);
   if (!place.note.empty()) say("light: " + place.note);

@@ -16,6 +16,7 @@ namespace clerestory {
 /// Exactly one place.
 struct LightOptions {
   std::filesystem::path run, out;                      // out empty: RUN/light.exr; a PNG goes beside it
+  std::filesystem::path json;                          // that the caller will write, and so not this; may be empty
   bool force = false;                                  // replace files of others
   std::optional<std::array<double, 3>> at_point;       // camera metres
   std::optional<std::array<double, 2>> at;             // pixel: just above its surface

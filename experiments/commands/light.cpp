@@ -41,7 +41,7 @@ void add_light_command(CommandLine& line) {
           "times the depth of the room is refused.\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
-    options->device = common.device, options->command = common.command;
+    options->device = common.device, options->command = common.command, options->json = common.json.value_or("");
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     catch_interrupts();
     write_json_result(common, light(*options));

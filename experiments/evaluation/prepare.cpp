@@ -65,6 +65,19 @@ Image cut(const Image& image, int width, int height) {
   return window(image, 0, 0, width, height);
 }
 
+RoomView centre_of(const RoomView& view, int width, int height) {
+  RoomView out = view;
+  const int left = (view.image.width - width) / 2, top = (view.image.height - height) / 2;
+  for (Image* map : {&out.image, &out.mask, &out.albedo, &out.depth, &out.material, &out.normal})
+    *map = window(*map, left, top, width, height);
+  if (out.emission) out.emission = window(*out.emission, left, top, width, height);
+  if (out.camera) {
+    out.camera->cx -= left, out.camera->cy -= top;
+    out.camera->width = width, out.camera->height = height;
+  }
+  return out;
+}
+
 PreparedView prepare_view(const RoomView& view, int width, int height) {
   const auto fit = [&](const Image& image, bool area) {
     const Image cropped = crop_to_aspect(image, width, height);

@@ -22,6 +22,9 @@ Image cut(const Image& image, int width, int height);
 constexpr int net_multiple = 32;
 inline int padded_size(int size) { return (size + net_multiple - 1) / net_multiple * net_multiple; }
 
+/// The middle of a view, as a longer lens would see it: all maps, and the camera.
+RoomView centre_of(const RoomView& view, int width, int height);
+
 /// A view as the nets see it, `width` x `height`, not yet padded.
 struct PreparedView {
   Image image;   // 3 channels: linear, scaled so that the 95th percentile of luminance is 0.9; not clamped

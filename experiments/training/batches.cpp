@@ -2,21 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "host/error.hpp"
+#include "experiments/training/keyed.hpp"
+#include "experiments/training/photo.hpp"
 
 namespace clerestory {
 namespace {
 
-std::uint64_t mix(std::uint64_t z) {
-  z += 0x9e3779b97f4a7c15ULL;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
-
-enum Purpose : std::uint64_t { shuffle = 1, flip_draw = 2, exposure_draw = 3 };
+enum Purpose : std::uint64_t { flip_draw = 2, exposure_draw = 3, photo_draw = 4, camera_draw = 5 };
 
 void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
   const Image padded = pad_to_multiple(flip ? mirrored(map) : map, net_multiple, repeat);
@@ -24,26 +17,6 @@ void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
 }
 
 }  // namespace
-
-std::uint64_t keyed_bits(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
-  return mix(mix(mix(seed) ^ position) ^ purpose);
-}
-
-double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
-  return static_cast<double>(keyed_bits(seed, position, purpose) >> 11) * 0x1p-53;
-}
-
-std::size_t ViewOrder::at(std::uint64_t position) {
-  const std::uint64_t epoch = position / count_;
-  if (epoch != epoch_) {
-    order_.resize(count_);
-    std::iota(order_.begin(), order_.end(), 0u);
-    for (std::size_t i = count_ - 1; i > 0; --i)
-      std::swap(order_[i], order_[keyed_bits(seed_ ^ mix(epoch), i, shuffle) % (i + 1)]);
-    epoch_ = epoch;
-  }
-  return order_[position % count_];
-}
 
 TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip,
                              const std::vector<double>& gain) {
@@ -71,7 +44,7 @@ TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::
   return batch;
 }
 
-TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentation& augmentation, std::uint64_t seed,
+TrainingBatch training_batch(TrainingViews& from, const Augmentation& augmentation, std::uint64_t seed,
                              std::int64_t first, std::int64_t step, int batch) {
   std::vector<PreparedView> views;
   std::vector<bool> flip;
@@ -79,9 +52,11 @@ TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentat
   std::vector<std::string> names;
   for (int k = 0; k < batch; ++k) {
     const auto position = static_cast<std::uint64_t>(first + step * batch + k);
-    const std::size_t view = order.at(position);
-    views.push_back(store.get(view));
-    names.push_back(store.name(view).text());
+    NamedView view = from.at(position);
+    if (keyed_uniform(seed, position, photo_draw) < augmentation.photographs)
+      view.view.image = as_photographed(view.view.image, keyed_bits(seed, position, camera_draw));
+    views.push_back(std::move(view.view));
+    names.push_back(std::move(view.name));
     flip.push_back(augmentation.flip && keyed_uniform(seed, position, flip_draw) < 0.5);
     const double target = augmentation.exposure_low + (augmentation.exposure_high - augmentation.exposure_low) *
                                                           keyed_uniform(seed, position, exposure_draw);
@@ -93,12 +68,11 @@ TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentat
   return out;
 }
 
-std::unique_ptr<BatchStream> batch_stream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed,
+std::unique_ptr<BatchStream> batch_stream(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed,
                                           std::int64_t first, int batch, std::int64_t first_step) {
-  const auto order = std::make_shared<ViewOrder>(store.size(), seed);
   return std::make_unique<BatchStream>(
-      [&store, order, augmentation, seed, first, batch](std::int64_t step) {
-        return training_batch(store, *order, augmentation, seed, first, step, batch);
+      [&views, augmentation, seed, first, batch](std::int64_t step) {
+        return training_batch(views, augmentation, seed, first, step, batch);
       },
       first_step);
 }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "experiments/training/prefetch.hpp"
-#include "experiments/training/view_store.hpp"
+#include "experiments/training/training_views.hpp"
 #include "host/graph/shape.hpp"
 
 namespace clerestory {
@@ -30,37 +30,20 @@ struct TrainingBatch {
 struct Augmentation {
   bool flip = true;                                  // half of the views mirrored, n_x negated
   double exposure_low = 0.85, exposure_high = 0.95;  // 95th percentile of luminance, uniform; both 0.9: none
+  double photographs = 0;                            // share of views seen through a camera (photo.hpp)
 };
-
-/// Position `position` of the endless stream over `count` views: every epoch visits each view once, in an order that
-/// depends on (seed, epoch).
-class ViewOrder {
- public:
-  ViewOrder(std::size_t count, std::uint64_t seed) : count_(count), seed_(seed) {}
-  std::size_t at(std::uint64_t position);
-
- private:
-  std::size_t count_;
-  std::uint64_t seed_;
-  std::uint64_t epoch_ = ~std::uint64_t{0};
-  std::vector<std::uint32_t> order_;
-};
-
-/// 64 bits of a key, the same everywhere (SplitMix64), and as a number in [0, 1).
-std::uint64_t keyed_bits(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose);
-double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose);
 
 /// Views side by side, `flip` and `gain` per view.
 TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip,
                              const std::vector<double>& gain);
 
 /// Batch `step` of a leg whose first view is at position `first`.
-TrainingBatch training_batch(ViewStore& store, ViewOrder& order, const Augmentation& augmentation, std::uint64_t seed,
+TrainingBatch training_batch(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed,
                              std::int64_t first, std::int64_t step, int batch);
 
-/// The batches of that leg from `first_step` on, a few ahead. The store must outlive it.
+/// The batches of that leg from `first_step` on, a few ahead. The views must outlive it.
 using BatchStream = Prefetch<TrainingBatch>;
-std::unique_ptr<BatchStream> batch_stream(ViewStore& store, const Augmentation& augmentation, std::uint64_t seed,
+std::unique_ptr<BatchStream> batch_stream(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed,
                                           std::int64_t first, int batch, std::int64_t first_step);
 
 }  // namespace clerestory

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <set>
 
 #include "experiments/training/light_validation.hpp"
@@ -171,6 +172,7 @@ void fill(LoadedStates& out, const TensorFile& file, const std::string& where,
   out.history = stored_history(file, where);
   out.states = std::make_shared<States>(std::move(device));
   for (const auto& [name, shape] : wanted) set_state(*out.states, name, shape, file, where);
+  out.moments = stored_moments(file, where);
 }
 
 }  // namespace
@@ -195,6 +197,7 @@ void write_checkpoint(const std::filesystem::path& path, const States& states, c
   file.metadata["config_hash"] = identity.config_hash;
   file.metadata["views_hash"] = fmt::format("{:016x}", identity.views_hash);
   file.metadata["step"] = std::to_string(p.step);
+  file.metadata["moment_steps"] = std::to_string(p.moment_steps);
   file.metadata["history"] = history_json(p.history);
   write_safetensors(path, file);
 }
@@ -221,6 +224,8 @@ TrainingProgress go_on_from(const TensorFile& file, const std::string& where, St
   p.seconds = std::bit_cast<double>(words[1]), p.best_score = std::bit_cast<double>(words[2]);
   p.summed = static_cast<std::int64_t>(words[3]);
   for (std::size_t i = 4; i < words.size(); ++i) p.loss_sums.push_back(std::bit_cast<double>(words[i]));
+  if (file.metadata.contains("moment_steps"))  // checkpoints of before there were any have none
+    p.moment_steps = whole_fact(file, "moment_steps", where, 0, std::numeric_limits<int>::max());
   p.history = stored_history(file, where);
   if (MeanMaps::stored(file)) p.means = MeanMaps::restore(file, where);
   return p;
@@ -230,6 +235,7 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
                    const std::optional<MeanMaps>& means, const WeightsFacts& facts) {
   TensorFile file = weights_of(states, history, facts);
   if (means) means->store(file);
+  store_moments(file, facts.moments);
   write_safetensors(path, file, FloatStorage::F16);
 }
 
@@ -240,6 +246,7 @@ void write_light(const std::filesystem::path& folder, const States& states, cons
     std::erase_if(own.states, [&](const auto& state) { return !state.first.starts_with(part + "."); });
     TensorFile file = weights_of(states, history, own);
     file.metadata["kind"] = "light", file.metadata["part"] = part;
+    store_moments(file, facts.moments, part + ".");
     write_safetensors(light_file(folder, part), file, FloatStorage::F16);
   }
 }
@@ -251,14 +258,16 @@ std::vector<std::filesystem::path> weights_files(const std::filesystem::path& pa
   return files;
 }
 
-History read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
-                             const std::map<std::string, Shape>& wanted) {
+InitialWeights read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
+                                    const std::map<std::string, Shape>& wanted) {
   const std::string where = path.string();
   const TensorFile file = read_weights_files(path);
   if (file.metadata.contains("net") && net_of(file, where) != net)
     throw usage_error("weights of another net", where, file.metadata.at("net"), net);
   for (const auto& [name, shape] : wanted) set_state(states, name, shape, file, where);
-  return stored_history(file, where);
+  const Moments moments = stored_moments(file, where);
+  set_moments(states, moments, where);
+  return {stored_history(file, where), moments.steps};
 }
 
 History read_history(const std::filesystem::path& path) {

@@ -10,6 +10,7 @@
 
 #include "experiments/evaluation/mean_maps.hpp"
 #include "experiments/training/history.hpp"
+#include "experiments/training/moments.hpp"
 #include "host/graph/plan.hpp"
 #include "host/io/safetensors.hpp"
 #include "nets/light_model.hpp"
@@ -24,6 +25,7 @@ struct TrainingProgress {
   double best_score = 1e30;       // of a validation so far
   std::vector<double> loss_sums;  // since the last line of metrics
   std::int64_t summed = 0;        // steps in loss_sums
+  std::int64_t moment_steps = 0;  // of the earlier legs that second moments were taken over from
   History history;                // of earlier legs, and this one so far
   std::optional<MeanMaps> means;
 };
@@ -54,10 +56,11 @@ struct WeightsFacts {
   Size size;
   std::string commit;
   std::map<std::string, Shape> states;  // that go into the file
+  Moments moments = {};
 };
-/// Inference tensors in half precision with metadata (kind = weights, preset, net, width, height, longer_side, numbers,
-/// scale_error, hours, views_seen, seeds, commit, score, errors by key, history as JSON) and the training set's mean
-/// maps.
+/// Inference tensors and factors of second moments in half precision with metadata (kind = weights, preset, net, width,
+/// height, longer_side, numbers, scale_error, hours, views_seen, seeds, commit, score, errors by key, history as JSON)
+/// and the training set's mean maps.
 void write_weights(const std::filesystem::path& path, const States& states, const History& history,
                    const std::optional<MeanMaps>& means, const WeightsFacts& facts);
 
@@ -70,9 +73,14 @@ void write_light(const std::filesystem::path& folder, const States& states, cons
 std::vector<std::filesystem::path> weights_files(const std::filesystem::path& path);
 
 /// Weights or a checkpoint to start from, for a light also the folder of its parts: sets the states that inference
-/// needs. Returns the history they carry. Throws usage_error naming file, tensor, found and expected shape.
-History read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
-                             const std::map<std::string, Shape>& wanted);
+/// needs, and second moments where the file has them and `states` too. Throws usage_error naming file, tensor, found
+/// and expected shape.
+struct InitialWeights {
+  History history;
+  std::int64_t moment_steps = 0;  // steps behind the second moments that came with them; 0: none came
+};
+InitialWeights read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
+                                    const std::map<std::string, Shape>& wanted);
 
 /// What a weights file or checkpoint says of its training; without legs when it says nothing.
 History read_history(const std::filesystem::path& path);
@@ -84,6 +92,7 @@ struct LoadedStates {
   History history;
   std::map<std::string, std::string> metadata;  // a light's: of its local part
   std::shared_ptr<States> states;
+  Moments moments;
 };
 
 /// Weights of the maps, ready for MapPredictor; mean maps when stored. Throws usage_error naming the file when it is a

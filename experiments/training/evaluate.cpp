@@ -75,15 +75,9 @@ void judge_data(const EvaluateOptions& options, const LoadedWeights& weights, co
 
 void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, const std::optional<MeanMaps>& means,
                   MapPredictor& predictor, EvaluateOutcome& out) {
-  for (const fs::path& folder : options.frames) {
-    const RgbdFrame frame = read_rgbd(folder);
-    const Image picture = prepare_photo(frame.photo.image, std::max(weights.size.width, weights.size.height));
-    const MapPrediction prediction = predictor.predict({&picture}).front();
-    const std::optional<MapSet> mean = means ? std::optional(means->maps(picture.width, picture.height)) : std::nullopt;
-    const fs::path name = folder.has_filename() ? folder.filename() : folder.parent_path().filename();
-    out.frames.push_back(
-        judge_frame(name.string(), prediction.maps.depth, prediction.log_scale, frame.depth, mean ? &*mean : nullptr));
-  }
+  const int longer = std::max(weights.size.width, weights.size.height);
+  for (const fs::path& folder : options.frames)
+    out.frames.push_back(judge(read_frame(folder, longer), predictor, means));
 }
 
 }  // namespace

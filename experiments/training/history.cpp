@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
@@ -27,8 +28,37 @@ std::vector<double> numbers(const json& values) {
 HistoryPoint point_of(const json& p, std::size_t errors) {
   HistoryPoint point{p.at("step"),       p.at("hours"), p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")),
                      p.at("scale_error")};
-  if (point.errors.size() != errors || point.ratios.size() != errors)
-    throw json::other_error::create(501, "a point of the curve has another number of errors", &p);
+  const auto check = [&](const auto& of) {
+    if (of.errors.size() != errors || of.ratios.size() != errors)
+      throw json::other_error::create(501, "a point of the curve has another number of errors", &p);
+  };
+  check(point);
+  for (const json& l : p.value("lists", json::array())) {
+    point.lists.push_back({l.at("list"), l.at("views"), l.at("score"), numbers(l.at("errors")), numbers(l.at("ratios")),
+                           l.at("scale_error")});
+    check(point.lists.back());
+  }
+  for (const json& f : p.value("frames", json::array()))
+    point.frames.push_back({f.at("frame"), f.at("depth"), f.at("constant"), f.at("scale")});
+  return point;
+}
+
+json json_of(const HistoryPoint& p) {
+  json point{{"step", p.step},
+             {"hours", p.hours},
+             {"score", p.score},
+             {"errors", numbers(p.errors)},
+             {"ratios", numbers(p.ratios)},
+             {"scale_error", p.scale_error}};
+  for (const ListErrors& l : p.lists)
+    point["lists"].push_back({{"list", l.list},
+                              {"views", l.views},
+                              {"score", l.score},
+                              {"errors", numbers(l.errors)},
+                              {"ratios", numbers(l.ratios)},
+                              {"scale_error", l.scale_error}});
+  for (const FrameErrors& f : p.frames)
+    point["frames"].push_back({{"frame", f.frame}, {"depth", f.depth}, {"constant", f.constant}, {"scale", f.scale}});
   return point;
 }
 
@@ -46,6 +76,43 @@ std::string result_table(const HistoryPoint& last, const std::string& kind) {
     out += fmt::format("; scene scale: median |Δ ln| {}, a factor of {:.2f}", cell_of(last.scale_error),
                        std::exp(last.scale_error));
   return out + ".\n";
+}
+
+/// Error and ratio of each metric on every list, a column each.
+std::string lists_table(const HistoryPoint& last, const std::string& kind) {
+  std::string head = "|", rule = "|---", scores = "| score", scales = "| scale, median \\|Δ ln\\|";
+  for (const ListErrors& l : last.lists) {
+    head += fmt::format(" | {} ({} views)", l.list, l.views), rule += "|---";
+    scores += fmt::format(" | {}", cell_of(l.score)), scales += fmt::format(" | {}", cell_of(l.scale_error));
+  }
+  std::string out = head + " |\n" + rule + "|\n";
+  const std::vector<ErrorName>& names = error_names(kind);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    out += fmt::format("| {}, {}", names[i].name, names[i].unit);
+    for (const ListErrors& l : last.lists) out += fmt::format(" | {} ({:.2f})", cell_of(l.errors[i]), l.ratios[i]);
+    out += " |\n";
+  }
+  return out + (kind == "maps" ? scales + " |\n" : "") + scores + " |\n";
+}
+
+std::string frames_table(const std::vector<FrameErrors>& frames) {
+  std::string out =
+      "| photograph with measured depth | rooted si-log | ratio to its best constant | 99th percentile, predicted / "
+      "measured |\n|---|---|---|---|\n";
+  for (const FrameErrors& f : frames)
+    out += fmt::format("| {} | {} | {:.2f} | {:.2f} |\n", f.frame, cell_of(f.depth), f.depth / f.constant, f.scale);
+  return out;
+}
+
+/// Geometric mean of the frames' ratios to their best constants.
+double frames_ratio(const std::vector<FrameErrors>& frames) {
+  double logs = 0;
+  for (const FrameErrors& f : frames) logs += std::log(f.depth / f.constant);
+  return std::exp(logs / static_cast<double>(frames.size()));
+}
+
+std::string picture_line(const std::string& what, const std::string& plot) {
+  return plot.empty() ? "" : fmt::format("\n![{}]({})\n", what, plot);
 }
 
 struct CardText {
@@ -104,6 +171,10 @@ HistoryPoint history_point(const EvaluationSummary& summary) {
   return point;
 }
 
+ListErrors list_errors(const std::string& list, std::int64_t views, const HistoryPoint& point) {
+  return {list, views, point.score, point.errors, point.ratios, point.scale_error};
+}
+
 double History::hours() const {
   double total = 0;
   for (const Leg& leg : legs) total += leg.hours;
@@ -122,13 +193,7 @@ std::string history_json(const History& history) {
   json legs = json::array();
   for (const Leg& l : history.legs) {
     json curve = json::array();
-    for (const HistoryPoint& p : l.curve)
-      curve.push_back({{"step", p.step},
-                       {"hours", p.hours},
-                       {"score", p.score},
-                       {"errors", numbers(p.errors)},
-                       {"ratios", numbers(p.ratios)},
-                       {"scale_error", p.scale_error}});
+    for (const HistoryPoint& p : l.curve) curve.push_back(json_of(p));
     legs.push_back({{"kind", l.kind},
                     {"experiment", l.experiment},
                     {"variant", l.variant},
@@ -197,17 +262,47 @@ Plot history_plot(const History& history) {
   return plot;
 }
 
+Plot lists_plot(const History& history) {
+  Plot plot;
+  plot.title = "Geometric mean of the ratios to the best trivial predictors";
+  plot.x_label = "hours of training", plot.y_label = "ratio (1: no skill)";
+  std::map<std::string, Series> by_name;
+  const auto add = [&](const std::string& name, double hours, double value) {
+    if (!std::isfinite(value)) return;
+    Series& series = by_name[name];
+    series.label = name, series.stroke = Stroke::LinePoints;
+    series.x.push_back(hours), series.y.push_back(value);
+  };
+  for (const Leg& leg : history.legs)
+    for (const HistoryPoint& p : leg.curve) {
+      for (const ListErrors& l : p.lists) add(l.list, p.hours, l.score);
+      if (!p.frames.empty()) add("photographs (depth)", p.hours, frames_ratio(p.frames));
+      if (!p.lists.empty() || !p.frames.empty()) add("validation", p.hours, p.score);
+    }
+  for (auto& [name, series] : by_name) plot.series.push_back(std::move(series));
+  return plot;
+}
+
 std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts,
-                       const std::string& plot) {
+                       const CardPlots& plots) {
   const CardText text = card_text(history.kind());
   std::string card = fmt::format("# {}\n\n{}\n\n| | |\n|---|---|\n", text.title, text.purpose);
   for (const auto& [name, value] : facts) card += fmt::format("| {} | {} |\n", name, value);
   card += fmt::format("| training | {:.2f} hours, {} views seen, {} leg{} |\n", history.hours(), history.views_seen(),
                       history.legs.size(), history.legs.size() == 1 ? "" : "s");
-  if (!history.legs.empty() && !history.legs.back().curve.empty())
-    card += "\n## Validation\n" + result_table(history.legs.back().curve.back(), history.kind()) +
-            (plot.empty() ? "" : fmt::format("\n![validation error against hours]({})\n", plot)) +
-            fmt::format("\n{}\n", text.conventions);
+  if (!history.legs.empty() && !history.legs.back().curve.empty()) {
+    const HistoryPoint& last = history.legs.back().curve.back();
+    card += "\n## Validation\n" + result_table(last, history.kind()) +
+            picture_line("validation error against hours", plots.validation) + fmt::format("\n{}\n", text.conventions);
+    if (!last.lists.empty() || !last.frames.empty()) {
+      card +=
+          "\n## Fixed lists\nRooms kept as files, that no later generator changes; in brackets the ratio to the "
+          "best trivial predictor.\n\n";
+      if (!last.lists.empty()) card += lists_table(last, history.kind());
+      if (!last.frames.empty()) card += "\n" + frames_table(last.frames);
+      card += picture_line("scores of all lists against hours", plots.lists);
+    }
+  }
   card +=
       "\n## Legs\n| leg | started (UTC) | size | batch | rooms | views | steps | views seen | hours | seed | from | "
       "commit | settings |\n"

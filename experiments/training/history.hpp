@@ -16,6 +16,22 @@ struct ErrorName {
 /// (LightNet and the out-of-view field).
 const std::vector<ErrorName>& error_names(const std::string& kind);
 
+/// A validation's errors on one fixed list of rooms (data.lists), as HistoryPoint has them for the validation rooms.
+struct ListErrors {
+  std::string list;
+  std::int64_t views = 0;
+  double score = 0;
+  std::vector<double> errors, ratios;
+  double scale_error = 0;
+};
+
+/// Predicted depth on a photograph with measured depth (data.frames).
+struct FrameErrors {
+  std::string frame;
+  double depth = 0, constant = 0;  // rooted si-log of ours, of the photograph's best constant
+  double scale = 0;                // predicted / measured 99th percentile
+};
+
 /// One validation.
 struct HistoryPoint {
   std::int64_t step = 0;       // of its leg
@@ -24,9 +40,13 @@ struct HistoryPoint {
   std::vector<double> errors;  // by error_names, NaN where a metric has no view
   std::vector<double> ratios;
   double scale_error = 0;  // maps: median |delta ln scene_scale|
+  std::vector<ListErrors> lists = {};
+  std::vector<FrameErrors> frames = {};
 };
-/// Without step and hours.
+/// Without step and hours, lists and frames.
 HistoryPoint history_point(const EvaluationSummary& summary);
+/// What a point says of one list.
+ListErrors list_errors(const std::string& list, std::int64_t views, const HistoryPoint& point);
 
 /// One uninterrupted plan of training: a config on a set of views.
 struct Leg {
@@ -59,8 +79,16 @@ History history_from_json(const std::string& json, const std::string& where);
 
 /// Ratios over hours: one curve per map, the score, and the line of the best trivial predictor.
 Plot history_plot(const History& history);
-/// The model card in Markdown. `facts`: file name, size, hash...; `plot`: path of the SVG relative to the card.
+/// The score over hours on validation rooms and on each fixed list, and of frames their mean ratio to the best
+/// constant; no series where no leg was judged by lists.
+Plot lists_plot(const History& history);
+
+/// Plots of a card, as paths relative to it; empty where there is none.
+struct CardPlots {
+  std::string validation, lists;
+};
+/// The model card in Markdown. `facts`: file name, size, hash...
 std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts,
-                       const std::string& plot);
+                       const CardPlots& plots);
 
 }  // namespace clerestory

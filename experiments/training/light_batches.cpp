@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "experiments/training/batches.hpp"
+#include "experiments/training/keyed.hpp"
 #include "host/error.hpp"
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"

@@ -1,10 +1,15 @@
 // The light as a task of the trainer.
+#include <deque>
+
 #include "experiments/applications/predict.hpp"
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/keyed.hpp"
 #include "experiments/training/light_validation.hpp"
 #include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
+#include "experiments/training/streamed_light.hpp"
 #include "experiments/training/task.hpp"
+#include "experiments/training/training_views.hpp"
 #include "experiments/training/validation.hpp"
 #include "host/math/panorama.hpp"
 #include "host/report/html.hpp"
@@ -101,29 +106,30 @@ class LightTask : public TrainingTask {
  public:
   LightTask(Device device, const TrainingOptions& options, std::shared_ptr<States> states)
       : options_(options),
-        store_(name_views(options.train_roots, options.train_split), options.size.width, options.size.height,
-               options.cache_bytes),
+        store_(fixed_names(options), options.size.width, options.size.height, options.cache_bytes),
         validation_store_(name_views(options.validation_roots, options.validation_split), options.size.width,
                           options.size.height, 0),
-        order_(store_.size(), options.seed),
         network_(device, options, states),
         predictor_(device, options.light, options.size.width, options.size.height, kJudgedRows, kJudgedSamples, states,
                    options.gemm),
         panorama_(device, options.light, options.size.width, options.size.height, probe_height, probe_width, states,
                   options.gemm),
-        device_(device) {}
+        device_(device) {
+    for (const JudgingList& list : options.lists) lists_.emplace_back(list.name, all_views(list.folder), options.size);
+  }
 
   std::string net() const override { return light_text(options_.light); }
   std::map<std::string, Shape> weights() const override { return light_states(options_.light); }
   const std::vector<ViewName>& views() const override { return store_.names(); }
+  TrainingData data(std::int64_t step) const override { return data_of(options_, store_.names(), step); }
 
   std::vector<std::string> notes() const override {
-    std::vector<std::string> notes{
-        fmt::format("light {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch "
-                    "{}, {} x {} rays a view",
-                    options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
-                    device_.info().name, store_.size(), validation_store_.size(), options_.size.width,
-                    options_.size.height, options_.batch, options_.light_step.rows, options_.light_step.samples)};
+    std::vector<std::string> notes{fmt::format(
+        "light {}: {:.2f} M parameters, {} MiB on {}; {}, {} for validation, {}x{}, batch {}, {} x {} rays a "
+        "view",
+        options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
+        device_.info().name, data_text(options_, store_.size()), validation_store_.size(), options_.size.width,
+        options_.size.height, options_.batch, options_.light_step.rows, options_.light_step.samples)};
     if (const std::string note = frozen_note(network_.training.frozen); !note.empty()) notes.push_back(note);
     return notes;
   }
@@ -135,20 +141,21 @@ class LightTask : public TrainingTask {
 
   void begin(TrainingProgress& progress) override {
     if (options_.maps != "true") predict_maps();
-    const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
-    for (const std::size_t i : which) {
-      const auto view = validation_store_.get(i);
-      judged_.push_back({validation_store_.name(i).text(), view,
-                         draw_rays(*view, kJudgedRows, kJudgedSamples, options_.sampling.probe_rows, kJudgedKey + i)});
-    }
     step_ = progress.step, first_ = progress.history.views_seen_before();
+    moment_steps_ = progress.moment_steps;
+    if (store_.size() > 0) order_.emplace(store_.size(), options_.seed);
+    if (options_.stream.on)
+      streamed_.emplace(options_.stream, options_.size, options_.seed,
+                        static_cast<std::uint64_t>(first_ + step_ * options_.batch), predict_for_stream());
+    judged_ = read_judged(validation_store_, options_.validation_views);
+    for (LightList& list : lists_) list.views = read_judged(list.store, options_.list_views);
     stream_ = std::make_unique<LightStream>([this](std::int64_t step) { return batch(step); }, progress.step);
   }
 
   Losses step(double rate) override {
     const LightBatch batch = stream_->next();
     last_views_ = batch.views;
-    return network_.step(batch, step_++, rate);
+    return network_.step(batch, moment_steps_ + step_++, rate);
   }
 
   std::vector<std::string> last_views() const override { return last_views_; }
@@ -165,6 +172,12 @@ class LightTask : public TrainingTask {
       judgement.text +=
           fmt::format(" {} {:.4g} ({:.2f})", names[i].key, judgement.point.errors[i], judgement.point.ratios[i]);
     }
+    for (const LightList& list : lists_) {
+      const HistoryPoint point = judge_light(list.views, predictor_).point();
+      judgement.point.lists.push_back(list_errors(list.name, static_cast<std::int64_t>(list.views.size()), point));
+      judgement.values.emplace_back("list/" + list.name, point.score);
+      judgement.text += fmt::format("; {} {:.3f}", list.name, point.score);
+    }
     return judgement;
   }
 
@@ -178,6 +191,24 @@ class LightTask : public TrainingTask {
   }
 
  private:
+  struct LightList {
+    std::string name;
+    LightStore store;
+    std::vector<JudgedLight> views;
+    LightList(std::string its_name, std::vector<ViewName> names, const Size& size)
+        : name(std::move(its_name)), store(std::move(names), size.width, size.height, 0) {}
+  };
+
+  std::vector<JudgedLight> read_judged(LightStore& store, int views) const {
+    std::vector<JudgedLight> judged;
+    for (const std::size_t i : spread(store.size(), static_cast<std::size_t>(views))) {
+      const auto view = store.get(i);
+      judged.push_back({store.name(i).text(), view,
+                        draw_rays(*view, kJudgedRows, kJudgedSamples, options_.sampling.probe_rows, kJudgedKey + i)});
+    }
+    return judged;
+  }
+
   /// The second phase of progressive training: MGNet is frozen, and the light's nets learn to live with its errors; of
   /// `both` every other view, by its key, has true maps still.
   void predict_maps() {
@@ -185,13 +216,35 @@ class LightTask : public TrainingTask {
     if (both) predicted_.emplace(store_.names(), options_.size.width, options_.size.height, options_.cache_bytes);
     const LoadedWeights weights = load_weights(weights_or_shipped(options_.maps_weights), device_);
     MapPredictor predictor(device_, weights.net, weights.states, 1, options_.gemm);
-    Progress bar("maps", static_cast<std::int64_t>(store_.size() + validation_store_.size()), "views");
-    for (LightStore* store : {both ? &*predicted_ : &store_, &validation_store_})
+    std::vector<LightStore*> stores{both ? &*predicted_ : &store_, &validation_store_};
+    for (LightList& list : lists_) stores.push_back(&list.store);
+    std::size_t views = 0;
+    for (const LightStore* store : stores) views += store->size();
+    Progress bar("maps", static_cast<std::int64_t>(views), "views");
+    for (LightStore* store : stores)
       store->predict([&](const Image& picture) {
         stop_if_interrupted("train");
         bar.advance();
         return predictor.predict({&picture})[0].maps;
       });
+  }
+
+  NamedLightView view_at(std::uint64_t position, bool predicted) {
+    if (streamed_) {
+      NamedLightView streamed = streamed_->at(position, predicted);  // also where it is not used: rooms go on
+      if (!is_fixed(options_.stream, options_.seed, position)) return streamed;
+    }
+    const std::size_t view = order_->at(position);
+    return {store_.name(view).text(), (predicted && predicted_ ? *predicted_ : store_).get(view)};
+  }
+
+  /// MGNet on a queue of its own, for the thread that makes batches.
+  StreamedLight::Predict predict_for_stream() const {
+    if (options_.maps == "true") return {};
+    const Device device = Device::open(options_.device);
+    const LoadedWeights weights = load_weights(weights_or_shipped(options_.maps_weights), device);
+    const auto predictor = std::make_shared<MapPredictor>(device, weights.net, weights.states, 1, options_.gemm);
+    return [predictor](const Image& picture) { return predictor->predict({&picture})[0].maps; };
   }
 
   LightBatch batch(std::int64_t step) {
@@ -200,11 +253,11 @@ class LightTask : public TrainingTask {
     std::vector<std::string> names;
     for (int k = 0; k < options_.batch; ++k) {
       const auto position = static_cast<std::uint64_t>(first_ + step * options_.batch + k);
-      const std::size_t view = order_.at(position);
       const std::uint64_t key = keyed_bits(options_.seed, position, kLightKey);
-      const bool predicted = predicted_ && keyed_uniform(key, 0, kMapsDraw) < 0.5;
-      views.push_back((predicted ? *predicted_ : store_).get(view)), names.push_back(store_.name(view).text());
-      keys.push_back(key);
+      const bool both = options_.maps == "both";
+      const bool predicted = both ? keyed_uniform(key, 0, kMapsDraw) < 0.5 : options_.maps == "predicted";
+      const NamedLightView seen = view_at(position, predicted);
+      views.push_back(seen.view), names.push_back(seen.name), keys.push_back(key);
     }
     LightBatch batch = light_batch(views, options_.light_step, options_.sampling, keys);
     batch.views = std::move(names);
@@ -235,13 +288,16 @@ class LightTask : public TrainingTask {
   const TrainingOptions& options_;
   LightStore store_, validation_store_;
   std::optional<LightStore> predicted_;  // the views of store_ again, under light.maps = both
-  ViewOrder order_;
+  std::optional<ViewOrder> order_;       // of store_, where it has any
+  std::optional<StreamedLight> streamed_;
   LightNetwork network_;
   LightPredictor predictor_, panorama_;
   Device device_;
   std::vector<JudgedLight> judged_;
+  std::deque<LightList> lists_;          // a store does not move
   std::optional<LightSummary> summary_;  // of the last validation
   std::int64_t step_ = 0, first_ = 0;    // of this leg; views that earlier legs saw
+  std::int64_t moment_steps_ = 0;        // Adam's steps before this leg
   std::vector<std::string> last_views_;
   std::unique_ptr<LightStream> stream_;  // last: its thread uses the above
 };

@@ -1,4 +1,6 @@
 // MGNet as a task of the trainer.
+#include "experiments/training/keyed.hpp"
+#include "experiments/training/photo.hpp"
 #include "experiments/training/report.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/validation.hpp"
@@ -7,12 +9,13 @@
 namespace clerestory {
 namespace {
 
+constexpr std::uint64_t kPhotoKey = 0x70686f746f;  // of the cameras through which lists are judged
+
 class MapsTask : public TrainingTask {
  public:
   MapsTask(Device device, const TrainingOptions& options, std::shared_ptr<States> states)
       : options_(options),
-        store_(name_views(options.train_roots, options.train_split), options.size.width, options.size.height,
-               options.cache_bytes),
+        store_(fixed_names(options), options.size.width, options.size.height, options.cache_bytes),
         validation_store_(name_views(options.validation_roots, options.validation_split), options.size.width,
                           options.size.height, 0),
         network_(device, options, states),
@@ -22,12 +25,14 @@ class MapsTask : public TrainingTask {
   std::string net() const override { return net_text(options_.net); }
   std::map<std::string, Shape> weights() const override { return inference_states(options_.net); }
   const std::vector<ViewName>& views() const override { return store_.names(); }
+  TrainingData data(std::int64_t step) const override { return data_of(options_, store_.names(), step); }
 
   std::vector<std::string> notes() const override {
-    std::vector<std::string> notes{fmt::format(
-        "MGNet {}: {:.2f} M parameters, {} MiB on {}; {} training views, {} for validation, {}x{}, batch {}",
-        options_.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20, device_name_,
-        store_.size(), validation_store_.size(), options_.size.width, options_.size.height, options_.batch)};
+    std::vector<std::string> notes{
+        fmt::format("MGNet {}: {:.2f} M parameters, {} MiB on {}; {}, {} for validation, {}x{}, batch {}",
+                    options_.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20,
+                    device_name_, data_text(options_, store_.size()), validation_store_.size(), options_.size.width,
+                    options_.size.height, options_.batch)};
     if (options_.w_perceptual == 0)
       notes.push_back("the perceptual term is off: no ImageNet weights of VGG16 were given (loss.perceptual_weights)");
     if (const std::string note = frozen_note(network_.frozen()); !note.empty()) notes.push_back(note);
@@ -40,16 +45,24 @@ class MapsTask : public TrainingTask {
   }
 
   void begin(TrainingProgress& progress) override {
-    if (!progress.means) progress.means = mean_maps();
+    const std::int64_t first = progress.history.views_seen_before();
+    const auto position = static_cast<std::uint64_t>(first + progress.step * options_.batch);
+    views_ = options_.stream.on ? streamed_views(options_.stream, options_.size, &store_, options_.seed, position)
+                                : fixed_views(store_, options_.seed);
+    if (!progress.means) progress.means = mean_maps(position);
     const MapSet means = progress.means->maps(options_.size.width, options_.size.height);
     const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
     judged_ = read_for_judgement(validation_store_, which, &means);
-    stream_ = batch_stream(store_, options_.augmentation, options_.seed, progress.history.views_seen_before(),
-                           options_.batch, progress.step);
+    for (const JudgingList& list : options_.lists) lists_.push_back({list.name, read_list(list, means)});
+    const int longer = std::max(options_.size.width, options_.size.height);
+    for (const std::filesystem::path& folder : options_.frames) frames_.push_back(read_frame(folder, longer));
+    means_ = progress.means, moment_steps_ = progress.moment_steps;
+    stream_ = batch_stream(*views_, options_.augmentation, options_.seed, first, options_.batch, progress.step);
   }
 
   Losses step(double rate) override {
-    const TrainingBatch batch = stream_->next();
+    TrainingBatch batch = stream_->next();
+    batch.step += moment_steps_;
     last_views_ = batch.views;
     return network_.step(batch, rate);
   }
@@ -68,6 +81,8 @@ class MapsTask : public TrainingTask {
     }
     judgement.values.emplace_back("val/scale_error", summary.median_log_scale_error);
     judgement.text += fmt::format("; scale {:.2f}", summary.median_log_scale_error);
+    judge_lists(judgement);
+    judge_frames(judgement);
     return judgement;
   }
 
@@ -83,12 +98,46 @@ class MapsTask : public TrainingTask {
   }
 
  private:
-  MeanMaps mean_maps() {
+  struct MapsList {
+    std::string name;
+    std::vector<JudgedView> views;
+  };
+
+  std::vector<JudgedView> read_list(const JudgingList& list, const MapSet& means) const {
+    ViewStore store(all_views(list.folder), options_.size.width, options_.size.height, 0);
+    const auto which = spread(store.size(), static_cast<std::size_t>(options_.list_views));
+    std::vector<JudgedView> views = read_for_judgement(store, which, &means);
+    for (std::size_t i = 0; list.photographed && i < views.size(); ++i)
+      views[i].view.image = as_photographed(views[i].view.image, keyed_bits(kPhotoKey, which[i], 0));
+    return views;
+  }
+
+  void judge_lists(Judgement& judgement) {
+    for (MapsList& list : lists_) {
+      judge_all(list.views, predictor_);
+      const HistoryPoint point = history_point(summarise(results_of(list.views)));
+      judgement.point.lists.push_back(list_errors(list.name, static_cast<std::int64_t>(list.views.size()), point));
+      judgement.values.emplace_back("list/" + list.name, point.score);
+      judgement.text += fmt::format("; {} {:.3f}", list.name, point.score);
+    }
+  }
+
+  void judge_frames(Judgement& judgement) {
+    for (const JudgedFrame& frame : frames_) {
+      const FrameResult result = clerestory::judge(frame, predictor_, means_);
+      judgement.point.frames.push_back({frame.name, result.ours, result.constant, result.scale});
+      judgement.values.emplace_back("frame/" + frame.name, result.ours / result.constant);
+      judgement.text += fmt::format("; {} {:.2f}", frame.name, result.ours / result.constant);
+    }
+  }
+
+  MeanMaps mean_maps(std::uint64_t position) {
     MeanMaps means;
-    const auto which = spread(store_.size(), static_cast<std::size_t>(options_.mean_views));
-    Progress bar("training mean", static_cast<std::int64_t>(which.size()), "views");
-    for (const std::size_t i : which) {
-      means.add(store_.get(i));
+    ViewStore some(views_->some(position, static_cast<std::size_t>(options_.mean_views)), options_.size.width,
+                   options_.size.height, 0);
+    Progress bar("training mean", static_cast<std::int64_t>(some.size()), "views");
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      means.add(some.get(i));
       bar.advance();
       stop_if_interrupted("before the first step: the same command begins again");
     }
@@ -111,8 +160,13 @@ class MapsTask : public TrainingTask {
   MapPredictor predictor_;
   std::string device_name_;
   std::vector<JudgedView> judged_;
+  std::vector<MapsList> lists_;
+  std::vector<JudgedFrame> frames_;
+  std::optional<MeanMaps> means_;
+  std::int64_t moment_steps_ = 0;             // Adam's steps before this leg
   std::optional<EvaluationSummary> summary_;  // of the last validation
-  std::unique_ptr<BatchStream> stream_;
+  std::unique_ptr<TrainingViews> views_;
+  std::unique_ptr<BatchStream> stream_;  // after what its thread uses
   std::vector<std::string> last_views_;
 };
 

@@ -48,11 +48,17 @@ void add_sample(HtmlReport& report, const ReportSample& sample) {
       sample.name);
 }
 
-/// The card of what these files hold together; its plot goes beside it.
+const CardPlots maps_plots{"validation.svg", "lists.svg"};
+const CardPlots light_plots{"validation_light.svg", "lists_light.svg"};
+
+/// The card of what these files hold together; its plots go beside it.
 std::string card_of(const std::vector<std::filesystem::path>& files, const History& history,
-                    const std::filesystem::path& folder, const std::string& plot_name) {
-  const Plot plot = history_plot(history);
-  const bool drawn = !plot.series.empty() && write_plot(folder / plot_name, plot);
+                    const std::filesystem::path& folder, const CardPlots& names_of_plots) {
+  const auto drawn = [&](const Plot& plot, const std::string& name) {
+    return !plot.series.empty() && write_plot(folder / name, plot) ? name : std::string();
+  };
+  const CardPlots plots{drawn(history_plot(history), names_of_plots.validation),
+                        drawn(lists_plot(history), names_of_plots.lists)};
   std::vector<std::string> names, sizes, hashes;
   for (const std::filesystem::path& file : files) {
     const FileRecord record = record_file(file);
@@ -68,7 +74,7 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
                      {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width,
                                            last.height, last.kind == "light" ? "" : ", clamped to [0, 1]")},
                      {"commit", last.commit}},
-                    drawn ? plot_name : "");
+                    plots);
 }
 
 /// The scale of predicted depth on real photographs; nothing where it was not measured with these weights.
@@ -103,17 +109,18 @@ void check_weights_folder(const std::filesystem::path& folder, const std::vector
   const fs::path card = folder / "CARD.md";
   const bool ours = fs::is_regular_file(card) && read_file(card, 1 << 24, true).starts_with("# Weights of ");
   if (ours) return;
-  for (const char* name : {"CARD.md", "validation.svg", "validation_light.svg"})
+  for (const std::string& name :
+       {std::string("CARD.md"), maps_plots.validation, maps_plots.lists, light_plots.validation, light_plots.lists})
     if (fs::exists(folder / name)) refuse(folder / name);
 }
 
 std::filesystem::path write_folder_card(const std::filesystem::path& folder, const std::filesystem::path& maps) {
   std::string card;
   if (std::filesystem::exists(maps))
-    card = card_of({maps}, read_history(maps), folder, "validation.svg") + real_scale_section(maps);
+    card = card_of({maps}, read_history(maps), folder, maps_plots) + real_scale_section(maps);
   const auto light = weights_files(folder);
   if (std::ranges::all_of(light, [](const auto& file) { return std::filesystem::exists(file); }))
-    card += (card.empty() ? "" : "\n") + card_of(light, read_history(light[0]), folder, "validation_light.svg");
+    card += (card.empty() ? "" : "\n") + card_of(light, read_history(light[0]), folder, light_plots);
   write_file(folder / "CARD.md", card);
   return folder / "CARD.md";
 }
@@ -126,7 +133,7 @@ void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples) {
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
                            const TrainingPage& page, const Provenance& provenance) {
   const std::filesystem::path artifacts = run / "artifacts";
-  write_file(artifacts / "card.md", card_of({artifacts / "weights.safetensors"}, history, artifacts, "validation.svg"));
+  write_file(artifacts / "card.md", card_of({artifacts / "weights.safetensors"}, history, artifacts, maps_plots));
   // With the table beside the plot, `clerestory report` can make a report again from the files alone.
   write_file(run.artifact("validation.table.json"), table_json(page.table));
   const auto records = read_metrics(run.metrics_path());
@@ -146,6 +153,8 @@ void write_training_report(const RunDirectory& run, const Config& config, const 
   if (!page.conventions.empty()) report.details("Conventions", page.conventions);
   if (const Plot plot = history_plot(history); !plot.series.empty())
     report.plot(plot, "All legs; 1 is the best trivial predictor.");
+  if (const Plot plot = lists_plot(history); !plot.series.empty())
+    report.plot(plot, "Fixed lists of rooms and photographs with measured depth, all legs.");
   page.validation_views(report);
   report.section("Losses");
   if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty())

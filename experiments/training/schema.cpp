@@ -43,6 +43,12 @@ Schema make_schema() {
   s.text("data.validation_split", "val", "list of rooms in those folders");
   s.integer("data.validation_views", 64, "views judged at each validation, spread over the list; 0: all", {0, 1e9})
       .aside();
+  s.texts(
+       "data.lists", {},
+       "fixed lists of rooms judged beside the validation, as NAME=FOLDER (`generate --from-rooms` makes the folder)")
+      .aside();
+  s.integer("data.list_views", 64, "views judged of each such list, spread over it; 0: all", {0, 1e9}).aside();
+  s.texts("data.frames", {}, "folders of photographs with measured depth, judged beside them (maps)").aside();
   s.integer("data.mean_views", 1024, "training views behind the mean maps, spread over the list; 0: all", {0, 1e9})
       .aside();
   s.integer("data.cache_mib", 8192, "memory for decoded views; views beyond are decoded again every epoch", {0, 1e7})
@@ -50,6 +56,30 @@ Schema make_schema() {
   s.flag("data.flip", true, "mirror half of the views (the normal's x changes sign)");
   s.reals("data.exposure", {0.85, 0.95},
           "range of the 95th percentile of luminance, drawn anew each time; 0.9 is what inference uses", {0.01, 10});
+
+  s.real(
+      "data.photographs", 0,
+      "share of the views seen through a camera: clipping, white balance, tone curve, noise, blur, vignetting (maps)",
+      {0, 1});
+  s.texts("data.photographed", {}, "names of data.lists that are judged a second time, seen through such a camera")
+      .aside();
+
+  s.section("stream", "Rooms made while training goes on, seen a few times and dropped.");
+  s.text("stream.setting", "", "content of these rooms; empty: views come from data.train alone",
+         {"", "training", "held_out"});
+  s.integer("stream.seed", 1, "rooms of different seeds share nothing", {0, 1e15});
+  s.integer("stream.views", 2, "views of a room", {1, 100});
+  s.integer("stream.spp", 8, "samples a pixel", {1, 4096});
+  s.integer("stream.scale", 2, "maps: views are traced so many times as large as the net's, then filtered down",
+            {1, 8});
+  s.real("stream.clamp", 1, "most that one indirect contribution adds, in units of the picture's white; 0: no bound",
+         {0, 1e6});
+  s.integer("stream.times", 8, "times that a view is seen, in the mean", {1, 1e6});
+  s.integer("stream.window", 48, "rooms that are drawn from at a time", {1, 4096});
+  s.real("stream.fixed", 0, "share of the views that come from data.train; 0: that is not read", {0, 1});
+  s.real("stream.crop", 1, "maps: a view is cut to at least this share of its width, drawn anew each time", {0.1, 1});
+  s.integer("stream.light_spp", 16, "light: samples of a texel of an environment map", {1, 4096});
+  s.integer("stream.probes", 2, "light: probes in a view's free air", {0, 100});
 
   s.section("train", "Optimisation. A leg ends at the first of its limits; at least one must be set.");
   s.integer("train.batch", 8, "views per step", {1, 1024});
@@ -208,6 +238,48 @@ LightTrainingOptions light_step_of(const Config& c, const TrainingOptions& o) {
   return step;
 }
 
+StreamOptions stream_of(const Config& c, const TrainingOptions& o) {
+  StreamOptions stream;
+  stream.on = !c.text("stream.setting").empty();
+  const auto number = [&](const char* key) { return static_cast<int>(c.integer(key)); };
+  GenerateOptions& rooms = stream.rooms;
+  rooms.setting = c.text("stream.setting") == "held_out" ? Setting::HeldOut : Setting::Training;
+  rooms.seed = static_cast<std::uint64_t>(c.integer("stream.seed"));
+  rooms.views = number("stream.views"), rooms.spp = number("stream.spp"), rooms.clamp = c.real("stream.clamp");
+  rooms.light = c.text("model.kind") == "light", rooms.split = "train";
+  rooms.light_spp = number("stream.light_spp"), rooms.probes = number("stream.probes");
+  const int scale = rooms.light ? 1 : number("stream.scale");  // light lies at the pixels of its view
+  rooms.width = scale * o.size.width, rooms.height = scale * o.size.height;
+  stream.times = number("stream.times"), stream.window = number("stream.window");
+  stream.fixed = c.real("stream.fixed"), stream.crop_low = c.real("stream.crop");
+  stream.device = o.device;
+  forbid(stream.on && c.real("train.epochs") > 0, c, "train.epochs", "a stream of rooms has no end to pass over",
+         "train.steps or train.minutes");
+  return stream;
+}
+
+std::vector<JudgingList> lists_of(const Config& c) {
+  std::vector<JudgingList> lists;
+  for (const std::string& text : c.texts("data.lists")) {
+    const std::size_t sign = text.find('=');
+    const bool named = sign != std::string::npos && sign > 0 && sign + 1 < text.size();
+    if (!named)
+      throw usage_error("is no list of rooms", "data.lists (" + c.origin("data.lists") + ")", text,
+                        "NAME=FOLDER, such as held_out=data/judge/held_out");
+    lists.push_back({text.substr(0, sign), text.substr(sign + 1), false});
+    const auto same = [&](const JudgingList& other) { return other.name == lists.back().name; };
+    if (std::ranges::count_if(lists, same) > 1)
+      throw usage_error("two lists have one name", "data.lists (" + c.origin("data.lists") + ")", lists.back().name);
+  }
+  for (const std::string& name : c.texts("data.photographed")) {
+    const auto found = std::ranges::find(lists, name, &JudgingList::name);
+    if (found == lists.end())
+      throw usage_error("is no list of data.lists", "data.photographed (" + c.origin("data.photographed") + ")", name);
+    lists.push_back({name + ", photographed", found->folder, true});
+  }
+  return lists;
+}
+
 }  // namespace
 
 const Schema& training_schema() {
@@ -242,13 +314,18 @@ TrainingOptions training_options(const Config& c) {
   o.train_split = c.text("data.train_split"), o.validation_split = c.text("data.validation_split");
   o.validation_views = static_cast<int>(c.integer("data.validation_views"));
   o.mean_views = static_cast<int>(c.integer("data.mean_views"));
+  o.lists = lists_of(c), o.list_views = static_cast<int>(c.integer("data.list_views"));
+  o.frames.assign(c.texts("data.frames").begin(), c.texts("data.frames").end());
+  forbid(!o.frames.empty() && c.text("model.kind") == "light", c, "data.frames",
+         "photographs with measured depth say nothing of light", "none where model.kind = light");
   o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
   o.kind = c.text("model.kind");
   o.net = net_of(c);
   const auto& exposure = c.reals("data.exposure");
   forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range",
          "two numbers, the lower first");
-  o.augmentation = {c.flag("data.flip"), exposure[0], exposure[1]};
+  o.augmentation = {c.flag("data.flip"), exposure[0], exposure[1], c.real("data.photographs")};
+  o.stream = stream_of(c, o);
   o.batch = static_cast<int>(c.integer("train.batch"));
   o.steps = c.integer("train.steps"), o.epochs = c.real("train.epochs"), o.minutes = c.real("train.minutes");
   forbid(o.steps == 0 && o.epochs == 0 && o.minutes == 0, c, "train.steps", "the run has no end",

@@ -1,5 +1,7 @@
 // Every key of a training config, with its default and meaning.
 #pragma once
+#include <filesystem>
+
 #include "experiments/training/batches.hpp"
 #include "experiments/training/light_batches.hpp"
 #include "host/io/config.hpp"
@@ -28,6 +30,13 @@ struct LearningRate {
   double at(std::int64_t step, double fraction) const;
 };
 
+/// A fixed list of rooms, in a folder of `clerestory generate --from-rooms`, that judges beside the validation rooms.
+struct JudgingList {
+  std::string name;
+  std::filesystem::path folder;
+  bool photographed;  // seen through a camera (photo.hpp)
+};
+
 /// The typed form of a training config. Throws usage_error naming key and origin when values do not go together.
 struct TrainingOptions {
   std::string kind;  // maps | light
@@ -37,7 +46,11 @@ struct TrainingOptions {
   std::vector<std::string> train_roots, validation_roots;
   std::string train_split, validation_split;
   int validation_views = 0, mean_views = 0;
+  std::vector<JudgingList> lists;
+  int list_views = 0;  // judged of each list; 0: all
+  std::vector<std::filesystem::path> frames;
   std::uint64_t cache_bytes = 0;
+  StreamOptions stream;  // its folder is the trainer's to name
   int batch = 0;
   std::int64_t steps = 0;
   double epochs = 0, minutes = 0;

@@ -18,6 +18,15 @@ struct Judgement {
   std::string text;                                    // for the log
 };
 
+struct TrainingData {
+  std::int64_t rooms = 0, views = 0;
+};
+TrainingData data_of(const TrainingOptions& options, const std::vector<ViewName>& fixed, std::int64_t step);
+/// Training views that lie in folders; none where all are streamed.
+std::vector<ViewName> fixed_names(const TrainingOptions& options);
+/// "740 training views", or what stream_text says.
+std::string data_text(const TrainingOptions& options, std::size_t fixed);
+
 class TrainingTask {
  public:
   virtual ~TrainingTask() = default;
@@ -25,8 +34,10 @@ class TrainingTask {
   virtual std::string net() const = 0;  // text that identifies the net's shape
   /// States that inference needs: what weights hold.
   virtual std::map<std::string, Shape> weights() const = 0;
-  virtual const std::vector<ViewName>& views() const = 0;  // of training
-  virtual std::vector<std::string> notes() const = 0;      // first lines of the log
+  virtual const std::vector<ViewName>& views() const = 0;  // of training, those that lie in folders
+  /// What a leg has drawn its views from when `step` steps are done.
+  virtual TrainingData data(std::int64_t step) const = 0;
+  virtual std::vector<std::string> notes() const = 0;  // first lines of the log
   virtual std::vector<LeftOut> left_out() const = 0;
 
   /// Reads what validation needs; batches begin at progress.step. Fills in progress.means where the task has them.

@@ -25,7 +25,8 @@ std::vector<std::string> settings_of(const Config& config) {
     if (key.starts_with("run.") || key.starts_with("log.") || config.schema().find(key) == nullptr) continue;
     const auto found = defaults.entries().find(key);
     if (found != defaults.entries().end() && found->second.value == entry.value) continue;
-    if (key.starts_with("data.train") || key.starts_with("data.validation") || key == "model.init")
+    if (key.starts_with("data.train") || key.starts_with("data.validation") || key == "data.lists" ||
+        key == "data.frames" || key == "model.init")
       continue;  // paths of one machine
     settings.push_back(key + "=" + toml_value(entry.value));
   }
@@ -76,7 +77,8 @@ class Trainer {
   }
   void save_weights(const std::string& artifact) const {
     write_weights(run_.artifact(artifact), *states_, progress_.history, progress_.means,
-                  {options_.preset, task_->net(), options_.size, this_build().commit, task_->weights()});
+                  {options_.preset, task_->net(), options_.size, this_build().commit, task_->weights(),
+                   factored_moments(*states_, progress_.moment_steps + progress_.step)});
   }
 
   TrainingOptions options_;
@@ -130,6 +132,7 @@ void Trainer::prepare() {
   provenance_.hashes["kernels"] = kernels_hash();
   if (device.info().cpu) provenance_.facts["tile"] = device.tile().name;
   states_ = std::make_shared<States>(device);
+  options_.stream.rooms.out = run_ / "stream";
   task_ = options_.kind == "light" ? light_task(device, options_, states_) : maps_task(device, options_, states_);
   const double views = static_cast<double>(task_->views().size());
   limits_ = {options_.steps, options_.minutes};
@@ -175,11 +178,14 @@ void Trainer::resume_or_begin() {
   } else {
     History earlier;
     if (!options_.init.empty()) {
-      earlier = read_initial_weights(options_.init, *states_, task_->net(), task_->weights());
+      InitialWeights initial = read_initial_weights(options_.init, *states_, task_->net(), task_->weights());
+      earlier = std::move(initial.history), progress_.moment_steps = initial.moment_steps;
       for (const std::filesystem::path& file : weights_files(options_.init))
         provenance_.inputs.push_back(record_file(file));
-      run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen)", options_.init, earlier.hours(),
-                           earlier.views_seen()));
+      run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen), {}", options_.init, earlier.hours(),
+                           earlier.views_seen(),
+                           initial.moment_steps > 0 ? "with the second moments of its gradients"
+                                                    : "which has no second moments: Adam finds them anew"));
     }
     begin_leg(earlier);
   }
@@ -199,10 +205,7 @@ void Trainer::begin_leg(const History& earlier) {
   leg.commit = this_build().commit + (this_build().dirty ? " (changed)" : ""), leg.started = provenance_.started;
   leg.preset = options_.preset, leg.width = options_.size.width, leg.height = options_.size.height,
   leg.batch = options_.batch;
-  leg.seed = options_.seed, leg.views = static_cast<std::int64_t>(task_->views().size());
-  std::set<std::string> rooms;
-  for (const ViewName& name : task_->views()) rooms.insert(name.room.string());
-  leg.rooms = static_cast<std::int64_t>(rooms.size());
+  leg.seed = options_.seed;
   const std::filesystem::path init = options_.init;  // a folder for a light, perhaps with a slash at its end
   leg.init = (init.has_filename() ? init : init.parent_path()).filename().string();
   leg.overrides = settings_of(config_);
@@ -214,6 +217,8 @@ void Trainer::update_leg() {
   now.steps = progress_.step;
   now.views_seen = progress_.step * options_.batch;
   now.hours = seconds() / 3600;
+  const TrainingData data = task_->data(progress_.step);
+  now.rooms = data.rooms, now.views = data.views;
 }
 
 void Trainer::loop() {
@@ -311,6 +316,7 @@ void Trainer::finish() {
   provenance_.left_out = task_->left_out();
   write_provenance(run_ / "provenance.json", provenance_);
   task_->report(run_, config_, progress_.history, provenance_);
+  std::filesystem::remove_all(options_.stream.rooms.out);
   run_.finish();
   run_.log(fmt::format("{} steps in {}; weights of {} in {}", progress_.step, duration_text(seconds()),
                        best_is_last ? "the last step" : "the best validation",
@@ -318,6 +324,24 @@ void Trainer::finish() {
 }
 
 }  // namespace
+
+TrainingData data_of(const TrainingOptions& options, const std::vector<ViewName>& fixed, std::int64_t step) {
+  std::set<std::string> rooms;
+  for (const ViewName& name : fixed) rooms.insert(name.room.string());
+  TrainingData data{static_cast<std::int64_t>(rooms.size()), static_cast<std::int64_t>(fixed.size())};
+  if (!options.stream.on) return data;
+  const StreamedData streamed = streamed_data(options.stream, step * options.batch);
+  return {data.rooms + streamed.rooms, data.views + streamed.views};
+}
+
+std::vector<ViewName> fixed_names(const TrainingOptions& options) {
+  if (options.stream.on && options.stream.fixed == 0) return {};
+  return name_views(options.train_roots, options.train_split);
+}
+
+std::string data_text(const TrainingOptions& options, std::size_t fixed) {
+  return options.stream.on ? stream_text(options.stream, fixed) : fmt::format("{} training views", fixed);
+}
 
 TrainingOutcome train(const Config& config, const std::vector<std::string>& command) {
   return Trainer(config, command).run();

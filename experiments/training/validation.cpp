@@ -28,6 +28,19 @@ void judge_all(std::vector<JudgedView>& views, MapPredictor& predictor) {
     judge(views[i].result, views[i].view, predictions[i].maps, predictions[i].log_scale);
 }
 
+JudgedFrame read_frame(const std::filesystem::path& folder, int longer) {
+  RgbdFrame frame = read_rgbd(folder);
+  const std::filesystem::path name = folder.has_filename() ? folder.filename() : folder.parent_path().filename();
+  return {name.string(), prepare_photo(frame.photo.image, longer), std::move(frame.depth)};
+}
+
+FrameResult judge(const JudgedFrame& frame, MapPredictor& predictor, const std::optional<MeanMaps>& means) {
+  const MapPrediction prediction = predictor.predict({&frame.picture}).front();
+  const std::optional<MapSet> mean =
+      means ? std::optional(means->maps(frame.picture.width, frame.picture.height)) : std::nullopt;
+  return judge_frame(frame.name, prediction.maps.depth, prediction.log_scale, frame.depth, mean ? &*mean : nullptr);
+}
+
 std::vector<ViewResult> results_of(const std::vector<JudgedView>& views) {
   std::vector<ViewResult> results;
   for (const JudgedView& v : views) results.push_back(v.result);

@@ -21,6 +21,15 @@ std::vector<JudgedView> read_for_judgement(ViewStore& store, const std::vector<s
 /// Predicts every view and fills in its errors.
 void judge_all(std::vector<JudgedView>& views, MapPredictor& predictor);
 
+/// A photograph with measured depth, as the nets see it.
+struct JudgedFrame {
+  std::string name;
+  Image picture, depth;  // depth: metres, 0 none, at its own size
+};
+/// `longer`: of the picture's sides.
+JudgedFrame read_frame(const std::filesystem::path& folder, int longer);
+FrameResult judge(const JudgedFrame& frame, MapPredictor& predictor, const std::optional<MeanMaps>& means);
+
 std::vector<ViewResult> results_of(const std::vector<JudgedView>& views);
 
 }  // namespace clerestory

@@ -21,6 +21,19 @@ std::vector<ViewName> name_views(const std::vector<std::string>& roots, const st
   return views;
 }
 
+std::vector<ViewName> all_views(const std::filesystem::path& root) {
+  std::vector<ViewName> views;
+  for (const char* split : {"train", "val", "test"}) {
+    if (!std::filesystem::exists(root / fmt::format("{}.txt", split))) continue;
+    for (const std::string& room : list_rooms(root, split))
+      for (const std::string& id : list_views(root / room)) views.push_back({root / room, id});
+  }
+  if (views.empty())
+    throw usage_error("there is no view", root.string(), "no room of train.txt, val.txt or test.txt holds one",
+                      "rooms written by `clerestory generate`");
+  return views;
+}
+
 std::uint64_t views_hash(const std::vector<ViewName>& views) {
   std::uint64_t hash = content_hash("views");
   for (const ViewName& view : views)  // not the root: a data set may move

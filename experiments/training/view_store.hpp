@@ -20,6 +20,9 @@ struct ViewName {
 /// when a root has no such list, or when there is no view at all.
 std::vector<ViewName> name_views(const std::vector<std::string>& roots, const std::string& split);
 
+/// The same of every list that the root has.
+std::vector<ViewName> all_views(const std::filesystem::path& root);
+
 /// Identity of a list of views: a run goes on only over the same ones.
 std::uint64_t views_hash(const std::vector<ViewName>& views);
 

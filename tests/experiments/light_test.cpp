@@ -223,6 +223,9 @@ TEST_F(Light, CommandSaysWhatIsWrong) {
   EXPECT_THAT(said({"--at-point", "0,1"}), testing::HasSubstr("wrong number of values"));
   EXPECT_THAT(said({"--at-point", "0,0,-1", "--size", "0x5"}), testing::HasSubstr("size out of range"));
   EXPECT_THAT(said({}), testing::HasSubstr("one place"));
+  const std::string out = (*folder_ / "twice.exr").string(), record = (*folder_ / "twice.json").string();
+  EXPECT_THAT(said({"--at-point", "0,0,-1", "--out", out, "--json=" + record}), testing::HasSubstr("written twice"));
+  EXPECT_FALSE(fs::exists(out));
 }
 
 TEST_F(Light, IsTheDefaultWhereItsWeightsAreShipped) {

@@ -277,7 +277,7 @@ TEST_F(LightWeights, ALegStartsFromTheFolderOrTheCheckpoint) {
   write_checkpoint(checkpoint, states, progress, {"compact", light_text(sizes), {40, 30}, 3, "hash", 1});
   for (const fs::path& start : {checkpoint, folder / "out"}) {
     States fresh(Device::open());
-    EXPECT_EQ(read_initial_weights(start, fresh, light_text(sizes), light_states(sizes)).views_seen(), 70);
+    EXPECT_EQ(read_initial_weights(start, fresh, light_text(sizes), light_states(sizes)).history.views_seen(), 70);
     for (const auto& [name, shape] : light_states(sizes))
       for (std::size_t i = 0; i < 4 && i < static_cast<std::size_t>(shape.count()); ++i)
         ASSERT_NEAR(fresh.get(name).real[i], states.get(name).real[i], 0x1p-13) << name;

@@ -128,14 +128,15 @@ TEST_F(TrainingData, OrderVisitsEveryViewOncePerEpoch) {
 TEST_F(TrainingData, BatchesAreAFunctionOfSeedAndStep) {
   const auto names = name_views({folder.path().string()}, "train");
   ViewStore store(names, 48, 36, 1 << 20), other(names, 48, 36, 0);
+  const auto views = fixed_views(store, 3), others = fixed_views(other, 3);
   const Augmentation augmentation;
-  const auto stream = batch_stream(store, augmentation, 3, 0, 4, 0);
+  const auto stream = batch_stream(*views, augmentation, 3, 0, 4, 0);
   std::vector<TrainingBatch> batches;
   for (int i = 0; i < 5; ++i) batches.push_back(stream->next());
   EXPECT_EQ(batches[0].w, 64);
   EXPECT_EQ(batches[0].h, 64);
   EXPECT_EQ(batches[0].image.size(), 4u * 3 * 64 * 64);
-  const auto resumed = batch_stream(other, augmentation, 3, 0, 4, 3);
+  const auto resumed = batch_stream(*others, augmentation, 3, 0, 4, 3);
   for (int step = 3; step < 5; ++step) {
     const TrainingBatch batch = resumed->next();
     EXPECT_EQ(batch.step, step);
@@ -177,7 +178,8 @@ TEST_F(TrainingData, BrokenFileStopsTheStreamWithItsName) {
   const auto victim = view_file(names[2].room, names[2].id, "depth");
   std::ofstream(victim, std::ios::trunc) << "not a picture";
   ViewStore store(names, 48, 36, 1 << 20);
-  const auto stream = batch_stream(store, {}, 3, 0, 6, 0);
+  const auto views = fixed_views(store, 3);
+  const auto stream = batch_stream(*views, {}, 3, 0, 6, 0);
   try {
     stream->next();
     FAIL() << "the broken file went unnoticed";

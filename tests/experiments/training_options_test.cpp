@@ -118,8 +118,29 @@ TEST(HistoryTest, SurvivesItsText) {
   EXPECT_THROW(history_from_json(R"([{"experiment":"e"}])", "test"), Error);
 }
 
+TEST(HistoryTest, ListsAndFramesTravelAndStandInTheCard) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  History h = history();
+  HistoryPoint& last = h.legs.back().curve.back();
+  last.lists = {{"held_out", 200, 0.81, {21, 0.35, 0.02, 0.06, nan}, {0.6, 0.7, 0.8, 0.9, nan}, 0.1}};
+  last.frames = {{"office", 0.3, 0.4, 1.25}, {"desk", 0.2, 0.1, 0.5}};
+  const std::string text = history_json(h);
+  EXPECT_EQ(history_json(history_from_json(text, "test")), text);
+  const std::string card = model_card(h, {}, {"validation.svg", "lists.svg"});
+  for (const char* expected :
+       {"held_out (200 views)", "| normals, degrees | 21 (0.60) |", "| office | 0.3 | 0.75 | 1.25 |", "(lists.svg)"})
+    EXPECT_NE(card.find(expected), std::string::npos) << expected << "\n" << card;
+  const Plot plot = lists_plot(h);
+  ASSERT_EQ(plot.series.size(), 3u);  // the list, photographs, and the validation beside them
+  EXPECT_EQ(plot.series[0].label, "held_out");
+  EXPECT_EQ(plot.series[0].y, (std::vector<double>{0.81}));
+  EXPECT_NEAR(plot.series[1].y.at(0), std::sqrt(0.75 * 2), 1e-12);
+  EXPECT_TRUE(lists_plot(history()).series.empty());
+  EXPECT_EQ(model_card(history(), {}, {}).find("Fixed lists"), std::string::npos);
+}
+
 TEST(HistoryTest, CardStatesTheFigures) {
-  const std::string card = model_card(history(), {{"file", "weights.safetensors"}}, "validation.svg");
+  const std::string card = model_card(history(), {{"file", "weights.safetensors"}}, {"validation.svg", "lists.svg"});
   for (const char* expected :
        {"| normals | 20 degrees | 0.7 |", "| metallic | - MSE | - |", "3.00 hours, 1600 views seen, 2 legs",
         "validation.svg", "old.safetensors", "a factor of 1.28", "`train.rate=0.001`"})

@@ -162,6 +162,78 @@ TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
             240u / 3 + 240 / 25 + 2);  // losses, validations, and those at the start and the end
 }
 
+// Rooms made on the way, fixed lists beside the validation, second moments for the next leg.
+TEST_F(TrainingRun, StreamedItEndsInTheSameBitsWhenKilledAndIsJudgedByLists) {
+  const std::string lists = "data.lists=[\"flat=" + (folder / "data").string() + "\"]";
+  const std::vector<std::string> settings{"train.steps=24",
+                                          "log.checkpoint_every=4",
+                                          "log.validate_every=12",
+                                          "stream.times=4",
+                                          "stream.window=2",
+                                          "stream.views=1",
+                                          "stream.spp=1",
+                                          "stream.scale=1",
+                                          "stream.setting=training",
+                                          "stream.fixed=0.2",
+                                          "stream.crop=0.8",
+                                          "data.photographs=0.5",
+                                          "data.photographed=[flat]",
+                                          lists};
+  const TrainingOutcome whole = run("whole", settings);
+  {
+    Program program = start("runs", settings);
+    EXPECT_TRUE(wait_until([&] { return newest_checkpoint(folder / "runs") >= 8; })) << output_of("runs");
+    program.signal(SIGKILL);
+    program.wait();
+    ASSERT_LT(newest_checkpoint(folder / "runs"), 24);
+  }
+  const TrainingOutcome resumed = run("runs", settings);
+  EXPECT_EQ(resumed.folder.filename(), whole.folder.filename());
+  EXPECT_FALSE(fs::exists(resumed.folder / "stream")) << "rooms stay behind";
+  const TensorFile one = read_safetensors(whole.weights), other = read_safetensors(resumed.weights);
+  ASSERT_EQ(one.tensors.size(), other.tensors.size());
+  for (const auto& [name, tensor] : one.tensors) EXPECT_EQ(tensor.values, other.tensors.at(name).values) << name;
+
+  // The last weights: what validation likes best may be those of step 12.
+  const fs::path last_weights = resumed.folder / "artifacts/last.safetensors";
+  const History history = read_history(last_weights);
+  const Leg& leg = history.legs.at(0);
+  EXPECT_EQ(leg.rooms, 2 + 2 + 24 * 2 / 4);  // two fixed ones, a window, and those that came
+  EXPECT_EQ(leg.views, 8 + 2 + 12);
+  const HistoryPoint& last = leg.curve.back();
+  ASSERT_EQ(last.lists.size(), 2u);
+  EXPECT_EQ(last.lists[0].list, "flat");
+  EXPECT_EQ(last.lists[0].views, 11);  // of train.txt and of val.txt
+  EXPECT_EQ(last.lists[1].list, "flat, photographed");
+  EXPECT_NE(last.lists[0].errors, last.lists[1].errors);
+  EXPECT_THAT(text_of(resumed.folder / "report.html"), HasSubstr("Fixed lists"));
+
+  run("next", {"train.steps=2", "model.init=" + last_weights.string()});
+  EXPECT_THAT(text_of(run_below("next") / "log.txt"), HasSubstr("with the second moments"));
+  EXPECT_EQ(stored_moments(read_safetensors(run_below("next") / "artifacts/last.safetensors"), "test").steps, 26);
+}
+
+TEST_F(TrainingRun, ListsAndStreamsThatDoNotDoAreRefusedByName) {
+  const auto message = [&](std::vector<std::string> more) {
+    more.push_back("train.steps=2");
+    try {
+      run("refused", more);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), ErrorKind::Usage);
+      return std::string(e.what());
+    }
+    ADD_FAILURE() << "accepted";
+    return std::string();
+  };
+  EXPECT_THAT(message({"data.lists=[here]"}), HasSubstr("NAME=FOLDER"));
+  EXPECT_THAT(message({"data.lists=[\"a=x\",\"a=y\"]"}), HasSubstr("two lists have one name"));
+  EXPECT_THAT(message({"data.lists=[\"a=/nonexistent\"]"}), HasSubstr("/nonexistent"));
+  EXPECT_THAT(message({"data.photographed=[b]"}), HasSubstr("no list of data.lists"));
+  EXPECT_THAT(message({"data.frames=[/nonexistent]"}), HasSubstr("/nonexistent"));
+  EXPECT_THAT(message({"stream.setting=training", "train.epochs=1"}), HasSubstr("train.epochs"));
+  EXPECT_THAT(message({"stream.setting=elsewhere"}), HasSubstr("stream.setting"));
+}
+
 TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
   const TrainingOutcome outcome =
       run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"});

@@ -1,0 +1,31 @@
+// What Adam knows of its gradients, carried from one leg to the next in little room: of every parameter's second
+// moments the means over rows and over columns, from which their product gives them back (Shazeer and Stern 2018,
+// Adafactor). Without them a leg spends its first hundreds of steps finding its way back to where it began.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "host/graph/plan.hpp"
+#include "host/io/safetensors.hpp"
+
+namespace clerestory {
+
+struct Moments {
+  std::int64_t steps = 0;                       // of all legs that they come from; 0: there are none
+  std::map<std::string, StoredTensor> tensors;  // "moments.rows.<parameter>" and "moments.columns.<parameter>": ln
+};
+
+/// Of every parameter that the states hold moments of ("adam.v.<parameter>").
+Moments factored_moments(const States& states, std::int64_t steps);
+
+/// Sets adam.v of those parameters whose factors are there; first moments stay 0, which is a short warm-up. Throws
+/// usage_error naming `where` and the tensor when factors do not fit their parameter.
+void set_moments(States& states, const Moments& moments, const std::string& where);
+
+/// Into a file of weights: of parameters whose names begin with `prefix`.
+void store_moments(TensorFile& file, const Moments& moments, const std::string& prefix = {});
+/// What a file holds; none where it holds none.
+Moments stored_moments(const TensorFile& file, const std::string& where);
+
+}  // namespace clerestory

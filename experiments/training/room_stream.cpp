@@ -1,0 +1,122 @@
+#include "experiments/training/room_stream.hpp"
+
+#include "experiments/training/keyed.hpp"
+#include "host/error.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kAhead = 4;                          // rooms made beyond those that are drawn from
+constexpr int kBehind = 2;                         // windows kept behind it, for a run that goes on from a checkpoint
+constexpr std::uint64_t kViewDraw = 0x726f6f6d73;  // purpose of the draw of a view
+constexpr std::uint64_t kFixedDraw = 0x6669786564;
+
+}  // namespace
+
+bool is_fixed(const StreamOptions& options, std::uint64_t seed, std::uint64_t position) {
+  return keyed_uniform(seed, position, kFixedDraw) < options.fixed;
+}
+
+StreamedData streamed_data(const StreamOptions& options, std::int64_t views) {
+  const std::int64_t rooms = options.window + views / (options.rooms.views * options.times);
+  return {rooms, rooms * options.rooms.views};
+}
+
+std::string stream_text(const StreamOptions& options, std::size_t fixed_views) {
+  const std::string streamed =
+      fmt::format("rooms of {} views made on the way, each seen {} times", options.rooms.views, options.times);
+  if (options.fixed == 0) return streamed;
+  return fmt::format("{}, {:.0f} % of the views from {} in folders", streamed, 100 * options.fixed, fixed_views);
+}
+
+RoomStream::RoomStream(const StreamOptions& options, std::uint64_t seed, std::uint64_t first)
+    : options_(options), seed_(seed), oldest_(first_room(first)), wanted_(rooms(first)), made_(oldest_) {
+  // The index of a room has no end; the bound that a set has is of no use here.
+  options_.rooms.rooms = 1000000;
+  options_.rooms.interrupted = [this] {
+    const std::lock_guard lock(mutex_);
+    return stop_;
+  };
+  maker_ = std::make_unique<RoomMaker>(Device::open(options_.device), options_.rooms);
+  thread_ = std::thread([this] { work(made_); });
+}
+
+RoomStream::~RoomStream() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void RoomStream::work(std::int64_t room) {
+  try {
+    GenerateSummary summary;
+    for (std::int64_t dropped = room;; ++room) {
+      std::int64_t oldest = 0;
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return stop_ || room < wanted_ + kAhead; });
+        if (stop_) return;
+        oldest = oldest_ - kBehind * options_.window;
+      }
+      for (; dropped < oldest; ++dropped)
+        std::filesystem::remove_all(options_.rooms.out / maker_->name(static_cast<int>(dropped)));
+      maker_->make(static_cast<int>(room), summary);
+      const std::lock_guard lock(mutex_);
+      made_ = room + 1;
+      changed_.notify_all();
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    error_ = std::current_exception();
+    changed_.notify_all();
+  }
+}
+
+void RoomStream::wait_for(std::int64_t room) {
+  std::unique_lock lock(mutex_);
+  const std::int64_t from = made_;
+  if (from > room && !error_) return;
+  Progress bar("rooms", room + 1 - from, "rooms");
+  while (made_ <= room && !error_) {
+    changed_.wait_for(lock, std::chrono::milliseconds(200));
+    bar.update(std::min(made_, room + 1) - from);
+    if (!filled_) stop_if_interrupted("train");  // later the batch that is waited for comes first
+  }
+  if (error_) std::rethrow_exception(error_);
+  filled_ = true;
+}
+
+void RoomStream::need(std::uint64_t position) {
+  {
+    const std::lock_guard lock(mutex_);
+    oldest_ = first_room(position), wanted_ = rooms(position);
+  }
+  changed_.notify_all();
+  wait_for(rooms(position) - 1);
+}
+
+ViewName RoomStream::view(std::uint64_t position, std::uint64_t number) const {
+  const auto views = static_cast<std::uint64_t>(options_.rooms.views);
+  const auto room = static_cast<int>(first_room(position) + static_cast<std::int64_t>(number / views));
+  return {options_.rooms.out / maker_->name(room), view_id(static_cast<int>(number % views))};
+}
+
+ViewName RoomStream::at(std::uint64_t position) {
+  need(position);
+  const auto views = static_cast<std::uint64_t>(options_.window * options_.rooms.views);
+  return view(position, keyed_bits(seed_, position, kViewDraw) % views);
+}
+
+std::vector<ViewName> RoomStream::window(std::uint64_t position) {
+  need(position);
+  std::vector<ViewName> views;
+  for (int i = 0; i < options_.window * options_.rooms.views; ++i)
+    views.push_back(view(position, static_cast<std::uint64_t>(i)));
+  return views;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,77 @@
+// Rooms that are made while training goes on, seen a few times and dropped.
+#pragma once
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "experiments/training/view_store.hpp"
+#include "tracer/generate.hpp"
+
+namespace clerestory {
+
+struct StreamOptions {
+  bool on = false;
+  GenerateOptions rooms;  // the folder, setting, seed, views a room, size, samples, light
+  int times = 8;          // that a view is seen, in the mean
+  int window = 48;        // rooms that are drawn from at a time
+  double fixed = 0;       // share of the views that come from the fixed training rooms
+  double crop_low = 1;    // a view is cut to this share of its width, at least, drawn anew each time
+  std::string device;
+};
+
+/// Whether the view at a position comes from the fixed rooms.
+bool is_fixed(const StreamOptions& options, std::uint64_t seed, std::uint64_t position);
+/// What a leg of `views` views has drawn from, the fixed ones left out.
+struct StreamedData {
+  std::int64_t rooms = 0, views = 0;
+};
+StreamedData streamed_data(const StreamOptions& options, std::int64_t views);
+/// "rooms of 2 views made on the way, each seen 8 times".
+std::string stream_text(const StreamOptions& options, std::size_t fixed_views);
+
+/// Which rooms are drawn from at position p is a function of p alone: the `window` rooms that begin with number
+/// p / (views a room * times). Rooms are made ahead by a thread with a queue of its own, into a folder; those that no
+/// later position needs are deleted from it. A run that goes on finds its rooms there, or makes them again, the same.
+class RoomStream {
+ public:
+  /// Begins to make the rooms of position `first`. Throws usage_error on options out of range.
+  RoomStream(const StreamOptions& options, std::uint64_t seed, std::uint64_t first);
+  ~RoomStream();
+  RoomStream(const RoomStream&) = delete;
+  RoomStream& operator=(const RoomStream&) = delete;
+
+  /// The view at a position, its files complete; positions do not fall. Waits for rooms that are being made, and
+  /// rethrows what went wrong with them.
+  ViewName at(std::uint64_t position);
+
+  /// All views that are drawn from at a position.
+  std::vector<ViewName> window(std::uint64_t position);
+
+  /// Rooms that have come by position p.
+  std::int64_t rooms(std::uint64_t position) const { return first_room(position) + options_.window; }
+
+ private:
+  std::int64_t first_room(std::uint64_t position) const {
+    return static_cast<std::int64_t>(position / static_cast<std::uint64_t>(options_.rooms.views * options_.times));
+  }
+  void work(std::int64_t room);
+  void need(std::uint64_t position);
+  void wait_for(std::int64_t room);
+  ViewName view(std::uint64_t position, std::uint64_t number) const;  // of the window
+
+  StreamOptions options_;
+  std::uint64_t seed_;
+  std::int64_t oldest_, wanted_, made_;  // rooms: still needed from, wanted below, made below
+  std::exception_ptr error_;
+  bool stop_ = false, filled_ = false;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::unique_ptr<RoomMaker> maker_;
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace clerestory

@@ -1,0 +1,114 @@
+#include "experiments/training/training_views.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "experiments/training/keyed.hpp"
+#include "experiments/training/validation.hpp"
+
+namespace clerestory {
+namespace {
+
+enum Purpose : std::uint64_t { shuffle = 1, cut_draw = 22 };
+
+class FixedViews : public TrainingViews {
+ public:
+  FixedViews(ViewStore& store, std::uint64_t seed) : store_(store), order_(store.size(), seed) {}
+
+  NamedView at(std::uint64_t position) override {
+    const std::size_t view = order_.at(position);
+    return {store_.name(view).text(), store_.get(view)};
+  }
+
+  std::vector<ViewName> some(std::uint64_t, std::size_t most) override {
+    std::vector<ViewName> names;
+    for (const std::size_t i : spread(store_.size(), most)) names.push_back(store_.name(i));
+    return names;
+  }
+
+ private:
+  ViewStore& store_;
+  ViewOrder order_;
+};
+
+/// What was read of late; the oldest goes first.
+class RecentViews {
+ public:
+  explicit RecentViews(std::size_t most) : most_(most) {}
+
+  const RoomView& get(const ViewName& name) {
+    const std::string text = name.text();
+    const auto found = std::ranges::find(kept_, text, &Kept::first);
+    if (found != kept_.end()) return found->second;
+    if (kept_.size() == most_) kept_.pop_front();
+    return kept_.emplace_back(text, read_view(name.room, name.id)).second;
+  }
+
+ private:
+  using Kept = std::pair<std::string, RoomView>;
+  std::size_t most_;
+  std::deque<Kept> kept_;
+};
+
+class StreamedViews : public TrainingViews {
+ public:
+  StreamedViews(const StreamOptions& options, Size size, ViewStore* fixed, std::uint64_t seed, std::uint64_t first)
+      : options_(options),
+        size_(size),
+        seed_(seed),
+        rooms_(options, seed, first),
+        recent_(static_cast<std::size_t>(options.window * options.rooms.views)) {
+    if (options.fixed > 0) fixed_ = fixed_views(*fixed, seed);
+  }
+
+  NamedView at(std::uint64_t position) override {
+    const ViewName name = rooms_.at(position);  // also where it is not used: rooms go on
+    if (is_fixed(options_, seed_, position)) return fixed_->at(position);
+    const RoomView& view = recent_.get(name);
+    const double share = options_.crop_low + (1 - options_.crop_low) * keyed_uniform(seed_, position, cut_draw);
+    const int width = std::max(1, static_cast<int>(std::lround(share * view.image.width)));
+    const int height = std::max(1, static_cast<int>(std::lround(share * view.image.height)));
+    return {name.text(), prepare_view(centre_of(view, width, height), size_.width, size_.height)};
+  }
+
+  std::vector<ViewName> some(std::uint64_t position, std::size_t most) override {
+    const std::vector<ViewName> window = rooms_.window(position);
+    std::vector<ViewName> names;
+    for (const std::size_t i : spread(window.size(), most)) names.push_back(window[i]);
+    return names;
+  }
+
+ private:
+  StreamOptions options_;
+  Size size_;
+  std::uint64_t seed_;
+  RoomStream rooms_;
+  RecentViews recent_;
+  std::unique_ptr<TrainingViews> fixed_;
+};
+
+}  // namespace
+
+std::size_t ViewOrder::at(std::uint64_t position) {
+  const std::uint64_t epoch = position / count_;
+  if (epoch != epoch_) {
+    order_.resize(count_);
+    std::iota(order_.begin(), order_.end(), 0u);
+    for (std::size_t i = count_ - 1; i > 0; --i)
+      std::swap(order_[i], order_[keyed_bits(seed_ ^ keyed_mix(epoch), i, shuffle) % (i + 1)]);
+    epoch_ = epoch;
+  }
+  return order_[position % count_];
+}
+
+std::unique_ptr<TrainingViews> fixed_views(ViewStore& store, std::uint64_t seed) {
+  return std::make_unique<FixedViews>(store, seed);
+}
+
+std::unique_ptr<TrainingViews> streamed_views(const StreamOptions& options, Size size, ViewStore* fixed,
+                                              std::uint64_t seed, std::uint64_t first) {
+  return std::make_unique<StreamedViews>(options, size, fixed, seed, first);
+}
+
+}  // namespace clerestory

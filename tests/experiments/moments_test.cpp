@@ -1,0 +1,76 @@
+// Second moments in factors: what comes back, through files and through legs.
+#include "experiments/training/moments.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/error.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+
+namespace clerestory {
+namespace {
+
+struct MomentsTest : testing::Test {
+  Graph graph;
+  States states{Device::open()};
+
+  void SetUp() override {
+    graph.state("adam.v.conv", {4, 3, 2, 2}, {});
+    graph.state("adam.v.bias", {1, 4, 1, 1}, {});
+    graph.state("adam.m.conv", {4, 3, 2, 2}, {});
+    states.initialise(graph, 1);
+    Tensor conv({4, 3, 2, 2}), bias({1, 4, 1, 1});
+    for (int r = 0; r < 4; ++r)
+      for (int c = 0; c < 12; ++c) conv.real[static_cast<std::size_t>(12 * r + c)] = 1e-9 * (r + 1) * (c + 2);
+    bias.real = {1e-3, 0, 4e-12, 2.5};
+    states.set("adam.v.conv", conv), states.set("adam.v.bias", bias);
+  }
+};
+
+TEST_F(MomentsTest, ProductsOfRowsAndColumnsComeBackThroughAFileOfHalves) {
+  ScratchFolder folder("clerestory-moments");
+  TensorFile file;
+  store_moments(file, factored_moments(states, 120));
+  write_safetensors(folder / "moments.safetensors", file, FloatStorage::F16);
+  const Moments back = stored_moments(read_safetensors(folder / "moments.safetensors"), "test");
+  EXPECT_EQ(back.steps, 120);
+  States other{Device::open()};
+  other.initialise(graph, 1);
+  set_moments(other, back, "test");
+  for (const char* name : {"adam.v.conv", "adam.v.bias"}) {
+    const Tensor wanted = states.get(name), found = other.get(name);
+    // A logarithm below 32 in halves is off by 2^-7 at most; a product has two of them and their mean.
+    for (std::size_t i = 0; i < wanted.real.size(); ++i)
+      EXPECT_NEAR(found.real[i], wanted.real[i], 0.03 * wanted.real[i] + 1e-29) << name << " " << i;
+  }
+  for (const double m : other.get("adam.m.conv").real) EXPECT_EQ(m, 0);
+}
+
+TEST_F(MomentsTest, OnlyThoseAskedForGoIntoAFileAndNoneIsSaid) {
+  TensorFile file;
+  store_moments(file, factored_moments(states, 0));
+  EXPECT_TRUE(file.tensors.empty() && file.metadata.empty());
+  EXPECT_EQ(stored_moments(file, "test").steps, 0);
+  store_moments(file, factored_moments(states, 5), "bi");
+  EXPECT_EQ(file.tensors.size(), 2u);
+  EXPECT_TRUE(file.tensors.contains("moments.rows.bias"));
+}
+
+TEST_F(MomentsTest, FactorsThatDoNotFitAreRefusedByName) {
+  Moments moments = factored_moments(states, 5);
+  moments.tensors["moments.columns.conv"] = StoredTensor({2}, std::vector<float>{1, 2});
+  try {
+    set_moments(states, moments, "w.safetensors");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    EXPECT_NE(std::string(e.what()).find("w.safetensors: moments.columns.conv"), std::string::npos) << e.what();
+  }
+  TensorFile file;
+  file.metadata["moment_steps"] = "many";
+  EXPECT_THROW(stored_moments(file, "test"), Error);
+}
+
+}  // namespace
+}  // namespace clerestory
