@@ -1,5 +1,5 @@
 // The program: every command, in the order of --help.
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "experiments/commands/bench.hpp"
 #include "experiments/commands/devices.hpp"
 #include "experiments/commands/edit.hpp"

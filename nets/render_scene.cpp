@@ -144,7 +144,6 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.facing_away = counts.facing_away;
   result.answered = counted(executor, rendered.counts);
   result.seconds = seconds;
-  result.bytes = executor.bytes();
   result.explanation = executor.explain();
   result.left_out = graph.what_was_left_out();
   if (counts.first_dropped)

@@ -50,7 +50,6 @@ struct Rendering {
   std::vector<std::pair<std::string, double>> answered;
   std::vector<KernelProfile> kernels;  // seconds by kernel, when asked for
   double seconds = 0;                  // of the run alone, after the plan was made
-  std::size_t bytes = 0;               // device memory of the plan
   std::string explanation;             // of the plan
   std::vector<std::string> left_out;
 };

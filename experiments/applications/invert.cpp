@@ -12,6 +12,7 @@
 #include "experiments/applications/predict.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
+#include "experiments/training/shipped.hpp"
 #include "host/cl/ceilings.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"

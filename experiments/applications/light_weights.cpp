@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "experiments/applications/shipped.hpp"
+#include "experiments/training/shipped.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
 #include "host/report/progress.hpp"

@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 
-#include "experiments/applications/shipped.hpp"
 #include "experiments/evaluation/prepare.hpp"
 #include "experiments/evaluation/real_scale.hpp"
 #include "experiments/training/checkpoint.hpp"
@@ -46,19 +45,6 @@ std::string scale_doubt(const std::filesystem::path& weights, const std::map<std
 }
 
 }  // namespace
-
-std::filesystem::path shipped_weights() {
-  std::vector<std::filesystem::path> files = shipped_places("CLERESTORY_WEIGHTS");
-  for (std::filesystem::path& file : files) {
-    if (file.extension() != ".safetensors") file /= "maps.safetensors";
-    if (std::filesystem::exists(file)) return file;
-  }
-  throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", text_of(files));
-}
-
-std::filesystem::path weights_or_shipped(const std::filesystem::path& given) {
-  return given.empty() ? shipped_weights() : given;
-}
 
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
                         const PredictRequest& request, const std::string& gemm) {

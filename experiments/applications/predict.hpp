@@ -27,12 +27,6 @@ struct Prediction {
   std::vector<std::string> left_out;
 };
 
-/// Weights that come with the program: CLERESTORY_WEIGHTS, or maps.safetensors in one of shipped_places(). Throws
-/// usage_error naming all of them when there are none.
-std::filesystem::path shipped_weights();
-/// `given`, or where nothing is given the shipped ones.
-std::filesystem::path weights_or_shipped(const std::filesystem::path& given);
-
 /// The photograph enters scaled so that its 95th percentile of luminance is 0.9 and clamped to [0, 1], resized to the
 /// longer side stored with the weights; maps come back to full size by a joint bilateral guided by the photograph.
 /// Throws usage_error naming the weights when they do not fit.

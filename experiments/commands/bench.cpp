@@ -8,7 +8,7 @@
 #include "experiments/bench/gemm_bench.hpp"
 #include "experiments/bench/light_bench.hpp"
 #include "experiments/bench/peak_bench.hpp"
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "host/cl/tile.hpp"
 
 namespace clerestory {

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "host/cl/device.hpp"
 #include "host/cl/device_table.hpp"
 #include "host/report/terminal.hpp"

@@ -4,7 +4,7 @@
 
 #include "experiments/applications/edit.hpp"
 #include "experiments/applications/light_weights.hpp"
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {

@@ -2,9 +2,9 @@
 
 #include <cstdio>
 
-#include "experiments/applications/predict.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/training/evaluate.hpp"
+#include "experiments/training/shipped.hpp"
 #include "host/report/terminal.hpp"
 
 namespace clerestory {

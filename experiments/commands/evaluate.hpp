@@ -1,6 +1,6 @@
 // clerestory evaluate: errors of predicted maps on views whose truth is known, and of depth on measured photographs.
 #pragma once
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 
 namespace clerestory {
 

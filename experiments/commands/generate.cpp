@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/generate.hpp"

@@ -2,7 +2,7 @@
 
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_weights.hpp"
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {

@@ -4,8 +4,8 @@
 
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
-#include "experiments/cli.hpp"
-#include "experiments/run_directory_report.hpp"
+#include "experiments/commands/cli.hpp"
+#include "experiments/studies/run_directory_report.hpp"
 #include "host/report/run_directory.hpp"
 
 namespace clerestory {

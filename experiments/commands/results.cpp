@@ -4,11 +4,11 @@
 #include <cstdio>
 
 #include "experiments/applications/light_weights.hpp"
-#include "experiments/applications/predict.hpp"
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "experiments/results/catalogue.hpp"
 #include "experiments/results/result.hpp"
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/shipped.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/files.hpp"
 #include "host/report/table.hpp"

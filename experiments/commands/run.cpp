@@ -2,10 +2,10 @@
 
 #include <cstdio>
 
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "experiments/studies/study.hpp"
+#include "experiments/studies/sweep.hpp"
 #include "experiments/studies/training_study.hpp"
-#include "experiments/sweep.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "experiments/sweep.hpp"
+#include "experiments/studies/sweep.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/trainer.hpp"
 #include "host/report/progress.hpp"

@@ -1,6 +1,6 @@
 // clerestory train: one leg of training MGNet.
 #pragma once
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 
 namespace clerestory {
 

@@ -1,6 +1,6 @@
 // clerestory weights: what a weights file or checkpoint holds, and weights with their model card from either.
 #pragma once
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 
 namespace clerestory {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "experiments/sweep.hpp"
+#include "experiments/studies/sweep.hpp"
 #include "host/report/provenance.hpp"
 
 namespace clerestory {

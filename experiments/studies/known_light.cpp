@@ -6,6 +6,7 @@
 
 #include "experiments/applications/predict.hpp"
 #include "experiments/studies/truth_study.hpp"
+#include "experiments/training/shipped.hpp"
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/probes.hpp"

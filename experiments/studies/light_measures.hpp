@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/sweep.hpp"
+#include "experiments/studies/sweep.hpp"
 #include "experiments/training/light_validation.hpp"
 #include "host/cl/device.hpp"
 

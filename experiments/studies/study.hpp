@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/sweep.hpp"
+#include "experiments/studies/sweep.hpp"
 #include "host/io/config.hpp"
 
 namespace clerestory {

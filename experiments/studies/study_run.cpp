@@ -4,9 +4,9 @@
 #include <cstdio>
 
 #include "experiments/applications/light_weights.hpp"
-#include "experiments/applications/predict.hpp"
-#include "experiments/run_directory_report.hpp"
+#include "experiments/studies/run_directory_report.hpp"
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/shipped.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"

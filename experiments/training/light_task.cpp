@@ -1,12 +1,12 @@
 // The light as a task of the trainer.
 #include <deque>
 
-#include "experiments/applications/predict.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/keyed.hpp"
 #include "experiments/training/light_validation.hpp"
 #include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
+#include "experiments/training/shipped.hpp"
 #include "experiments/training/streamed_light.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/training_views.hpp"

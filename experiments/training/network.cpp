@@ -75,7 +75,6 @@ Losses TrainingNetwork::step(const TrainingBatch& batch, double rate) {
 
 std::size_t TrainingNetwork::parameters() const { return state_->parameters; }
 std::size_t TrainingNetwork::bytes() const { return state_->run->bytes(); }
-std::string TrainingNetwork::explain() { return state_->run->explain(); }
 const std::vector<std::string>& TrainingNetwork::frozen() const { return state_->training.frozen; }
 
 std::string frozen_note(const std::vector<std::string>& scopes) {

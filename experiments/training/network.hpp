@@ -27,7 +27,6 @@ class TrainingNetwork {
 
   std::size_t parameters() const;  // numbers that are trained
   std::size_t bytes() const;       // device memory beside the states
-  std::string explain();
   const std::vector<std::string>& frozen() const;  // scopes that are not trained: their terms have no weight
 
  private:

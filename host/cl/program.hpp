@@ -23,7 +23,6 @@ class ProgramBuilder {
 
   double seconds() const { return seconds_; }
   int builds() const { return builds_; }  // from source
-  int loads() const { return loads_; }    // from the disk cache
 
  private:
   cl_program from_source(const std::string& source, const std::string& options, std::string_view file);
@@ -35,7 +34,7 @@ class ProgramBuilder {
   bool pocl_ = false, keep_binaries_ = false;
   DiskCache cache_;
   double seconds_ = 0;
-  int builds_ = 0, loads_ = 0;
+  int builds_ = 0;
 };
 
 }  // namespace clerestory

@@ -58,6 +58,19 @@ Parts take_apart(const std::string& bytes, const std::string& where) {
   return {parse_json_object(std::string_view(bytes).substr(20, json_bytes), where), bytes.substr(20 + json_bytes)};
 }
 
+/// The reader takes a number of bytes below zero, or a broken one, for none at all.
+void check_counts(const Json& json, const std::string& where) {
+  for (const char* list : {"bufferViews", "accessors", "buffers"}) {
+    if (!json.contains(list) || !json[list].is_array()) continue;
+    for (std::size_t i = 0; i < json[list].size(); ++i)
+      for (const char* key : {"byteOffset", "byteLength", "byteStride", "count"})
+        if (const Json& entry = json[list][i];
+            entry.is_object() && entry.contains(key) && !entry[key].is_number_unsigned())
+          throw usage_error("is no whole number from 0 on", fmt::format("{}: {}[{}].{}", where, list, i, key),
+                            brief(entry[key]));
+  }
+}
+
 void check_extensions(const Json& json, const std::string& where) {
   if (!json.contains("extensionsRequired") || !json["extensionsRequired"].is_array()) return;
   for (const Json& name : json["extensionsRequired"]) {
@@ -120,6 +133,7 @@ tinygltf::Model load_model(const std::filesystem::path& path) {
   const std::string bytes = read_file(path, max_mesh_bytes);
   Parts parts = take_apart(bytes, where);
   check_extensions(parts.json, where);
+  check_counts(parts.json, where);
   keep_geometry(parts.json);
   std::string text = parts.json.dump(-1, ' ', true, Json::error_handler_t::replace);
 

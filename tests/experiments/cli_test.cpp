@@ -1,5 +1,5 @@
 // The command line: values, order, exit codes, messages.
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "experiments/applications/run_folder.hpp"
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 #include "experiments/commands/edit.hpp"
 #include "experiments/studies/compare.hpp"
 #include "experiments/studies/edit_study.hpp"

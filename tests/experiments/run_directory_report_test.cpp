@@ -1,5 +1,5 @@
 // `clerestory report` of a run directory.
-#include "experiments/run_directory_report.hpp"
+#include "experiments/studies/run_directory_report.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Sweeps: what is run, what is skipped, what the tables over all runs say; then the real program on tiny configs.
-#include "experiments/sweep.hpp"
+#include "experiments/studies/sweep.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -175,6 +175,10 @@ TEST_F(Meshes, BrokenNumbers) {
           {"accessor 0", "outside"});
   refused(R"("byteLength":48)", R"("byteLength":4800)", {"buffer view 0", "outside"});
   refused(R"("buffer":0,"byteOffset":48)", R"("buffer":0,"byteOffset":18446744073709551615)", {"scene.gltf"});
+  refused(R"("buffer":0,"byteOffset":48)", R"("buffer":0,"byteOffset":-12)", {"bufferViews[1].byteOffset", "-12"});
+  refused(R"("buffer":0,"byteOffset":48)", R"("buffer":0,"byteStride":-2,"byteOffset":48)",
+          {"bufferViews[1].byteStride", "-2"});
+  refused(R"("count":4)", R"("count":4.5)", {"accessors[0].count", "4.5"});
   refused(R"({"buffer":0,"byteLength")", R"({"buffer":5,"byteLength")", {"buffer", "5"});
   refused(R"("type":"VEC2")", R"("type":"VEC3")", {"accessor 2", "wrong type"});
   refused(R"("componentType":5126)", R"("componentType":5130)", {"component type"});

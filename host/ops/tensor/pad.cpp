@@ -51,9 +51,4 @@ Value pad_replicate(Value x, const Padding& p) {
   return x.graph().make<PadOp>({x}, p);
 }
 
-Padding padding_to(const Shape& shape, int multiple) {
-  const auto missing = [&](int n) { return (multiple - n % multiple) % multiple; };
-  return {0, missing(shape.h), 0, missing(shape.w)};
-}
-
 }  // namespace clerestory

@@ -9,7 +9,5 @@ struct Padding {
 };
 
 Value pad_replicate(Value x, const Padding& padding);
-/// Padding at the bottom and the right up to a multiple of `multiple`.
-Padding padding_to(const Shape& shape, int multiple);
 
 }  // namespace clerestory

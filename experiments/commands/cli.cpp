@@ -1,5 +1,5 @@
 // The command line on top of CLI11.
-#include "experiments/cli.hpp"
+#include "experiments/commands/cli.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

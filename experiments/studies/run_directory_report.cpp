@@ -1,4 +1,4 @@
-#include "experiments/run_directory_report.hpp"
+#include "experiments/studies/run_directory_report.hpp"
 
 #include <algorithm>
 #include <cmath>

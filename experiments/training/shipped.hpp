@@ -10,6 +10,12 @@ namespace clerestory {
 /// source tree, build/clerestory), and in the source tree that it was built from, wherever the program is now.
 std::vector<std::filesystem::path> shipped_places(const char* variable);
 
+/// MGNet's weights that come with the program: CLERESTORY_WEIGHTS, or maps.safetensors in one of those places. Throws
+/// usage_error naming all of them when there are none.
+std::filesystem::path shipped_weights();
+/// `given`, or where nothing is given the shipped ones.
+std::filesystem::path weights_or_shipped(const std::filesystem::path& given);
+
 /// For messages.
 std::string text_of(const std::vector<std::filesystem::path>& places);
 

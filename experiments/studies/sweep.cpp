@@ -1,4 +1,4 @@
-#include "experiments/sweep.hpp"
+#include "experiments/studies/sweep.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,10 @@
-#include "experiments/applications/shipped.hpp"
+#include "experiments/training/shipped.hpp"
 
 #include <fmt/format.h>
 
 #include <cstdlib>
+
+#include "host/error.hpp"
 
 namespace clerestory {
 namespace fs = std::filesystem;
@@ -19,6 +21,17 @@ std::vector<fs::path> shipped_places(const char* variable) {
   if (places.empty() || places.back() != source) places.push_back(source);
   return places;
 }
+
+fs::path shipped_weights() {
+  std::vector<fs::path> files = shipped_places("CLERESTORY_WEIGHTS");
+  for (fs::path& file : files) {
+    if (file.extension() != ".safetensors") file /= "maps.safetensors";
+    if (fs::exists(file)) return file;
+  }
+  throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", text_of(files));
+}
+
+fs::path weights_or_shipped(const fs::path& given) { return given.empty() ? shipped_weights() : given; }
 
 std::string text_of(const std::vector<fs::path>& places) {
   std::string text;
