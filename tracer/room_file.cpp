@@ -398,6 +398,21 @@ Room RoomDescription::build(const RoomAssets& assets) const {
   return room;
 }
 
+std::vector<Camera> RoomDescription::views(int count, int width, int height) const {
+  if (static_cast<std::size_t>(count) > cameras.size())
+    throw usage_error("a room of the file has fewer views", name, fmt::format("{}", cameras.size()),
+                      fmt::format("{} (--views)", count));
+  std::vector<Camera> views;
+  for (int v = 0; v < count; ++v) {
+    const Camera& camera = cameras[static_cast<std::size_t>(v)];
+    if (camera.width * height != camera.height * width)
+      throw usage_error("of another shape than the views of the file", name, fmt::format("{}x{}", width, height),
+                        fmt::format("a multiple of {}x{}", camera.width, camera.height));
+    views.push_back(camera.resized(width, height));
+  }
+  return views;
+}
+
 void write_room_file(const fs::path& path, const RoomFile& file) {
   Columns c;
   for (const RoomDescription& room : file.rooms) append(c, room);
@@ -420,6 +435,17 @@ RoomFile read_room_file(const fs::path& path) {
   Rooms rooms(from, columns);
   for (std::size_t r = 0; r < columns.names.size(); ++r) file.rooms.push_back(rooms.next());
   return file;
+}
+
+RoomFile rooms_of_seeds(const RoomFile& file, const std::vector<std::uint64_t>& seeds, const std::string& where) {
+  RoomFile chosen{file.setting, {}};
+  for (const std::uint64_t seed : seeds) {
+    const auto room = std::ranges::find(file.rooms, seed, &RoomDescription::seed);
+    if (room == file.rooms.end())
+      throw usage_error("no room of the file has this seed", where, fmt::format("{}", seed), "a seed of its rooms");
+    chosen.rooms.push_back(*room);
+  }
+  return chosen;
 }
 
 }  // namespace clerestory

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "experiments/cli.hpp"
+#include "experiments/studies/room_list.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/generate.hpp"
@@ -17,7 +18,7 @@ struct Options {
   GenerateOptions generate;
   PixelSize size{160, 120};
   std::optional<int> rooms, views;  // of a file all, else GenerateOptions's
-  std::filesystem::path write_rooms;
+  std::filesystem::path write_rooms, list;
   std::string shard = "0/1", setting = "training";
   bool no_light = false;
 };
@@ -31,6 +32,21 @@ void read_shard(const std::string& text, GenerateOptions& to) {
   if (to.shards < 1 || to.shard < 0 || to.shard >= to.shards) {
     throw usage_error("out of range", "--shard", text, "0 <= I < N");
   }
+}
+
+/// The rooms of a list, as the rules make them.
+void read_list(Options& options) {
+  GenerateOptions& o = options.generate;
+  if (!o.from_rooms.empty() || o.box_rooms)
+    throw usage_error("rooms of a list are made by the rules", "--list", options.list.string(),
+                      "neither --from-rooms nor --box-rooms");
+  const RoomList list = read_room_list(options.list);
+  o.setting = list.setting, o.room_seeds = list.seeds;
+  const int all = static_cast<int>(list.seeds.size());
+  if (options.rooms.value_or(all) > all)
+    throw usage_error("the list has fewer rooms", options.list.string(), fmt::format("{}", all),
+                      fmt::format("{} (--rooms)", *options.rooms));
+  options.rooms = options.rooms.value_or(all);
 }
 
 std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
@@ -68,6 +84,7 @@ void run(Options& options, const CommonOptions& common) {
   read_shard(options.shard, o);
   o.light = !options.no_light;
   o.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
+  if (!options.list.empty()) read_list(options);
   o.rooms = options.rooms.value_or(o.from_rooms.empty() ? o.rooms : kAllRooms);
   o.views = options.views.value_or(o.from_rooms.empty() ? o.views : kAllRooms);
   catch_interrupts();
@@ -104,6 +121,8 @@ void add_generate_command(CommandLine& line) {
       .option("--out", "DIR", "folder of the data set", o.out)
       .option("--rooms", "N", "number of rooms; 1 by default, of a file all", options->rooms)
       .option("--views", "N", "views of each room; 5 by default, of a file all", options->views)
+      .option("--list", "FILE",
+              "rooms of the seeds and the setting in a list (experiments/rooms), as they are made now", options->list)
       .option("--write-rooms", "FILE", "describe the rooms and their cameras in a file, and trace nothing",
               options->write_rooms)
       .option("--from-rooms", "FILE", "trace the rooms of such a file, whatever rooms are made like by now",
