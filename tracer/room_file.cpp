@@ -196,6 +196,8 @@ bool has_its_numbers(PartKind kind, std::size_t count) {
     case PartKind::Sphere:
     case PartKind::Mesh:
       return count == 4;
+    case PartKind::Tube:
+      return count >= 7 && count % 3 == 1;
   }
   return false;
 }
@@ -384,11 +386,7 @@ Room RoomDescription::build(const RoomAssets& assets) const {
   Room room;
   room.size = size, room.kind = kind, room.panorama = panorama, room.parts = parts;
   room.scene.materials = materials, room.scene.emitters = emitters, room.scene.panorama_turn = panorama_turn;
-  if (!panorama.empty()) {
-    const auto outside = std::ranges::find(assets.panoramas, panorama, &NamedPanorama::name);
-    if (outside == assets.panoramas.end()) throw usage_error("no such panorama among the assets", name, panorama);
-    room.scene.panorama = outside->panorama;
-  }
+  if (!panorama.empty()) room.scene.panorama = outside_of(name, panorama, assets);
   for (const Part& part : parts) {
     const auto model = std::ranges::find(assets.models, part.model, &Model::name);
     if (part.kind == PartKind::Mesh && model == assets.models.end())

@@ -1,5 +1,7 @@
 #include "experiments/commands/generate.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -7,7 +9,9 @@
 
 #include "experiments/cli.hpp"
 #include "experiments/studies/room_list.hpp"
+#include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
+#include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/generate.hpp"
 
@@ -18,7 +22,7 @@ struct Options {
   GenerateOptions generate;
   PixelSize size{160, 120};
   std::optional<int> rooms, views;  // of a file all, else GenerateOptions's
-  std::filesystem::path write_rooms, list;
+  std::filesystem::path write_rooms, list, sheet;
   std::string shard = "0/1", setting = "training";
   bool no_light = false;
 };
@@ -47,6 +51,26 @@ void read_list(Options& options) {
     throw usage_error("the list has fewer rooms", options.list.string(), fmt::format("{}", all),
                       fmt::format("{} (--rooms)", *options.rooms));
   options.rooms = options.rooms.value_or(all);
+}
+
+/// One PNG of all pictures that the folder has of these rooms: rooms below each other, as square as it gets.
+void write_sheet(const GenerateOptions& o, const std::filesystem::path& file) {
+  std::vector<Image> pictures;
+  for (const char* split : {"train", "val", "test"})
+    for (const std::string& room : list_rooms(o.out, split))
+      for (const std::string& view : list_views(o.out / room))
+        pictures.push_back(show_radiance(read_image(view_file(o.out / room, view, "im"))));
+  const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));
+  const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
+  Image sheet(columns * o.width, rows * o.height, 3);
+  for (std::size_t k = 0; k < pictures.size(); ++k)
+    for (int c = 0; c < 3; ++c)
+      for (int y = 0; y < o.height; ++y) {
+        const float* row = pictures[k].plane(c) + static_cast<std::ptrdiff_t>(y) * o.width;
+        const std::ptrdiff_t line = (static_cast<int>(k) / columns) * o.height + y;
+        std::copy(row, row + o.width, sheet.plane(c) + line * sheet.width + (static_cast<int>(k) % columns) * o.width);
+      }
+  write_png(file, sheet, Encoding::Linear);
 }
 
 std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
@@ -99,6 +123,7 @@ void run(Options& options, const CommonOptions& common) {
   if (!options.write_rooms.empty()) return write_description(options, common);
   const GenerateSummary summary = generate(Device::open(common.device), o);
   progress.reset();
+  if (!options.sheet.empty()) write_sheet(o, options.sheet);
   if (common.json) write_json_result(common, summary_json(o, summary));
   say(fmt::format(
       "{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
@@ -137,6 +162,7 @@ void add_generate_command(CommandLine& line) {
       .option("--light-spp", "N", "samples of each direction of an environment map; a probe's get four times as many",
               o.light_spp)
       .option("--probes", "K", "panoramas of each view at points in free air", o.probes)
+      .option("--sheet", "FILE", "also one PNG with the pictures of all views", options->sheet)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
       .choice("--setting", "what rooms may show; held_out: only what training rooms never do", options->setting,
               {"training", "held_out"})

@@ -120,8 +120,8 @@ std::vector<RoomDescription> StudyRun::described_rooms() const {
   if (rooms_.described.empty()) return {};
   const RoomFile file = read_room_file(rooms_.described);
   if (file.setting != rooms_.setting)
-    throw usage_error("the rooms are of another setting than their list", rooms_.described.string(), "",
-                      rooms_.file.string());
+    throw usage_error("of another setting than the list beside it", rooms_.described.string(),
+                      file.setting == Setting::HeldOut ? "held_out" : "training", rooms_.file.string());
   return rooms_of_seeds(file, rooms_.seeds, rooms_.described.string()).rooms;
 }
 
