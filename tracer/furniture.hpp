@@ -30,6 +30,8 @@ struct Piece {
 Piece chair(const Kit& kit, Random& random);
 Piece stool(const Kit& kit, Random& random);
 Piece office_chair(const Kit& kit, Random& random);
+Piece pouffe(const Kit& kit, Random& random);
+Piece bench(const Kit& kit, Random& random);
 /// width: 0.8 makes an armchair.
 Piece sofa(const Kit& kit, Random& random, float width);
 Piece bed(const Kit& kit, Random& random);
@@ -43,16 +45,37 @@ Piece side_table(const Kit& kit, Random& random);
 // Storage.
 Piece bookshelf(const Kit& kit, Random& random);
 Piece cabinet(const Kit& kit, Random& random);
-Piece wardrobe(const Kit& kit, Random& random);
+/// `height`: of the room; some reach up to the ceiling.
+Piece wardrobe(const Kit& kit, Random& random, float height);
+Piece metal_rack(const Kit& kit, Random& random);
+Piece fridge(const Kit& kit, Random& random);
+Piece fireplace(const Kit& kit, Random& random, float height);
 Piece kitchen_row(const Kit& kit, Random& random, float width);
 Piece tv_stand(const Kit& kit, Random& random);
 Piece box_stack(const Kit& kit, Random& random);
+
+// Bathrooms.
+Piece washstand(const Kit& kit, Random& random);
+Piece toilet(const Kit& kit, Random& random);
+Piece bathtub(const Kit& kit, Random& random);
+Piece washing_machine(const Kit& kit, Random& random);
 
 // Smaller things on the floor.
 Piece plant(const Kit& kit, Random& random);
 Piece floor_lamp(const Kit& kit, Random& random);
 Piece ball(const Kit& kit, Random& random);
 Piece pedestal(const Kit& kit, Random& random, const Model& model);
+Piece basket(const Kit& kit, Random& random);
+Piece bag(const Kit& kit, Random& random);
+Piece shoes(const Kit& kit, Random& random);
+Piece toys(const Kit& kit, Random& random);
+Piece papers(const Kit& kit, Random& random);
+Piece floor_cushion(const Kit& kit, Random& random);
+Piece speaker(const Kit& kit, Random& random);
+/// Leans against the wall behind it.
+Piece leaning_picture(const Kit& kit, Random& random);
+/// One of the things that lie or stand about.
+Piece floor_clutter(const Kit& kit, Random& random);
 
 /// Things on a horizontal top: `shapes` has its origin in the middle of the top, which measures width x depth.
 /// `head_room`: height above it that is free.
@@ -61,6 +84,12 @@ void clutter(Shapes& shapes, const Kit& kit, float width, float depth, float hea
 void books(Shapes& shapes, const Kit& kit, float width, float height, float depth);
 /// A lamp for tables; origin at its foot.
 void table_lamp(Shapes& shapes, const Kit& kit, float height);
+/// A lamp on a wall; origin on the wall, z away from it.
+void wall_lamp(Shapes& shapes, const Kit& kit);
+/// A plant's leaves and pot, `height` in all.
+void potted_plant(Shapes& shapes, const Kit& kit, float pot, float height);
+/// A tap over a basin, origin at its foot, spout towards +z.
+void tap(Shapes& shapes, float height, float reach, int metal);
 
 /// Light of lamps, warm to cold white, luminance 1.
 glm::vec3 lamp_color(Random& random);

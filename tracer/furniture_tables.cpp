@@ -52,6 +52,8 @@ Piece dining_table(const Kit& kit, Random& random) {
   const bool heads = round || random.chance(0.4f);
   const int things = random.whole(2, 6);
   const float pulled = random.between(0.05f, 0.3f);
+  const bool runner = random.chance(0.35f);
+  const Material cloth = kit.palette->print();
   const glm::vec3 size(w + (heads ? 0.9f : 0.1f), h, d + 0.9f);
   return {"dining_table", size, [=](Shapes& s) {
             table(s, w, h, d, thickness, style, s.material(top), s.material(frame));
@@ -76,7 +78,12 @@ Piece dining_table(const Kit& kit, Random& random) {
               if (heads) put(w / 2 + pulled - 0.1f, 0, -1.5708f), put(-w / 2 - pulled + 0.1f, 0, 1.5708f);
             }
             Shapes on = s.at({0, h, 0});
-            clutter(on, kit, (round ? 0.6f : 0.85f) * w, (round ? 0.6f : 0.8f) * d, 0.6f, things);
+            if (runner) {
+              const float x = (round ? 0.3f : 0.46f) * w, z = 0.16f * d;
+              on.box({-x, 0, -z}, {x, 0.002f, z}, on.material(cloth));
+            }
+            Shapes above = s.at({0, h + (runner ? 0.002f : 0.f), 0});
+            clutter(above, kit, (round ? 0.6f : 0.85f) * w, (round ? 0.6f : 0.8f) * d, 0.6f, things);
           }};
 }
 
@@ -86,13 +93,16 @@ Piece coffee_table(const Kit& kit, Random& random) {
               h = random.between(0.35f, 0.45f);
   const Material top = kit.palette->top(), frame = random.chance(0.5f) ? top : kit.palette->metal();
   const int style = round ? 2 : random.one_of({0, 1, 3}), things = random.whole(1, 4);
-  const bool shelf = !round && random.chance(0.4f);
+  const bool shelf = !round && random.chance(0.4f), runner = random.chance(0.15f);
+  const Material cloth = kit.palette->print();
   return {"coffee_table", {w, h, d}, [=](Shapes& s) {
             const int t = s.material(top);
             table(s, w, h, d, 0.035f, style, t, s.material(frame));
             if (shelf) s.box({-w / 2 + 0.05f, 0.12f, -d / 2 + 0.05f}, {w / 2 - 0.05f, 0.14f, d / 2 - 0.05f}, t);
             Shapes on = s.at({0, h, 0});
-            clutter(on, kit, w * 0.7f, d * 0.7f, 0.4f, things);
+            if (runner) on.box({-w * 0.3f, 0, -d * 0.2f}, {w * 0.3f, 0.002f, d * 0.2f}, on.material(cloth));
+            Shapes above = s.at({0, h + (runner ? 0.002f : 0.f), 0});
+            clutter(above, kit, w * 0.7f, d * 0.7f, 0.4f, things);
           }};
 }
 
@@ -102,7 +112,7 @@ Piece desk(const Kit& kit, Random& random) {
   const Material drawers = kit.palette->body(), plastic = kit.palette->make(MaterialClass::Plastic);
   const Material screen = kit.palette->glass(), handle = kit.palette->metal();
   const Piece seat = random.chance(0.7f) ? office_chair(kit, random) : chair(kit, random);
-  const int monitors = random.whole(0, 2), things = random.whole(1, 4);
+  const int monitors = random.whole(0, 2), things = random.whole(2, 5);
   const float side = random.one_of({-1.f, 1.f});
   const bool lamp = random.chance(0.6f), lit = random.chance(0.2f);
   const glm::vec3 glow = lamp_color(random) * glm::vec3(0.6f, 0.8f, 1.1f);
@@ -131,7 +141,16 @@ Piece desk(const Kit& kit, Random& random) {
           m.quad({-0.258f, 0.142f, 0.0155f}, {0.258f, 0.142f, 0.0155f}, {0.258f, 0.448f, 0.0155f},
                  {-0.258f, 0.448f, 0.0155f}, g, light);
         }
-        if (monitors > 0) s.block({-side * 0.1f, h, 0.08f}, {0.42f, 0.02f, 0.14f}, p);
+        if (monitors > 0) {
+          s.block({-side * 0.1f, h, 0.08f}, {0.42f, 0.014f, 0.13f}, p);
+          for (int row = 0; row < 5; ++row)
+            s.block({-side * 0.1f, h + 0.014f, 0.03f + 0.024f * static_cast<float>(row)}, {0.4f, 0.005f, 0.018f}, g);
+          s.cushion({-side * 0.1f + 0.26f, h, 0.04f}, {-side * 0.1f + 0.32f, h + 0.034f, 0.14f}, 0.016f, p, 2);
+          s.tube({{-side * 0.1f, h + 0.005f, 0.01f},
+                  {-side * 0.1f + 0.06f, h + 0.005f, -0.1f},
+                  {-side * 0.1f, h + 0.005f, -d / 2 + 0.06f}},
+                 0.003f, p, 5);
+        }
         if (lamp) {
           Shapes l = s.at({side * (w / 2 - 0.2f), h, -d / 2 + 0.15f});
           table_lamp(l, kit, 0.42f);

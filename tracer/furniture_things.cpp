@@ -77,96 +77,222 @@ void frame_on_stand(Shapes& s, const Kit& kit) {
            {-w / 2 + 0.012f, h - 0.012f, 0.001f}, s.material(kit.palette->painting()));
 }
 
+void candles(Shapes& s, const Kit& kit, float room) {
+  Random& r = s.random();
+  const int metal = s.material(kit.palette->metal()), wax = s.material(kit.palette->make(MaterialClass::Paper));
+  for (int i = r.whole(1, 3); i > 0; --i) {
+    const float h = std::min(room, r.between(0.12f, 0.3f)), x = r.between(-0.06f, 0.06f), z = r.between(-0.05f, 0.05f);
+    s.lathe({x, 0, z}, {{0.035f, 0}, {0.03f, 0.008f}, {0.008f, 0.02f}, {0.008f, h * 0.45f}, {0.016f, h * 0.5f}}, metal,
+            12);
+    s.cylinder({x, h * 0.5f, z}, 0.011f, h * 0.5f, wax, 10);
+  }
+}
+
+void jar(Shapes& s, int body, int lid, float height) {
+  const float r = height * 0.36f;
+  s.lathe({0, 0, 0}, {{r * 0.95f, 0}, {r, 0.01f}, {r, height * 0.8f}, {r * 0.8f, height * 0.86f}}, body, 16);
+  s.cylinder({0, height * 0.86f, 0}, r * 0.85f, height * 0.14f, lid, 16);
+}
+
+void can(Shapes& s, int body, int rim) {
+  s.cylinder({0, 0.004f, 0}, 0.033f, 0.112f, body, 16);
+  s.lathe({0, 0, 0}, {{0.03f, 0}, {0.0332f, 0.006f}}, rim, 16);
+  s.lathe({0, 0.114f, 0}, {{0.0332f, 0}, {0.029f, 0.008f}}, rim, 16);
+}
+
+void pen_pot(Shapes& s, const Kit& kit) {
+  Random& r = s.random();
+  s.lathe({0, 0, 0}, {{0.038f, 0}, {0.04f, 0.1f}, {0.036f, 0.1f}, {0.034f, 0.01f}, {0, 0.01f}},
+          s.material(kit.palette->trinket()), 14, -1, true);
+  for (int i = r.whole(2, 5); i > 0; --i) {
+    const float a = r.between(0, 6.2832f), lean = r.between(0.01f, 0.03f);
+    s.tube({{0.5f * lean * std::cos(a), 0.012f, 0.5f * lean * std::sin(a)},
+            {lean * std::cos(a), r.between(0.13f, 0.17f), lean * std::sin(a)}},
+           0.004f, s.material(kit.palette->make(MaterialClass::Plastic)), 6);
+  }
+}
+
+void sheets(Shapes& s, const Kit& kit) {
+  Random& r = s.random();
+  for (int i = r.whole(1, 4), k = 0; k < i; ++k) {
+    Shapes one = s.at({r.between(-0.04f, 0.04f), 0.0012f * static_cast<float>(k), r.between(-0.03f, 0.03f)},
+                      r.between(-0.5f, 0.5f));
+    const bool printed = r.chance(0.4f);
+    one.block({0, 0, 0}, {0.21f, 0.001f, 0.297f},
+              one.material(printed ? kit.palette->make(MaterialClass::Paper) : kit.palette->ceiling()));
+  }
+}
+
+void keyboard(Shapes& s, int shell, int keys) {
+  s.block({0, 0, 0}, {0.43f, 0.014f, 0.13f}, shell);
+  for (int row = 0; row < 5; ++row) {
+    const float z = -0.05f + 0.025f * static_cast<float>(row);
+    s.block({0, 0.014f, z}, {0.4f, 0.006f, 0.019f}, keys);
+  }
+  s.cushion({0.28f, 0, -0.05f}, {0.34f, 0.035f, 0.05f}, 0.017f, shell, 2);
+}
+
+void kettle(Shapes& s, int metal, int grip) {
+  s.lathe({0, 0, 0}, {{0.085f, 0}, {0.09f, 0.02f}, {0.075f, 0.15f}, {0.05f, 0.19f}, {0.012f, 0.2f}, {0.014f, 0.22f}},
+          metal, 20);
+  s.tube({{-0.05f, 0.18f, 0}, {-0.1f, 0.21f, 0}, {-0.13f, 0.15f, 0}, {-0.1f, 0.05f, 0}}, 0.012f, grip, 8);
+  s.tube({{0.06f, 0.12f, 0}, {0.11f, 0.17f, 0}}, 0.014f, metal, 8);
+}
+
+void pan(Shapes& s, int metal, int grip) {
+  Random& r = s.random();
+  const float radius = r.between(0.09f, 0.14f), h = r.between(0.05f, 0.16f);
+  s.lathe(
+      {0, 0, 0},
+      {{radius * 0.95f, 0}, {radius, 0.01f}, {radius, h}, {radius - 0.004f, h}, {radius - 0.006f, 0.008f}, {0, 0.008f}},
+      metal, 24, -1, true);
+  if (r.chance(0.5f))
+    s.tube({{radius, h * 0.85f, 0}, {radius + 0.17f, h * 0.95f, 0}}, 0.009f, grip, 8);
+  else
+    for (const float x : {-1.f, 1.f})
+      s.tube({{x * radius, h * 0.8f, -0.03f},
+              {x * (radius + 0.03f), h * 0.8f, -0.03f},
+              {x * (radius + 0.03f), h * 0.8f, 0.03f},
+              {x * radius, h * 0.8f, 0.03f}},
+             0.006f, metal, 6);
+}
+
+void clock(Shapes& s, const Kit& kit) {
+  const int rim = s.material(kit.palette->metal()), face = s.material(kit.palette->ceiling());
+  Shapes c =
+      s.at(glm::mat4(glm::vec4(1, 0, 0, 0), glm::vec4(0, 0, 1, 0), glm::vec4(0, -1, 0, 0), glm::vec4(0, 0.08f, 0, 1)));
+  c.lathe({0, -0.02f, 0}, {{0.075f, 0}, {0.078f, 0.03f}, {0.07f, 0.042f}, {0.068f, 0.036f}}, rim, 24);
+  c.lathe({0, 0.0165f, 0}, {{0.069f, 0}, {0, 0.0005f}}, face, 24, -1, true);
+}
+
+void stationery(Shapes& s, const Kit& kit) {
+  Random& r = s.random();
+  switch (r.whole(0, 3)) {
+    case 0:
+      return pen_pot(s, kit);
+    case 1:
+      return sheets(s, kit);
+    case 2:
+      return keyboard(s, s.material(kit.palette->make(MaterialClass::Plastic)), s.material(kit.palette->glass()));
+    default:
+      return can(s, s.material(kit.palette->trinket()), s.material(kit.palette->metal()));
+  }
+}
+
+void crockery(Shapes& s, const Kit& kit, float room) {
+  Random& r = s.random();
+  Palette& p = *kit.palette;
+  switch (r.whole(0, 4)) {
+    case 0:
+      return jar(s, s.material(p.trinket()), s.material(p.metal()), std::min(room, r.between(0.1f, 0.2f)));
+    case 1:
+      if (room > 0.23f) return kettle(s, s.material(r.chance(0.6f) ? p.chrome() : p.enamel()), s.material(p.glass()));
+      return plate(s, s.material(p.make(MaterialClass::Ceramic)), 0.1f);
+    case 2:
+      if (room > 0.17f) return pan(s, s.material(p.metal()), s.material(p.glass()));
+      return plate(s, s.material(p.make(MaterialClass::Ceramic)), 0.12f);
+    case 3: {  // plates on one another
+      const int china = s.material(p.make(MaterialClass::Ceramic));
+      for (int i = r.whole(2, 5); i >= 0; --i) {
+        Shapes one = s.at({0, 0.012f * static_cast<float>(i), 0});
+        plate(one, china, 0.12f);
+      }
+      return;
+    }
+    default:
+      return mug(s, s.material(p.make(MaterialClass::Ceramic)));
+  }
+}
+
+/// A bowl with fruit in it.
+void fruit_bowl(Shapes& s, const Kit& kit) {
+  Palette& p = *kit.palette;
+  const int bowl = s.material(p.trinket());
+  s.lathe({0, 0, 0}, {{0.05f, 0}, {0.1f, 0.03f}, {0.125f, 0.07f}}, bowl, 20, -1, true);
+  s.lathe({0, 0, 0}, {{0.12f, 0.07f}, {0.095f, 0.034f}, {0, 0.01f}}, bowl, 20, -1, true);
+  const int f = s.material(p.make(MaterialClass::Plastic));
+  for (int i = 0; i < 4; ++i) {
+    const float a = 1.5708f * static_cast<float>(i) + 0.3f;
+    s.sphere({0.045f * std::cos(a), 0.058f, 0.045f * std::sin(a)}, 0.034f, f, 8);
+  }
+}
+
+void model_thing(Shapes& s, const Kit& kit, float room) {
+  Random& r = s.random();
+  const Model& model = r.one_of(*kit.models);
+  const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic,
+                                 MaterialClass::Stone};
+  s.mesh(model, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)), s.material(kit.palette->make(kinds[r.whole(0, 3)])));
+}
+
 /// One thing of at most the given height.
 void thing(Shapes& s, const Kit& kit, float room) {
   Random& r = s.random();
   Palette& p = *kit.palette;
   const bool has_models = kit.models && !kit.models->empty();
-  switch (r.whole(0, has_models ? 10 : 9)) {
+  switch (r.whole(0, has_models ? 15 : 14)) {
     case 0:
       return mug(s, s.material(p.make(MaterialClass::Ceramic)));
     case 1:
       return vase(s, s.material(r.chance(0.7f) ? p.make(MaterialClass::Ceramic) : p.trinket()),
                   std::min(room, r.between(0.15f, 0.38f)));
     case 2:
-      return book_pile(s, kit, room);
     case 3:
+      return book_pile(s, kit, room);
+    case 4:
       if (room > 0.3f)
         return bottle(s, s.material(r.chance(0.5f) ? p.make(MaterialClass::Plastic) : p.make(MaterialClass::Ceramic)));
       return mug(s, s.material(p.make(MaterialClass::Ceramic)));
-    case 4:
-      return plate(s, s.material(p.make(MaterialClass::Ceramic)), r.between(0.09f, 0.14f));
-    case 5: {
-      const float radius = std::min(r.between(0.03f, 0.09f), room / 2.1f);
+    case 5:
+    case 6:
+      return crockery(s, kit, room);
+    case 7: {
+      const float radius = std::min(r.between(0.03f, 0.07f), room / 2.1f);
       return s.sphere({0, radius, 0}, radius, s.material(p.trinket()), 12);
     }
-    case 6: {
+    case 8: {
       const float h = std::min(room, r.between(0.05f, 0.22f));
       return s.block({0, 0, 0}, {r.between(0.06f, 0.2f), h, r.between(0.05f, 0.15f)}, s.material(p.trinket()));
     }
-    case 7:
+    case 9:
       if (room > 0.25f) return laptop(s, s.material(p.metal()), s.material(p.glass()));
       return book_pile(s, kit, room);
-    case 8:
+    case 10:
       return frame_on_stand(s, kit);
-    case 9: {  // a bowl of fruit
-      const int bowl = s.material(p.trinket());
-      s.lathe({0, 0, 0}, {{0.05f, 0}, {0.1f, 0.03f}, {0.125f, 0.07f}}, bowl, 20, -1, true);
-      s.lathe({0, 0, 0}, {{0.12f, 0.07f}, {0.095f, 0.034f}, {0, 0.01f}}, bowl, 20, -1, true);
-      Material fruit = p.make(MaterialClass::Plastic);
-      const int f = s.material(fruit);
-      for (int i = 0; i < 4; ++i) {
-        const float a = 1.5708f * static_cast<float>(i) + 0.3f;
-        s.sphere({0.045f * std::cos(a), 0.058f, 0.045f * std::sin(a)}, 0.034f, f, 8);
-      }
-      return;
-    }
-    default: {
-      const Model& model = r.one_of(*kit.models);
-      const MaterialClass kinds[] = {MaterialClass::Ceramic, MaterialClass::Metal, MaterialClass::Plastic,
-                                     MaterialClass::Stone};
-      return s.mesh(model, {0, 0, 0}, std::min(room, r.between(0.14f, 0.3f)), s.material(p.make(kinds[r.whole(0, 3)])));
-    }
+    case 11:
+      return fruit_bowl(s, kit);
+    case 12:
+      if (room > 0.2f) return r.chance(0.5f) ? candles(s, kit, room) : clock(s, kit);
+      return can(s, s.material(p.trinket()), s.material(p.metal()));
+    case 13:
+      if (room > 0.3f) return potted_plant(s, kit, r.between(0.045f, 0.07f), std::min(room, r.between(0.2f, 0.4f)));
+      return jar(s, s.material(p.trinket()), s.material(p.metal()), std::min(room, 0.12f));
+    case 14:
+      return stationery(s, kit);
+    default:
+      return model_thing(s, kit, room);
   }
 }
 
 }  // namespace
 
-glm::vec3 lamp_color(Random& random) {
-  const glm::vec3 warm(1.5f, 0.93f, 0.45f), cold(0.9f, 1.0f, 1.2f);
-  const float t = random.unit();
-  const glm::vec3 c = warm + (cold - warm) * t;
-  return c / (0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z);
-}
-
 void books(Shapes& shapes, const Kit& kit, float width, float height, float depth) {
   Random& r = shapes.random();
   std::vector<int> covers;
-  for (int i = 0; i < 5; ++i) covers.push_back(shapes.material(kit.palette->make(MaterialClass::Paper)));
+  for (int i = 0; i < 8; ++i) covers.push_back(shapes.material(kit.palette->make(MaterialClass::Paper)));
   for (float x = 0; x < width - 0.05f;) {
     const float thick = r.between(0.015f, 0.05f), h = height * r.between(0.72f, 1.f), d = depth * r.between(0.75f, 1.f);
     shapes.box({x, 0, depth / 2 - d}, {x + thick - 0.001f, h, depth / 2}, r.one_of(covers));
     x += thick;
+    if (r.chance(0.07f) && x < width - 0.2f) {  // one leans against it
+      const float lean = r.between(0.12f, 0.3f), c = std::cos(lean), n = std::sin(lean), tall = 0.8f * height;
+      Shapes leaning = shapes.at(glm::mat4(glm::vec4(c, n, 0, 0), glm::vec4(-n, c, 0, 0), glm::vec4(0, 0, 1, 0),
+                                           glm::vec4(x + tall * n + 0.002f, 0, 0, 1)));
+      leaning.box({0, 0, depth / 2 - d}, {0.02f, tall, depth / 2}, r.one_of(covers));
+      x += tall * n + 0.03f;
+    }
     if (r.chance(0.06f)) x += r.between(0.02f, 0.1f);
   }
-}
-
-void table_lamp(Shapes& s, const Kit& kit, float height) {
-  Random& r = s.random();
-  const bool lit = r.chance(kit.lamp_on);
-  const int foot = s.material(kit.palette->trinket()), shade = s.material(kit.palette->diffuser());
-  const int light = lit ? s.emitter({lamp_color(r) * r.between(3.f, 9.f) * kit.lamp_power, false}) : -1;
-  if (r.chance(0.3f)) {
-    const float radius = height * 0.3f;
-    s.lathe({0, 0, 0}, {{radius * 0.8f, 0}, {radius * 0.7f, 0.02f}, {0.012f, 0.03f}, {0.012f, height - 2 * radius}},
-            foot, 16);
-    s.sphere({0, height - radius, 0}, radius, shade, 8, light);
-    return;
-  }
-  s.lathe({0, 0, 0}, {{0.06f, 0}, {0.065f, 0.01f}, {0.03f, 0.04f}, {0.045f, 0.12f}, {0.015f, height * 0.55f}}, foot,
-          16);
-  const float wide = r.between(0.1f, 0.15f), narrow = wide * r.between(0.55f, 1.f), low = height * 0.55f;
-  s.lathe({0, 0, 0}, {{wide, low}, {narrow, height}}, shade, 20, light, true);
 }
 
 void clutter(Shapes& shapes, const Kit& kit, float width, float depth, float head_room, int count) {
@@ -186,49 +312,33 @@ void clutter(Shapes& shapes, const Kit& kit, float width, float depth, float hea
   }
 }
 
-Piece plant(const Kit& kit, Random& random) {
-  const float h = random.between(0.5f, 1.5f), pot = random.between(0.12f, 0.2f);
-  Material leaf = kit.palette->make(MaterialClass::Plastic);
-  leaf.color_a = {0.05f, random.between(0.12f, 0.25f), 0.04f};
-  leaf.color_b = leaf.color_a * 0.7f, leaf.color_c = leaf.color_a;
-  leaf.roughness_a = random.between(0.35f, 0.5f), leaf.roughness_b = leaf.roughness_a + 0.1f;
-  const Material vessel = kit.palette->trinket();
-  return {
-      "plant", {std::max(2 * pot, 0.6f * h), h, std::max(2 * pot, 0.6f * h)}, [=](Shapes& s) {
-        Random& r = s.random();
-        s.lathe(
-            {0, 0, 0},
-            {{pot * 0.75f, 0}, {pot, 1.7f * pot}, {pot * 0.9f, 1.7f * pot}, {pot * 0.88f, 1.5f * pot}, {0, 1.5f * pot}},
-            s.material(vessel), 20, -1, true);
-        const int green = s.material(leaf);
-        const float soil = 1.5f * pot;
-        for (int i = r.whole(14, 30); i > 0; --i) {  // each leaf: a bent blade of four quads, seen from both sides
-          const float a = r.between(0, 6.2832f), reach = h * r.between(0.12f, 0.32f),
-                      top = soil + (h - soil) * r.between(0.4f, 1.f);
-          const float wide = r.between(0.02f, 0.05f);
-          const glm::vec3 out(std::cos(a), 0, std::sin(a)), side(-std::sin(a), 0, std::cos(a));
-          const auto at = [&](int k) {
-            const float t = static_cast<float>(k) / 4;
-            return out * (0.02f + reach * t * t) +
-                   glm::vec3(0, soil + (top - soil) * t * (1.25f - 0.25f * t * t) / 1.0f, 0);
-          };
-          const auto half = [&](int k) { return side * (wide * std::sin(0.35f + 2.7f * static_cast<float>(k) / 4)); };
-          for (int k = 0; k < 4; ++k)
-            s.quad(at(k) - half(k), at(k) + half(k), at(k + 1) + half(k + 1), at(k + 1) - half(k + 1), green);
-        }
-      }};
+void potted_plant(Shapes& s, const Kit& kit, float pot, float height) {
+  Random& r = s.random();
+  s.lathe({0, 0, 0},
+          {{pot * 0.75f, 0}, {pot, 1.7f * pot}, {pot * 0.9f, 1.7f * pot}, {pot * 0.88f, 1.5f * pot}, {0, 1.5f * pot}},
+          s.material(kit.palette->trinket()), 20, -1, true);
+  const int green = s.material(kit.palette->leaf());
+  const float soil = 1.5f * pot, h = height, broad = r.chance(0.4f) ? 2.2f : 1.f, bend = r.between(0.6f, 1.6f);
+  for (int i = r.whole(14, 30); i > 0; --i) {  // each leaf: a bent blade of four quads, seen from both sides
+    const float a = r.between(0, 6.2832f), reach = h * r.between(0.12f, 0.3f),
+                top = soil + (h - soil) * r.between(0.4f, 1.f);
+    const float wide = std::min(broad * r.between(0.02f, 0.05f), 0.12f * h);
+    const glm::vec3 out(std::cos(a), 0, std::sin(a)), side(-std::sin(a), 0, std::cos(a));
+    const auto at = [&](int k) {
+      const float t = static_cast<float>(k) / 4;
+      return out * (0.02f + reach * std::pow(t, 1 + bend)) +
+             glm::vec3(0, soil + (top - soil) * t * (1.25f - 0.25f * t * t), 0);
+    };
+    const auto half = [&](int k) { return side * (wide * std::sin(0.35f + 2.7f * static_cast<float>(k) / 4)); };
+    for (int k = 0; k < 4; ++k)
+      s.quad(at(k) - half(k), at(k) + half(k), at(k + 1) + half(k + 1), at(k + 1) - half(k + 1), green);
+  }
 }
 
-Piece floor_lamp(const Kit& kit, Random& random) {
-  const float h = random.between(1.3f, 1.75f), r = random.between(0.14f, 0.2f);
-  const Material metal = kit.palette->metal(), shade = kit.palette->diffuser();
-  const bool lit = random.chance(kit.lamp_on + 0.15f);
-  const glm::vec3 radiance = lamp_color(random) * random.between(4.f, 10.f) * kit.lamp_power;
-  return {"floor_lamp", {2 * r, h, 2 * r}, [=](Shapes& s) {
-            const int m = s.material(metal);
-            s.lathe({0, 0, 0}, {{r * 0.8f, 0}, {r * 0.8f, 0.02f}, {0.012f, 0.03f}, {0.012f, h - 0.22f}}, m, 20);
-            s.lathe({0, h - 0.28f, 0}, {{r, 0}, {r * 0.8f, 0.28f}}, s.material(shade), 24,
-                    lit ? s.emitter({radiance, false}) : -1, true);
+Piece plant(const Kit& kit, Random& random) {
+  const float h = random.between(0.5f, 1.7f), pot = random.between(0.12f, 0.2f);
+  return {"plant", {std::max(2 * pot, 0.66f * h), h, std::max(2 * pot, 0.66f * h)}, [=](Shapes& s) {
+            potted_plant(s, kit, pot, h);
           }};
 }
 

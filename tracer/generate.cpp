@@ -131,8 +131,7 @@ class RoomSource {
       standing->cameras =
           choose_views(standing->scene, standing->room, o.views, o.width, o.height, Random(seed).fork(100));
     else
-      for (int v = 0; v < o.views; ++v)
-        standing->cameras.push_back(description(index).cameras[static_cast<std::size_t>(v)].resized(o.width, o.height));
+      standing->cameras = description(index).views(o.views, o.width, o.height);
     return standing;
   }
 
@@ -144,22 +143,14 @@ class RoomSource {
     file_ = read_room_file(o.from_rooms);
     o.setting = file_.setting, o.seed = 0, o.box_rooms = false;
     const std::string where = o.from_rooms.string();
+    if (!o.room_seeds.empty()) file_ = rooms_of_seeds(file_, o.room_seeds, where);
     if (file_.rooms.empty()) throw usage_error("there are no rooms in the file", where);
     if (o.rooms == kAllRooms) o.rooms = static_cast<int>(file_.rooms.size());
     if (o.views == kAllRooms) o.views = static_cast<int>(file_.rooms[0].cameras.size());
     if (static_cast<std::size_t>(o.rooms) > file_.rooms.size())
       throw usage_error("the file has fewer rooms", where, fmt::format("{}", file_.rooms.size()),
                         fmt::format("{} (--rooms)", o.rooms));
-    for (const RoomDescription& room : file_.rooms) {
-      if (static_cast<std::size_t>(o.views) > room.cameras.size())
-        throw usage_error("a room of the file has fewer views", where + ": " + room.name,
-                          fmt::format("{}", room.cameras.size()), fmt::format("{} (--views)", o.views));
-      for (const Camera& camera : room.cameras)
-        if (camera.width * o.height != camera.height * o.width)
-          throw usage_error("of another shape than the views of the file", "--size",
-                            fmt::format("{}x{}", o.width, o.height),
-                            fmt::format("a multiple of {}x{}", camera.width, camera.height));
-    }
+    for (const RoomDescription& room : file_.rooms) room.views(o.views, o.width, o.height);  // or says what is wrong
   }
 
   const GenerateOptions& options_;

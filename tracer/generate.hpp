@@ -26,7 +26,7 @@ struct GenerateOptions {
   std::vector<std::uint64_t> room_seeds;  // one a room, in place of those that follow from `seed`; or empty
   /// Rooms and cameras as a file describes them (tracer/room_file.hpp), in place of made ones: its first `rooms`, and
   /// of each the first `views`, either of which may be kAllRooms; `setting`, `seed` and `box_rooms` have no say. Empty:
-  /// rooms are made.
+  /// rooms are made. With `room_seeds`: the rooms of the file that have them.
   std::filesystem::path from_rooms;
   int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
   bool balls = false;

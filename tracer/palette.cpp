@@ -26,8 +26,11 @@ Material base(Texture texture, Random& random) {
   return m;
 }
 
+/// Nothing at home is blacker: with a texture's tint the albedo stays above 0.02.
+constexpr float kDarkest = 0.028f;
+
 void colors(Material& m, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
-  m.color_a = a, m.color_b = b, m.color_c = c;
+  m.color_a = glm::max(a, kDarkest), m.color_b = glm::max(b, kDarkest), m.color_c = glm::max(c, kDarkest);
 }
 
 void roughness(Material& m, float a, float b, float c) { m.roughness_a = a, m.roughness_b = b, m.roughness_c = c; }
@@ -42,19 +45,19 @@ const char* name_of(MaterialClass kind) {
 
 Palette::Palette(Random random, bool stone_only, bool no_stone)
     : random_(random), stone_only_(stone_only), no_stone_(no_stone) {
-  for (int i = 0; i < 3; ++i) {
-    woods_.push_back(make(MaterialClass::Wood));
-    fabrics_.push_back(make(MaterialClass::Fabric));
-    if (i < 2) metals_.push_back(make(MaterialClass::Metal));
+  for (int i = 0; i < 6; ++i) {
+    if (i < 4) woods_.push_back(make(MaterialClass::Wood));
+    fabrics_.push_back(i < 4 ? make(MaterialClass::Fabric) : print());
+    if (i < 3) metals_.push_back(make(MaterialClass::Metal));
   }
   body_choice_ = random_.unit();
 }
 
 glm::vec3 Palette::paint_color() {
-  // Most walls are light and hardly coloured; some are not.
-  if (random_.chance(0.55f))
-    return hsv(random_.between(0.05f, 0.18f), random_.between(0, 0.12f), random_.between(0.78f, 0.9f));
-  if (random_.chance(0.7f)) return hsv(random_.unit(), random_.between(0.05f, 0.2f), random_.between(0.6f, 0.88f));
+  // Most walls are white or nearly so, some pastel, few strong.
+  if (random_.chance(0.7f))
+    return hsv(random_.between(0.05f, 0.17f), random_.between(0, 0.08f), random_.between(0.84f, 0.92f));
+  if (random_.chance(0.8f)) return hsv(random_.unit(), random_.between(0.05f, 0.2f), random_.between(0.6f, 0.88f));
   const glm::vec3 strong = strong_color();
   return strong * 0.7f + glm::vec3(0.1f);
 }
@@ -74,11 +77,11 @@ Material Palette::make(MaterialClass kind) {
       Material m = base(Texture::Plaster, r);
       const glm::vec3 c = paint_color();
       colors(m, c * 0.97f, c * 1.02f, c * 0.85f);
-      // Matt, satin, or polished plaster: what looks like a wall must not tell its roughness.
+      // Emulsion is matt; a few walls are satin (kitchens, halls), hardly any polished plaster.
       const float kind_of = r.unit();
-      const float rough = kind_of < 0.7f   ? r.between(0.8f, 0.95f)
-                          : kind_of < 0.9f ? r.between(0.35f, 0.6f)
-                                           : r.between(0.1f, 0.28f);
+      const float rough = kind_of < 0.91f   ? r.between(0.75f, 0.95f)
+                          : kind_of < 0.98f ? r.between(0.4f, 0.62f)
+                                            : r.between(0.12f, 0.3f);
       roughness(m, rough, rough + 0.03f, std::min(rough + 0.05f, 1.f));
       m.scale = glm::vec3(r.between(0.8f, 3.f));
       m.noise = r.between(0, 0.03f);
@@ -96,27 +99,8 @@ Material Palette::make(MaterialClass kind) {
       m.wear = r.chance(0.4f) ? r.between(0.2f, 0.45f) : 0;
       return m;
     }
-    case MaterialClass::Wood: {
-      Material m = base(Texture::Wood, r);
-      // Pine, oak, walnut, ebony-stained, whitewashed.
-      const float kind_of = r.unit();
-      const float hue = r.between(0.055f, 0.1f);
-      const float value = kind_of < 0.3f    ? r.between(0.7f, 0.85f)
-                          : kind_of < 0.65f ? r.between(0.5f, 0.68f)
-                          : kind_of < 0.9f  ? r.between(0.28f, 0.45f)
-                                            : r.between(0.12f, 0.22f);
-      const float saturation = r.between(0.35f, 0.68f) * (value > 0.7f ? 0.8f : 1.f);
-      const glm::vec3 light = hsv(hue, saturation, value);
-      colors(m, light, light * r.between(0.45f, 0.7f), light * 0.12f);
-      const bool varnished = r.chance(0.5f);  // varnish deepens the colour and makes it shine
-      if (varnished) m.color_a *= 0.85f, m.color_b *= 0.8f;
-      const float rough = varnished ? r.between(0.16f, 0.34f) : r.between(0.48f, 0.68f);
-      roughness(m, rough, rough + (varnished ? 0.05f : 0.14f), 0.9f);
-      m.scale = {0, 0, r.between(9.f, 26.f)};
-      m.warp = r.between(0.8f, 3.f);
-      m.noise = varnished ? 0 : r.between(0, 0.05f);
-      return m;
-    }
+    case MaterialClass::Wood:
+      return made_wood();
     case MaterialClass::Tile: {
       Material m = base(Texture::Tiles, r);
       const glm::vec3 c =
@@ -126,8 +110,8 @@ Material Palette::make(MaterialClass kind) {
       const bool matt = r.chance(0.3f);  // unglazed
       const float rough = matt ? r.between(0.38f, 0.65f) : r.between(0.06f, 0.26f);
       roughness(m, rough, rough + r.between(0.02f, 0.1f), 0.9f);
-      const float size = r.one_of({0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.6f});
-      m.scale = {1 / size, r.chance(0.7f) ? 1 / size : 2 / size, 1};
+      const float size = r.one_of({0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.6f, 0.9f});
+      m.scale = {1 / size, r.one_of({1.f, 1.f, 1.f, 2.f, 3.f}) / size, 1};
       m.gap = std::clamp(r.between(0.0025f, 0.004f) / size, 0.006f, 0.03f);
       m.tint = r.between(0.01f, 0.07f);
       m.warp = r.between(0.5f, 2.f);
@@ -152,7 +136,7 @@ Material Palette::make(MaterialClass kind) {
       const glm::vec3 c = r.chance(0.45f) ? hsv(r.between(0.04f, 0.16f), r.between(0.02f, 0.3f), r.between(0.3f, 0.85f))
                                           : strong_color();
       m.pattern = static_cast<float>(r.one_of({0, 0, 0, 1, 2}));
-      const glm::vec3 other = m.pattern > 0 ? (r.chance(0.5f) ? strong_color() : c * 0.4f) : c * r.between(0.65f, 0.9f);
+      const glm::vec3 other = m.pattern > 0 ? (r.chance(0.4f) ? strong_color() : c * 0.4f) : c * r.between(0.65f, 0.9f);
       colors(m, c, other, c);
       const float rough = r.between(0.86f, 0.96f);
       roughness(m, rough, std::min(rough + 0.04f, 1.f), 1);
@@ -245,6 +229,35 @@ Material Palette::make(MaterialClass kind) {
   return {};
 }
 
+Material Palette::made_wood() {
+  struct Kind {
+    float hue0, hue1, saturation0, saturation1, value0, value1,
+        grain;  // grain: darkest part of a ring over the light
+  };
+  // Pine, birch, oak, beech, teak, cherry, walnut, wenge, limed and grey.
+  constexpr Kind kinds[] = {
+      {0.09f, 0.11f, 0.35f, 0.55f, 0.76f, 0.88f, 0.7f},  {0.09f, 0.115f, 0.18f, 0.32f, 0.8f, 0.9f, 0.85f},
+      {0.08f, 0.105f, 0.4f, 0.58f, 0.55f, 0.75f, 0.6f},  {0.065f, 0.085f, 0.35f, 0.5f, 0.65f, 0.8f, 0.8f},
+      {0.06f, 0.085f, 0.5f, 0.68f, 0.45f, 0.6f, 0.6f},   {0.03f, 0.055f, 0.5f, 0.72f, 0.38f, 0.58f, 0.65f},
+      {0.05f, 0.075f, 0.42f, 0.6f, 0.28f, 0.45f, 0.55f}, {0.04f, 0.07f, 0.3f, 0.5f, 0.2f, 0.28f, 0.7f},
+      {0.09f, 0.12f, 0.08f, 0.2f, 0.78f, 0.9f, 0.8f},    {0.07f, 0.11f, 0.06f, 0.18f, 0.42f, 0.65f, 0.6f},
+  };
+  Random& r = random_;
+  Material m = base(Texture::Wood, r);
+  const Kind& kind = kinds[r.whole(0, 9)];
+  const glm::vec3 light = hsv(r.between(kind.hue0, kind.hue1), r.between(kind.saturation0, kind.saturation1),
+                              r.between(kind.value0, kind.value1));
+  const bool varnished = r.chance(0.45f);  // varnish deepens the colour and makes it shine
+  const float deep = varnished ? 0.85f : 1.f;
+  colors(m, light * deep, light * (deep * kind.grain * r.between(0.85f, 1.1f)), light * 0.15f);
+  const float rough = varnished ? r.between(0.16f, 0.36f) : r.between(0.45f, 0.72f);
+  roughness(m, rough, rough + (varnished ? 0.05f : 0.14f), 0.9f);
+  m.scale = {0, 0, r.between(9.f, 30.f)};
+  m.warp = r.between(0.8f, 3.f);
+  m.noise = varnished ? 0 : r.between(0, 0.05f);
+  return m;
+}
+
 Material Palette::wood() { return stone_only_ ? make(MaterialClass::Stone) : random_.one_of(woods_); }
 Material Palette::fabric() { return random_.one_of(fabrics_); }
 Material Palette::metal() { return random_.one_of(metals_); }
@@ -266,8 +279,9 @@ Material Palette::top() {
 
 Material Palette::planks(const Material& wood) {
   Material m = wood;
-  const float width = random_.between(0.07f, 0.2f);
-  m.scale.x = 1 / random_.between(0.7f, 2.2f);
+  const bool parquet = random_.chance(0.2f);
+  const float width = parquet ? random_.between(0.05f, 0.09f) : random_.between(0.07f, 0.24f);
+  m.scale.x = 1 / (parquet ? random_.between(0.25f, 0.5f) : random_.between(0.7f, 2.2f));
   m.scale.y = 1 / width;
   m.gap = std::clamp(0.0018f / width, 0.006f, 0.03f);
   m.tint = random_.between(0.05f, 0.2f);
@@ -282,9 +296,9 @@ Material Palette::floor() {
     return m;
   }
   const float choice = random_.unit();
-  if (choice < 0.48f) return planks(make(MaterialClass::Wood));
-  if (choice < 0.68f) return make(MaterialClass::Tile);
-  if (choice < 0.81f) return make(MaterialClass::Carpet);
+  if (choice < 0.46f) return planks(make(MaterialClass::Wood));
+  if (choice < 0.62f) return make(MaterialClass::Tile);
+  if (choice < 0.82f) return make(MaterialClass::Carpet);
   if (choice < 0.91f) return make(MaterialClass::Concrete);
   return make(MaterialClass::Stone);
 }
@@ -296,10 +310,48 @@ Material Palette::wall() {
     return m;
   }
   const float choice = random_.unit();
-  if (choice < 0.78f) return make(MaterialClass::WallPaint);
-  if (choice < 0.86f) return make(MaterialClass::Tile);
-  if (choice < 0.94f) return make(MaterialClass::Concrete);
+  if (choice < 0.76f) return make(MaterialClass::WallPaint);
+  if (choice < 0.92f) return wallpaper();
+  if (choice < 0.95f) return brick();
+  if (choice < 0.98f) return make(MaterialClass::Concrete);
   return planks(make(MaterialClass::Wood));
+}
+
+Material Palette::wallpaper() {
+  Random& r = random_;
+  const float kind = r.unit();
+  Material m = base(kind < 0.35f ? Texture::Fabric : kind < 0.8f ? Texture::Rug : Texture::Painting, r);
+  const glm::vec3 ground = paint_color();
+  const glm::vec3 figure =
+      r.chance(0.7f) ? ground * r.between(0.7f, 0.93f) : ground * 0.5f + strong_color() * r.between(0.2f, 0.5f);
+  colors(m, ground, figure, r.chance(0.5f) ? ground : figure * r.between(0.6f, 1.2f));
+  const float rough = r.between(0.65f, 0.95f);
+  roughness(m, rough, std::min(rough + 0.04f, 1.f), rough);
+  if (kind < 0.35f) {
+    m.pattern = static_cast<float>(r.one_of({1, 1, 2}));
+    m.scale = {r.between(3.f, 12.f), m.pattern > 1 ? r.between(3.f, 12.f) : 3.f, 1};
+    m.tint = 0.02f;
+  } else if (kind < 0.8f) {
+    m.pattern = static_cast<float>(r.one_of({0, 0, 1}));
+    m.scale = {r.between(2.f, 7.f), r.between(2.f, 7.f), 1};
+    m.tint = r.between(0, 0.05f);
+  } else {
+    m.scale = glm::vec3(r.between(1.5f, 5.f)), m.warp = r.between(0.5f, 2.f), m.pattern = 0;
+  }
+  return m;
+}
+
+Material Palette::brick() {
+  Material m = base(Texture::Tiles, random_);
+  const bool painted = random_.chance(0.35f);
+  const glm::vec3 c =
+      painted ? paint_color()
+              : hsv(random_.between(0.01f, 0.06f), random_.between(0.35f, 0.6f), random_.between(0.5f, 0.72f));
+  colors(m, c, c * random_.between(0.65f, 0.9f), painted ? c * 0.8f : grey(random_.between(0.55f, 0.75f)));
+  roughness(m, 0.85f, 0.95f, 0.97f);
+  m.scale = {1 / 0.25f, 1 / 0.075f, 1};
+  m.gap = 0.02f, m.tint = painted ? 0.03f : random_.between(0.1f, 0.2f), m.warp = 2, m.pattern = 1;
+  return m;
 }
 
 Material Palette::ceiling() {
@@ -333,6 +385,53 @@ Material Palette::painting() {
   return m;
 }
 
+Material Palette::print() {
+  Random& r = random_;
+  const bool motif = r.chance(0.6f);
+  Material m = base(motif ? Texture::Rug : Texture::Painting, r);
+  const glm::vec3 ground = r.chance(0.5f) ? paint_color() : strong_color();
+  colors(m, ground, strong_color(), r.chance(0.5f) ? strong_color() : ground * 0.6f);
+  const float rough = r.between(0.84f, 0.96f);
+  roughness(m, rough, std::min(rough + 0.04f, 1.f), 1);
+  m.scale = glm::vec3(motif ? r.between(3.f, 14.f) : r.between(3.f, 9.f));
+  m.warp = r.between(0.5f, 2.f), m.tint = motif ? r.between(0.03f, 0.12f) : 0.05f;
+  m.pattern = static_cast<float>(motif ? r.whole(0, 1) : 0);
+  return m;
+}
+
+Material Palette::chrome() {
+  Material m = base(Texture::Metal, random_);
+  const glm::vec3 c = random_.chance(0.75f)  ? glm::vec3(random_.between(0.55f, 0.7f))
+                      : random_.chance(0.5f) ? glm::vec3(0.1f)
+                                             : glm::vec3(0.8f, 0.6f, 0.32f);
+  colors(m, c, c * 0.96f, c * 0.8f);
+  const float rough = c.x < 0.2f ? random_.between(0.3f, 0.5f) : random_.between(0.05f, 0.22f);
+  roughness(m, rough, rough + 0.03f, rough + 0.2f);
+  m.metallic_a = m.metallic_b = m.metallic_c = 1;
+  m.scale = {3, 120, 120};
+  return m;
+}
+
+Material Palette::leaf() {
+  Material m = base(Texture::Plain, random_);
+  const glm::vec3 c(random_.between(0.035f, 0.09f), random_.between(0.1f, 0.27f), random_.between(0.03f, 0.07f));
+  colors(m, c, c * 0.75f, c);
+  const float rough = random_.between(0.35f, 0.6f);
+  roughness(m, rough, rough + 0.1f, rough);
+  m.scale = glm::vec3(6);
+  return m;
+}
+
+Material Palette::enamel() {
+  Material m = base(Texture::Plain, random_);
+  const glm::vec3 c = random_.chance(0.85f) ? hsv(0.12f, random_.between(0, 0.04f), random_.between(0.86f, 0.91f))
+                                            : grey(random_.one_of({0.2f, 0.4f, 0.65f}));
+  colors(m, c, c * 0.98f, c);
+  const float rough = random_.between(0.06f, 0.22f);
+  roughness(m, rough, rough + 0.02f, rough);
+  return m;
+}
+
 Material Palette::mirror() {
   Material m = base(Texture::Plain, random_);
   colors(m, glm::vec3(0.88f), glm::vec3(0.88f), glm::vec3(0.88f));
@@ -343,7 +442,7 @@ Material Palette::mirror() {
 
 Material Palette::glass() {
   Material m = base(Texture::Plain, random_);
-  const glm::vec3 c = grey(random_.between(0.08f, 0.2f));
+  const glm::vec3 c = grey(random_.between(0.19f, 0.26f));
   colors(m, c, c, c);
   const float rough = random_.between(0.04f, 0.12f);
   roughness(m, rough, rough, rough);

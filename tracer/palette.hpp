@@ -10,7 +10,8 @@
 namespace clerestory {
 
 enum class MaterialClass {
-  WallPaint,   // matt emulsion, roughness 0.8-0.98
+  WallPaint,   // matt emulsion, roughness 0.75-0.98; now and then satin or
+               // polished plaster
   GlossPaint,  // lacquered wood, doors, cabinets, 0.15-0.45
   Wood,        // oiled or varnished, 0.3-0.65, dark gaps rough
   Tile,        // glazed, 0.08-0.3, with rough grout
@@ -25,7 +26,7 @@ enum class MaterialClass {
   Concrete,    // 0.7-0.95
 };
 
-/// Draws materials. One palette serves one room, so that its pieces match: a few woods, a few fabrics, one metal.
+/// Draws materials. One palette serves one room, so that its pieces match: a few woods, fabrics and metals.
 class Palette {
  public:
   /// `stone_only`: the texture family Stone takes the place of every hard surface it can (held-out rooms);
@@ -45,10 +46,20 @@ class Palette {
 
   Material floor();
   Material wall();
+  /// Stripes, dots, leaves and clouds, printed on paper.
+  Material wallpaper();
   Material ceiling();
   Material rug();
   Material painting();
   Material mirror();
+  /// Taps, rails, legs: polished metal without colour, or a dark one.
+  Material chrome();
+  /// Cloth with something woven or printed on it.
+  Material print();
+  /// A leaf of a plant.
+  Material leaf();
+  /// White goods, sanitary ware.
+  Material enamel();
   /// Screens and panes: black glass.
   Material glass();
   /// A lamp's diffuser.
@@ -59,6 +70,8 @@ class Palette {
  private:
   glm::vec3 paint_color();
   glm::vec3 strong_color();
+  Material made_wood();
+  Material brick();
   Material planks(const Material& wood);
 
   Random random_;

@@ -207,7 +207,41 @@ class Tessellation {
     }
   }
 
+  void tube() const {
+    const float radius = number(0);
+    const std::size_t count = (part_.numbers.size() - 1) / 3;
+    const auto axis = [&](std::size_t i) { return point(1 + 3 * i); };
+    glm::vec3 side(0);
+    float along = 0;
+    std::vector<Vertex> last, ring;
+    for (std::size_t i = 0; i < count; ++i) {
+      const glm::vec3 before =
+          glm::normalize(axis(std::max<std::size_t>(i, 1)) - axis(std::max<std::size_t>(i, 1) - 1));
+      const glm::vec3 after = i + 1 < count ? glm::normalize(axis(i + 1) - axis(i)) : before;
+      const glm::vec3 t = glm::normalize(before + after);
+      // The ring is carried along the axis and not turned about it.
+      if (i == 0) side = std::abs(t.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
+      side = glm::normalize(side - t * glm::dot(side, t));
+      if (i > 0) along += glm::length(axis(i) - axis(i - 1));
+      ring.clear();
+      for (int k = 0; k <= part_.steps; ++k) {
+        const glm::vec2 turn = around(k, part_.steps);
+        const glm::vec3 out = side * turn.x + glm::cross(t, side) * turn.y;
+        const float arc = 2 * kPi * radius * static_cast<float>(k) / static_cast<float>(part_.steps);
+        ring.push_back(vertex(axis(i) + radius * out, glm::vec3(along, arc, 0) + part_.shift, out));
+      }
+      for (std::size_t k = 0; i > 0 && k + 1 < ring.size(); ++k) face(last[k], last[k + 1], ring[k + 1], ring[k], true);
+      if (i == 0 || i + 1 == count) cap(axis(i), ring, i > 0);
+      last = ring;
+    }
+  }
+
  private:
+  /// The flat end of a tube.
+  void cap(const glm::vec3& middle, std::vector<Vertex> ring, bool far) const {
+    for (std::size_t k = 0; k + 1 < ring.size(); ++k)
+      add(vertex(middle, part_.shift), ring[far ? k : k + 1], ring[far ? k + 1 : k], false);
+  }
   float number(std::size_t i) const { return part_.numbers[i]; }
   glm::vec3 point(std::size_t i) const { return {number(i), number(i + 1), number(i + 2)}; }
 
@@ -252,6 +286,8 @@ void add_part(World& world, const Part& part, const Mesh* mesh) {
       return t.mesh(*mesh);
     case PartKind::Curtain:
       return t.curtain();
+    case PartKind::Tube:
+      return t.tube();
   }
 }
 

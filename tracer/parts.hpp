@@ -11,7 +11,7 @@
 namespace clerestory {
 
 /// In room files by number: new kinds come last, and what a kind becomes never changes.
-enum class PartKind : std::uint8_t { Quad, Canvas, Box, Cushion, Lathe, Disc, Sphere, Mesh, Curtain };
+enum class PartKind : std::uint8_t { Quad, Canvas, Box, Cushion, Lathe, Disc, Sphere, Mesh, Curtain, Tube };
 
 /// One solid, in coordinates of its own. `numbers`, metres:
 ///   Quad     four corners counter-clockwise seen from the front; u, v at the first one
@@ -23,6 +23,7 @@ enum class PartKind : std::uint8_t { Quad, Canvas, Box, Cushion, Lathe, Disc, Sp
 ///   Sphere   centre, radius; `steps` from pole to pole
 ///   Mesh     foot, height; `model`
 ///   Curtain  low corner, width, height, depth of a fold; `steps` folds
+///   Tube     radius, two points or more that its axis runs through; `steps` around
 struct Part {
   PartKind kind = PartKind::Box;
   std::vector<float> numbers;

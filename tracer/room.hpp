@@ -34,6 +34,9 @@ struct RoomAssets {
   std::vector<Model> models;
 };
 
+/// The panorama of that name: an asset's, or a sky's. Throws usage_error naming `room` when the assets lack it.
+Panorama outside_of(const std::string& room, const std::string& name, const RoomAssets& assets);
+
 /// Reads <folder>/hdri/*.exr and <folder>/models/*.glb that the setting allows, by name. Negative radiance becomes 0.
 /// Throws usage_error when a folder is missing or holds nothing of the setting.
 RoomAssets load_assets(const std::filesystem::path& folder, Setting setting);
@@ -44,13 +47,19 @@ struct Occupied {
   std::string name;
 };
 
+/// A rectangle of floor under a ceiling.
+struct Floor {
+  float x0 = 0, z0 = 0, x1 = 0, z1 = 0, height = 0;
+};
+
 struct Room {
   World scene;
-  std::vector<Part> parts;  // what the scene's triangles are made from, in their order
-  glm::vec3 size{0};        // width (x), height, depth (z); the floor's middle is the origin
+  std::vector<Part> parts;    // what the scene's triangles are made from, in their order
+  glm::vec3 size{0};          // width (x), height, depth (z); the floor's middle is the origin
+  std::vector<Floor> floors;  // the room's own, then those of its recesses
   std::vector<Occupied> occupied;
-  std::string kind;      // living, dining, bedroom, office, kitchen, studio
-  std::string panorama;  // name of the one outside
+  std::string kind;      // living, dining, bedroom, office, kitchen, bathroom, studio
+  std::string panorama;  // name of the one outside: an asset's, or a sky's (tracer/sky.hpp)
 };
 
 /// The room of a seed. Equal arguments give equal rooms.

@@ -196,6 +196,8 @@ bool has_its_numbers(PartKind kind, std::size_t count) {
     case PartKind::Sphere:
     case PartKind::Mesh:
       return count == 4;
+    case PartKind::Tube:
+      return count >= 7 && count % 3 == 1;
   }
   return false;
 }
@@ -384,11 +386,7 @@ Room RoomDescription::build(const RoomAssets& assets) const {
   Room room;
   room.size = size, room.kind = kind, room.panorama = panorama, room.parts = parts;
   room.scene.materials = materials, room.scene.emitters = emitters, room.scene.panorama_turn = panorama_turn;
-  if (!panorama.empty()) {
-    const auto outside = std::ranges::find(assets.panoramas, panorama, &NamedPanorama::name);
-    if (outside == assets.panoramas.end()) throw usage_error("no such panorama among the assets", name, panorama);
-    room.scene.panorama = outside->panorama;
-  }
+  if (!panorama.empty()) room.scene.panorama = outside_of(name, panorama, assets);
   for (const Part& part : parts) {
     const auto model = std::ranges::find(assets.models, part.model, &Model::name);
     if (part.kind == PartKind::Mesh && model == assets.models.end())
@@ -396,6 +394,21 @@ Room RoomDescription::build(const RoomAssets& assets) const {
     add_part(room.scene, part, part.kind == PartKind::Mesh ? &model->mesh : nullptr);
   }
   return room;
+}
+
+std::vector<Camera> RoomDescription::views(int count, int width, int height) const {
+  if (static_cast<std::size_t>(count) > cameras.size())
+    throw usage_error("a room of the file has fewer views", name, fmt::format("{}", cameras.size()),
+                      fmt::format("{} (--views)", count));
+  std::vector<Camera> views;
+  for (int v = 0; v < count; ++v) {
+    const Camera& camera = cameras[static_cast<std::size_t>(v)];
+    if (camera.width * height != camera.height * width)
+      throw usage_error("of another shape than the views of the file", name, fmt::format("{}x{}", width, height),
+                        fmt::format("a multiple of {}x{}", camera.width, camera.height));
+    views.push_back(camera.resized(width, height));
+  }
+  return views;
 }
 
 void write_room_file(const fs::path& path, const RoomFile& file) {
@@ -420,6 +433,17 @@ RoomFile read_room_file(const fs::path& path) {
   Rooms rooms(from, columns);
   for (std::size_t r = 0; r < columns.names.size(); ++r) file.rooms.push_back(rooms.next());
   return file;
+}
+
+RoomFile rooms_of_seeds(const RoomFile& file, const std::vector<std::uint64_t>& seeds, const std::string& where) {
+  RoomFile chosen{file.setting, {}};
+  for (const std::uint64_t seed : seeds) {
+    const auto room = std::ranges::find(file.rooms, seed, &RoomDescription::seed);
+    if (room == file.rooms.end())
+      throw usage_error("no room of the file has this seed", where, fmt::format("{}", seed), "a seed of its rooms");
+    chosen.rooms.push_back(*room);
+  }
+  return chosen;
 }
 
 }  // namespace clerestory

@@ -27,6 +27,8 @@ struct RoomDescription {
   /// Without `occupied`: where furniture stands is known by its parts alone. Throws usage_error naming what the assets
   /// lack.
   Room build(const RoomAssets& assets) const;
+  /// The first `count` cameras, of so many pixels. Throws usage_error where there are fewer, or of another shape.
+  std::vector<Camera> views(int count, int width, int height) const;
 };
 
 RoomDescription describe_room(const std::string& name, std::uint64_t seed, const Room& room,
@@ -44,5 +46,8 @@ void write_room_file(const std::filesystem::path& path, const RoomFile& file);
 /// Throws usage_error naming the file and what is wrong: no HDF5, no room file, a damaged or missing column, a number
 /// that is not finite, an index out of range.
 RoomFile read_room_file(const std::filesystem::path& path);
+
+/// The rooms with these seeds, in their order. Throws usage_error naming `where` and the seed that no room has.
+RoomFile rooms_of_seeds(const RoomFile& file, const std::vector<std::uint64_t>& seeds, const std::string& where);
 
 }  // namespace clerestory

@@ -143,4 +143,14 @@ void Shapes::curtain(const glm::vec3& low, float width, float height, float fold
        .shift = random_shift(random_)});
 }
 
+void Shapes::tube(const std::vector<glm::vec3>& points, float radius, int material, int sides) {
+  std::vector<float> numbers{radius};
+  for (const glm::vec3& p : points) numbers.insert(numbers.end(), {p.x, p.y, p.z});
+  add({.kind = PartKind::Tube,
+       .numbers = std::move(numbers),
+       .steps = sides,
+       .material = material,
+       .shift = random_shift(random_)});
+}
+
 }  // namespace clerestory

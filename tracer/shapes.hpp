@@ -54,6 +54,9 @@ class Shapes {
   /// A hanging sheet with folds across x, between two corners: curtains.
   void curtain(const glm::vec3& low, float width, float height, float fold, int folds, int material);
 
+  /// A round rod through points: handles, taps, legs, cables.
+  void tube(const std::vector<glm::vec3>& points, float radius, int material, int sides = 8);
+
   Random& random() { return random_; }
 
  private:

@@ -1,12 +1,17 @@
 #include "experiments/commands/generate.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "experiments/commands/cli.hpp"
+#include "experiments/studies/room_list.hpp"
+#include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
+#include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/generate.hpp"
 
@@ -17,7 +22,7 @@ struct Options {
   GenerateOptions generate;
   PixelSize size{160, 120};
   std::optional<int> rooms, views;  // of a file all, else GenerateOptions's
-  std::filesystem::path write_rooms;
+  std::filesystem::path write_rooms, list, sheet;
   std::string shard = "0/1", setting = "training";
   bool no_light = false;
 };
@@ -31,6 +36,41 @@ void read_shard(const std::string& text, GenerateOptions& to) {
   if (to.shards < 1 || to.shard < 0 || to.shard >= to.shards) {
     throw usage_error("out of range", "--shard", text, "0 <= I < N");
   }
+}
+
+/// The rooms of a list, as the rules make them.
+void read_list(Options& options) {
+  GenerateOptions& o = options.generate;
+  if (!o.from_rooms.empty() || o.box_rooms)
+    throw usage_error("rooms of a list are made by the rules", "--list", options.list.string(),
+                      "neither --from-rooms nor --box-rooms");
+  const RoomList list = read_room_list(options.list);
+  o.setting = list.setting, o.room_seeds = list.seeds;
+  const int all = static_cast<int>(list.seeds.size());
+  if (options.rooms.value_or(all) > all)
+    throw usage_error("the list has fewer rooms", options.list.string(), fmt::format("{}", all),
+                      fmt::format("{} (--rooms)", *options.rooms));
+  options.rooms = options.rooms.value_or(all);
+}
+
+/// One PNG of all pictures that the folder has of these rooms: rooms below each other, as square as it gets.
+void write_sheet(const GenerateOptions& o, const std::filesystem::path& file) {
+  std::vector<Image> pictures;
+  for (const char* split : {"train", "val", "test"})
+    for (const std::string& room : list_rooms(o.out, split))
+      for (const std::string& view : list_views(o.out / room))
+        pictures.push_back(show_radiance(read_image(view_file(o.out / room, view, "im"))));
+  const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));
+  const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
+  Image sheet(columns * o.width, rows * o.height, 3);
+  for (std::size_t k = 0; k < pictures.size(); ++k)
+    for (int c = 0; c < 3; ++c)
+      for (int y = 0; y < o.height; ++y) {
+        const float* row = pictures[k].plane(c) + static_cast<std::ptrdiff_t>(y) * o.width;
+        const std::ptrdiff_t line = (static_cast<int>(k) / columns) * o.height + y;
+        std::copy(row, row + o.width, sheet.plane(c) + line * sheet.width + (static_cast<int>(k) % columns) * o.width);
+      }
+  write_png(file, sheet, Encoding::Linear);
 }
 
 std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
@@ -68,6 +108,7 @@ void run(Options& options, const CommonOptions& common) {
   read_shard(options.shard, o);
   o.light = !options.no_light;
   o.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
+  if (!options.list.empty()) read_list(options);
   o.rooms = options.rooms.value_or(o.from_rooms.empty() ? o.rooms : kAllRooms);
   o.views = options.views.value_or(o.from_rooms.empty() ? o.views : kAllRooms);
   catch_interrupts();
@@ -82,6 +123,7 @@ void run(Options& options, const CommonOptions& common) {
   if (!options.write_rooms.empty()) return write_description(options, common);
   const GenerateSummary summary = generate(Device::open(common.device), o);
   progress.reset();
+  if (!options.sheet.empty()) write_sheet(o, options.sheet);
   if (common.json) write_json_result(common, summary_json(o, summary));
   say(fmt::format(
       "{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
@@ -104,6 +146,8 @@ void add_generate_command(CommandLine& line) {
       .option("--out", "DIR", "folder of the data set", o.out)
       .option("--rooms", "N", "number of rooms; 1 by default, of a file all", options->rooms)
       .option("--views", "N", "views of each room; 5 by default, of a file all", options->views)
+      .option("--list", "FILE",
+              "rooms of the seeds and the setting in a list (experiments/rooms), as they are made now", options->list)
       .option("--write-rooms", "FILE", "describe the rooms and their cameras in a file, and trace nothing",
               options->write_rooms)
       .option("--from-rooms", "FILE", "trace the rooms of such a file, whatever rooms are made like by now",
@@ -118,6 +162,7 @@ void add_generate_command(CommandLine& line) {
       .option("--light-spp", "N", "samples of each direction of an environment map; a probe's get four times as many",
               o.light_spp)
       .option("--probes", "K", "panoramas of each view at points in free air", o.probes)
+      .option("--sheet", "FILE", "also one PNG with the pictures of all views", options->sheet)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
       .choice("--setting", "what rooms may show; held_out: only what training rooms never do", options->setting,
               {"training", "held_out"})

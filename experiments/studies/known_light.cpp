@@ -10,7 +10,6 @@
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/probes.hpp"
-#include "tracer/views.hpp"
 
 namespace clerestory {
 namespace {
@@ -76,7 +75,7 @@ LitRoom::LitRoom(const Device& device, const ListedRoom& listed, const KnownLigh
       seed_(listed.seed),
       room_(listed.make()),
       traced_(device, room_.scene),
-      cameras_(choose_views(traced_, room_, options.views, options.width, options.height, Random(seed_).fork(100))) {}
+      cameras_(listed.cameras(traced_, room_, options.views, options.width, options.height)) {}
 
 /// The bound on indirect light is stated against white, so a few samples find the exposure first.
 float LitRoom::most_indirect(const Camera& camera, const Random& random) {

@@ -8,6 +8,7 @@
 #include "host/io/files.hpp"
 #include "tracer/generate.hpp"
 #include "tracer/random.hpp"
+#include "tracer/views.hpp"
 
 namespace clerestory {
 namespace {
@@ -59,6 +60,7 @@ RoomList read_room_list(const fs::path& file) {
     if (words >> more) throw usage_error("more than one entry in a line", where, "'" + more + "'");
   }
   if (!has_setting) throw usage_error("the list says no setting", file.string(), "", "a line 'setting held_out'");
+  if (const fs::path beside = fs::path(list.file).replace_extension(".h5"); fs::exists(beside)) list.described = beside;
   return list;
 }
 
@@ -72,6 +74,11 @@ RoomList rooms_of(RoomList list, std::size_t count, std::uint64_t draw) {
       std::swap(list.seeds[i], list.seeds[i + random.bits() % (list.seeds.size() - i)]);
   list.seeds.resize(count);
   return list;
+}
+
+std::vector<Camera> ListedRoom::cameras(TraceScene& traced, const Room& room, int count, int width, int height) const {
+  return described ? described->views(count, width, height)
+                   : choose_views(traced, room, count, width, height, Random(seed).fork(100));
 }
 
 }  // namespace clerestory

@@ -4,7 +4,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "tracer/room.hpp"
+#include "tracer/room_file.hpp"
+#include "tracer/trace_scene.hpp"
 
 namespace clerestory {
 
@@ -13,6 +14,9 @@ struct RoomList {
   std::filesystem::path file;
   Setting setting = Setting::HeldOut;
   std::vector<std::uint64_t> seeds;
+  /// The file NAME.h5 beside a list NAME.txt: what its rooms were like when it was begun, by their seeds. Empty where
+  /// there is none: rooms are what the rules make of their seeds now.
+  std::filesystem::path described;
 };
 
 /// A relative name is looked for in the working folder, then beside the assets. Throws usage_error naming the file and
@@ -27,9 +31,12 @@ struct ListedRoom {
   std::int64_t index = 0;  // in the list
   std::uint64_t seed = 0;
   Setting setting = Setting::HeldOut;
-  const RoomAssets& assets;  // of that setting
+  const RoomAssets& assets;                    // of that setting
+  const RoomDescription* described = nullptr;  // in the file beside the list, if there is one
 
-  Room make() const { return make_room(seed, setting, assets); }
+  Room make() const { return described ? described->build(assets) : make_room(seed, setting, assets); }
+  /// Cameras of the room that make() gave. Throws usage_error where a file describes fewer, or of another shape.
+  std::vector<Camera> cameras(TraceScene& traced, const Room& room, int count, int width, int height) const;
 };
 
 }  // namespace clerestory

@@ -80,6 +80,7 @@ void StudyRun::go_on() {
     throw usage_error("this run was begun with other kernels", run_.path().string(), provenance_.hashes["kernels"],
                       earlier_->hashes["kernels"] + ", or a new run.variant");
   use(rooms_.file);
+  if (!rooms_.described.empty()) use(rooms_.described);
   metrics_.emplace(run_.metrics_path());
 }
 
@@ -115,13 +116,24 @@ void StudyRun::record_rooms() {
   write_provenance(run_ / "provenance.json", provenance_);
 }
 
+std::vector<RoomDescription> StudyRun::described_rooms() const {
+  if (rooms_.described.empty()) return {};
+  const RoomFile file = read_room_file(rooms_.described);
+  if (file.setting != rooms_.setting)
+    throw usage_error("of another setting than the list beside it", rooms_.described.string(),
+                      file.setting == Setting::HeldOut ? "held_out" : "training", rooms_.file.string());
+  return rooms_of_seeds(file, rooms_.seeds, rooms_.described.string()).rooms;
+}
+
 void StudyRun::measure_rooms(const std::function<void(const ListedRoom& room)>& measure_room) {
   const RoomAssets assets = load_assets(default_assets(), rooms_.setting);
+  const std::vector<RoomDescription> described = described_rooms();
   const auto rooms = static_cast<std::int64_t>(rooms_.seeds.size()), done = static_cast<std::int64_t>(records_.size());
   record_rooms();
   Progress progress("study", rooms, "rooms", done);
   for (std::int64_t r = done; r < rooms; ++r) {
-    measure_room({r, rooms_.seeds[static_cast<std::size_t>(r)], rooms_.setting, assets});
+    const auto i = static_cast<std::size_t>(r);
+    measure_room({r, rooms_.seeds[i], rooms_.setting, assets, described.empty() ? nullptr : &described[i]});
     progress.advance();
   }
 }
@@ -130,7 +142,7 @@ GenerateOptions StudyRun::view_options() const {
   GenerateOptions options;
   options.out = run_ / "data", options.room_seeds = rooms_.seeds, options.rooms = static_cast<int>(rooms_.seeds.size()),
   options.views = 1;
-  options.setting = rooms_.setting;
+  options.setting = rooms_.setting, options.from_rooms = rooms_.described;
   options.width = static_cast<int>(config_.integer("data.width"));
   options.height = static_cast<int>(config_.integer("data.height"));
   options.spp = static_cast<int>(config_.integer("data.spp"));

@@ -64,6 +64,8 @@ class StudyRun {
  private:
   void go_on();
   void record_rooms();
+  /// The rooms of rooms_.described that the run is about, in their order; none where there is no such file.
+  std::vector<RoomDescription> described_rooms() const;
 
   std::optional<Provenance> earlier_;     // what the interrupted run was made with
   std::optional<MetricsWriter> metrics_;  // keeps the time

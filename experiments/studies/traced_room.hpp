@@ -2,7 +2,6 @@
 #pragma once
 #include "experiments/studies/room_list.hpp"
 #include "experiments/studies/truth_study.hpp"
-#include "tracer/views.hpp"
 
 namespace clerestory {
 
@@ -10,7 +9,7 @@ struct TracedRoom {
   TracedRoom(const Device& device, const ListedRoom& listed, int width, int height)
       : room(listed.make()),
         traced(device, room.scene),
-        camera(choose_views(traced, room, 1, width, height, Random(listed.seed).fork(100)).at(0)),
+        camera(listed.cameras(traced, room, 1, width, height).at(0)),
         maps(traced.maps(camera)),
         scene(scene_of(maps, camera)) {}
   Room room;

@@ -274,9 +274,9 @@ TEST_F(LightStudies, WhoAnswersAndGoesOnWhereItStopped) {
     EXPECT_TRUE(std::isfinite(value(record, "way gone, misses/view 0")));
   }
   const std::vector<FileRecord> inputs = read_provenance(whole / "provenance.json").inputs;
-  ASSERT_EQ(inputs.size(), 3u) << "maps are true: the list of rooms and the light's weights alone";
-  EXPECT_EQ(inputs[1].hash, file_hash(weights() / "light_local.safetensors"));
-  EXPECT_EQ(inputs[2].hash, file_hash(weights() / "light_global.safetensors"));
+  ASSERT_EQ(inputs.size(), 4u) << "maps are true: the list of rooms, the rooms and the light's weights alone";
+  EXPECT_EQ(inputs[2].hash, file_hash(weights() / "light_local.safetensors"));
+  EXPECT_EQ(inputs[3].hash, file_hash(weights() / "light_global.safetensors"));
   const RunTables tables = study_tables(whole);
   EXPECT_EQ(tables.at("1_ablation").rows.size(), 27u);
   EXPECT_EQ(tables.at("2_differences").rows.size(), 24u);

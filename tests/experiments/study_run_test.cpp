@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include "host/io/image.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 
@@ -71,6 +72,27 @@ TEST_F(StudyRunTest, CtrlCEndsWithFourAndLeavesNoLock) {
   EXPECT_EQ(program.wait(), 4) << said();
   for (const std::string& file : files_below(folder_.path())) EXPECT_THAT(file, Not(testing::EndsWith(".lock")));
   EXPECT_FALSE(fs::exists(run() / "DONE") || fs::exists(run() / "FAILED"));
+}
+
+TEST(GenerateSheet, ShowsEveryViewOnce) {
+  ScratchFolder folder("clerestory-generate-sheet");
+  Program program({"generate", "--out", folder / "rooms", "--rooms", "3", "--views", "1", "--size", "32x24", "--spp",
+                   "4", "--box-rooms", "--no-light", "--sheet", folder / "sheet.png"},
+                  folder / "said.txt");
+  ASSERT_EQ(program.wait(), 0) << text_of(folder / "said.txt");
+  const Image sheet = read_image(folder / "sheet.png");
+  ASSERT_EQ(sheet.width, 2 * 32);
+  ASSERT_EQ(sheet.height, 2 * 24);
+  const auto sum = [&](int x0, int y0) {
+    double all = 0;
+    for (int y = y0; y < y0 + 24; ++y)
+      for (int x = x0; x < x0 + 32; ++x) all += static_cast<double>(sheet.at(0, y, x));
+    return all;
+  };
+  EXPECT_GT(sum(0, 0), 0);
+  EXPECT_GT(sum(32, 0), 0);
+  EXPECT_GT(sum(0, 24), 0);
+  EXPECT_EQ(sum(32, 24), 0) << "three rooms leave one place of four";
 }
 
 TEST(GenerateInterrupted, CtrlCEndsWithFourAndLeavesNoPartialFiles) {

@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "tests/tracer/reference.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/balls.hpp"
+#include "tracer/sky.hpp"
 #include "tracer/views.hpp"
 
 namespace clerestory {
@@ -80,20 +82,91 @@ TEST(Room, SeedsDifferAndRepeat) {
   EXPECT_EQ(sizes.size(), 30u);
 }
 
+bool inside(const Floor& f, float x0, float z0, float x1, float z1, float margin) {
+  return x0 >= f.x0 - margin && z0 >= f.z0 - margin && x1 <= f.x1 + margin && z1 <= f.z1 + margin;
+}
+
 TEST(Room, FurnitureStaysInsideAndApart) {
-  for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
-    for (std::size_t i = 0; i < room.occupied.size(); ++i) {
-      const Occupied& a = room.occupied[i];
-      EXPECT_LE(std::max(std::abs(a.x0), std::abs(a.x1)), room.size.x / 2 + 1e-3f) << seed << " " << a.name;
-      EXPECT_LE(std::max(std::abs(a.z0), std::abs(a.z1)), room.size.z / 2 + 1e-3f) << seed << " " << a.name;
-      for (std::size_t k = 0; k < i; ++k) {
-        const Occupied& b = room.occupied[k];
-        EXPECT_FALSE(a.x1 > b.x0 && a.x0 < b.x1 && a.z1 > b.z0 && a.z0 < b.z1)
-            << seed << " " << a.name << " in " << b.name;
+  std::set<std::string> pieces;
+  int recesses = 0;
+  for (const Setting setting : {Setting::Training, Setting::HeldOut})
+    for (std::uint64_t seed = 0; seed < 60; ++seed) {
+      const Room room = make_room(seed, setting, assets_of(setting));
+      recesses += room.floors.size() > 1;
+      for (std::size_t i = 0; i < room.occupied.size(); ++i) {
+        const Occupied& a = room.occupied[i];
+        pieces.insert(a.name);
+        EXPECT_TRUE(std::ranges::any_of(
+            room.floors,
+            [&](const Floor& f) { return inside(f, a.x0, a.z0, a.x1, a.z1, 1e-3f) && a.height <= f.height; }))
+            << seed << " " << a.name;
+        for (std::size_t k = 0; k < i; ++k) {
+          const Occupied& b = room.occupied[k];
+          EXPECT_FALSE(a.x1 > b.x0 && a.x0 < b.x1 && a.z1 > b.z0 && a.z0 < b.z1)
+              << seed << " " << a.name << " in " << b.name;
+        }
       }
     }
+  EXPECT_GE(pieces.size(), 30u);
+  EXPECT_GT(recesses, 10) << "rooms that are no rectangles";
+}
+
+TEST(Room, NothingSticksOutOfTheWalls) {
+  // Windows, doors and niches reach into the walls, up to half a metre.
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
+    for (const Triangle& t : room.scene.triangles)
+      for (const Vertex& v : t.v) {
+        const glm::vec3& p = v.position;
+        ASSERT_TRUE(
+            std::ranges::any_of(room.floors, [&](const Floor& f) { return inside(f, p.x, p.z, p.x, p.z, 0.51f); }))
+            << seed << ": " << p.x << " " << p.y << " " << p.z;
+        ASSERT_GE(p.y, -0.03f) << seed << ": feet of slanted legs only";
+        ASSERT_LE(p.y, room.size.y + 1e-3f) << seed;
+      }
   }
+}
+
+TEST(Room, CamerasStandInFreeSpace) {
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
+    TraceScene scene(test_device(), room.scene);
+    for (const Camera& camera : choose_views(scene, room, 2, 32, 24, Random(seed))) {
+      const Vec3 eye = camera.position();
+      for (const Occupied& o : room.occupied)
+        EXPECT_FALSE(eye.x > static_cast<double>(o.x0) && eye.x < static_cast<double>(o.x1) &&
+                     eye.z > static_cast<double>(o.z0) && eye.z < static_cast<double>(o.z1) &&
+                     eye.y < static_cast<double>(o.height))
+            << seed << ": in a " << o.name;
+    }
+  }
+}
+
+TEST(Room, OutsideDiffersFromRoomToRoom) {
+  std::set<std::string> outside;
+  int skies = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
+    outside.insert(room.panorama), skies += sky_seed(room.panorama).has_value();
+  }
+  EXPECT_GE(outside.size(), 36u);
+  EXPECT_GE(skies, 30);
+  EXPECT_LE(skies, 54) << "photographed panoramas are still seen";
+}
+
+TEST(Palette, WallsAreMostlyMatt) {
+  int matt = 0, polished = 0, printed = 0;
+  constexpr int count = 600;
+  for (int seed = 0; seed < count; ++seed) {
+    const Material m = Palette(Random(static_cast<std::uint64_t>(seed)), false, true).wall();
+    matt += m.roughness_a >= 0.5f, polished += m.roughness_a < 0.3f;
+    printed += m.texture == static_cast<float>(Texture::Rug) || m.texture == static_cast<float>(Texture::Fabric) ||
+               m.texture == static_cast<float>(Texture::Painting);
+  }
+  EXPECT_GT(matt, 0.88 * count);
+  EXPECT_LT(polished, 0.05 * count);
+  EXPECT_GT(printed, 0.1 * count);
+  EXPECT_LT(printed, 0.25 * count);
 }
 
 TEST(Room, MapsAreCompleteAndInRange) {
@@ -114,7 +187,7 @@ TEST(Room, MapsAreCompleteAndInRange) {
           away += glm::dot(normal, d) >= 0;
           const float limit = maps.metallic.data[i] > 0 ? 0.92f : 0.78f;
           for (std::size_t c = 0; c < 3; ++c) {
-            ASSERT_GE(maps.albedo.data[c * n + i], 0);
+            ASSERT_GE(maps.albedo.data[c * n + i], 0.02f) << seed;
             ASSERT_LE(maps.albedo.data[c * n + i], limit + 1e-6f);
           }
           ASSERT_GE(maps.roughness.data[i], 0.02f);
@@ -187,8 +260,9 @@ TEST(Balls, RestInTheOpenAndAreSeen) {
     if (after.depth.data[i] < before.depth.data[i]) {
       EXPECT_NEAR(after.roughness.data[i], 0.02f, 1e-6f);
       EXPECT_EQ(after.metallic.data[i], 1);
-      // The nearest point of the ball is its centre less the radius, to the facets' 2e-3 of it.
-      EXPECT_NEAR(static_cast<double>(after.depth.data[i]), -place->center.z - place->radius, 0.1 * place->radius);
+      // The ray to the centre meets the ball a radius before it, to the facets' 2e-3 and half a pixel.
+      const double nearest = -place->center.z * (1 - place->radius / glm::length(place->center));
+      EXPECT_NEAR(static_cast<double>(after.depth.data[i]), nearest, 0.03 * place->radius);
     }
   }
   EXPECT_GE(placed, 2);
