@@ -6,29 +6,30 @@
 
 namespace clerestory {
 
-double best_seconds(Device& device, Executor& executor) {
+std::vector<double> seconds_of_runs(Device& device, Executor& executor, int runs) {
   const auto timed = [&] { return seconds_of(device, [&] { executor.run(); }); };
   timed();
-  double best = 1e30, spent = 0;
-  for (int i = 0; i < 10 && (i == 0 || spent < 0.33); ++i) {
-    const double seconds = timed();
-    best = std::min(best, seconds), spent += seconds;
-  }
-  return best;
+  std::vector<double> seconds;
+  double spent = 0;
+  const auto enough = [&](int done) { return runs > 0 ? done >= runs : done >= 10 || (done > 0 && spent >= 0.33); };
+  for (int i = 0; !enough(i); ++i) spent += seconds.emplace_back(timed());
+  return seconds;
 }
+
+double best_of(const std::vector<double>& seconds) { return *std::ranges::min_element(seconds); }
 
 double peak_gflops(double fma_gflops, double flops, const std::vector<BenchRow>& rows) {
   double peak = fma_gflops;
   for (const BenchRow& row : rows)
-    for (const double seconds : row.seconds) peak = std::max(peak, flops / seconds * 1e-9);
+    for (const std::vector<double>& seconds : row.passes) peak = std::max(peak, flops / best_of(seconds) * 1e-9);
   return peak;
 }
 
 std::string row_text(const BenchRow& row, double flops, double peak) {
   std::string text;
-  for (const double seconds : row.seconds) {
-    const double gflops = flops / seconds * 1e-9;
-    text += fmt::format("{:>12.2f}{:>7.0f}{:>4.0f}%", seconds * 1e3, gflops, 100 * gflops / peak);
+  for (const std::vector<double>& seconds : row.passes) {
+    const double best = best_of(seconds), gflops = flops / best * 1e-9;
+    text += fmt::format("{:>12.2f}{:>7.0f}{:>4.0f}%", best * 1e3, gflops, 100 * gflops / peak);
   }
   return text;
 }

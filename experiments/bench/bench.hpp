@@ -12,11 +12,14 @@ struct BenchOptions {
   bool quiet = false;
   std::vector<std::string> tiles;  // register tiles of our own kernels (host/cl/tile.hpp), those to be measured
   bool clblast = true;             // beside them
+  int runs = 0;                    // timed of everything; 0: ten, or as many as fit into a third of a second
+  std::string only;                // nets: rows whose name contains this
+  bool explain = false;            // nets: what each op costs
 };
 
-/// Best wall time of a run, launches counted: of ten runs, or as many as fit into a third of a second, after one that
-/// compiles and warms up.
-double best_seconds(Device& device, Executor& executor);
+/// Wall times of runs, launches counted, after one that compiles and warms up. `runs` as in BenchOptions.
+std::vector<double> seconds_of_runs(Device& device, Executor& executor, int runs);
+double best_of(const std::vector<double>& seconds);
 
 /// Runs `measure` with one tile after the other in force, then with the device's own again.
 template <class Measure>
@@ -32,7 +35,7 @@ void for_tiles(Device& device, const BenchOptions& options, const Measure& measu
 /// Seconds of each of a benchmark's passes, by what ran them: a tile or "clblast".
 struct BenchRow {
   std::string kernels;
-  std::vector<double> seconds;
+  std::vector<std::vector<double>> passes;  // of each its runs
 };
 
 /// 10^9 a second: the larger of multiply-adds measured just before and of the best among the rows.

@@ -75,7 +75,7 @@ enum class Pass { Forward, Data, Weights };
 constexpr const char* pass_names[] = {"forward", "data", "weights"};
 
 // Of a plan that computes one pass, packing counted.
-double pass_seconds(Device& device, const Layer& layer, const std::string& gemm, Pass pass) {
+std::vector<double> pass_seconds(Device& device, const Layer& layer, const std::string& gemm, Pass pass, int runs) {
   Graph g;
   const Value x = g.input("x", layer.x), w = g.input("w", layer.w), y = conv(x, w, {}, {layer.stride, layer.pad});
   const Value dy = g.input("dy", layer.y());
@@ -88,13 +88,13 @@ double pass_seconds(Device& device, const Layer& layer, const std::string& gemm,
                         (pass == Pass::Weights && name[0] != 'w');
     if (needed) executor.feed(name, noise(shape, static_cast<std::uint32_t>(name[0])));
   }
-  return best_seconds(device, executor);
+  return seconds_of_runs(device, executor, runs);
 }
 
-BenchRow all_passes(Device& device, const Layer& layer, const std::string& gemm, const std::string& name) {
+BenchRow all_passes(Device& device, const Layer& layer, const std::string& gemm, const std::string& name, int runs) {
   BenchRow row{name, {}};
   for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights})
-    row.seconds.push_back(pass_seconds(device, layer, gemm, pass));
+    row.passes.push_back(pass_seconds(device, layer, gemm, pass, runs));
   return row;
 }
 
@@ -103,7 +103,7 @@ BenchRow all_passes(Device& device, const Layer& layer, const std::string& gemm,
 nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
   nlohmann::ordered_json result{{"device", device.info().name}, {"groups", nlohmann::ordered_json::array()}};
   // CLBlast compiles its kernels at its first product.
-  if (options.clblast) all_passes(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}, "clblast", "");
+  if (options.clblast) all_passes(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}, "clblast", "", 1);
   for (const Group& group : groups()) {
     if (!options.quiet)
       fmt::print(
@@ -115,14 +115,17 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
     for (const Layer& layer : group.layers) {
       const double fma = measure_ceilings(device).fma_gflops;
       std::vector<BenchRow> rows;
-      for_tiles(device, options,
-                [&](const std::string& tile) { rows.push_back(all_passes(device, layer, "packed", tile)); });
-      if (options.clblast) rows.push_back(all_passes(device, layer, "clblast", "clblast"));
+      for_tiles(device, options, [&](const std::string& tile) {
+        rows.push_back(all_passes(device, layer, "packed", tile, options.runs));
+      });
+      if (options.clblast) rows.push_back(all_passes(device, layer, "clblast", "clblast", options.runs));
       const double peak = peak_gflops(fma, layer.flops(), rows);
-      nlohmann::ordered_json seconds;
+      nlohmann::ordered_json seconds, runs;
       for (const BenchRow& row : rows) {
-        for (std::size_t pass = 0; pass < row.seconds.size(); ++pass)
-          seconds[row.kernels][pass_names[pass]] = row.seconds[pass];
+        for (std::size_t pass = 0; pass < row.passes.size(); ++pass) {
+          seconds[row.kernels][pass_names[pass]] = best_of(row.passes[pass]);
+          runs[row.kernels][pass_names[pass]] = row.passes[pass];
+        }
         if (!options.quiet)
           fmt::print("{:<12}{:>18}{:>16}{:>7.2f}{:>6.0f}  {:<8}{}\n", layer.name, layer.x.text(), layer.w.text(),
                      layer.flops() / 1e9, peak, row.kernels, row_text(row, layer.flops(), peak));
@@ -137,7 +140,8 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
                         {"flops", layer.flops()},
                         {"peak_gflops", peak},
                         {"tile", options.tiles.front()},
-                        {"seconds", seconds}});
+                        {"seconds", seconds},
+                        {"runs", runs}});
     }
     result["groups"].push_back({{"name", group.name}, {"shapes", shapes}});
   }

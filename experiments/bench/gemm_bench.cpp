@@ -20,13 +20,14 @@ constexpr std::array<std::array<int, 3>, 8> kShapes{{{512, 512, 512},
                                                      {128, 19200, 256},
                                                      {32, 19200, 1152}}};
 
-double product_seconds(Device& device, const std::array<int, 3>& shape, const std::string& gemm) {
+std::vector<double> product_seconds(Device& device, const std::array<int, 3>& shape, const std::string& gemm,
+                                    int runs) {
   const auto [rows, columns, depth] = shape;
   Graph g;
   const Value a = g.input("a", {1, 1, rows, depth}), b = g.input("b", {1, 1, depth, columns});
   Executor executor(compile(g, {matmul(a, b)}, device, {.gemm = gemm}));
   executor.feed("a", noise(a.shape(), 1)), executor.feed("b", noise(b.shape(), 2));
-  return best_seconds(device, executor);
+  return seconds_of_runs(device, executor, runs);
 }
 
 }  // namespace
@@ -41,13 +42,13 @@ nlohmann::ordered_json bench_gemm(Device& device, const BenchOptions& options) {
     const double flops = 2.0 * rows * columns * depth, fma = measure_ceilings(device).fma_gflops;
     std::vector<BenchRow> measured;
     for_tiles(device, options, [&](const std::string& tile) {
-      measured.push_back({tile, {product_seconds(device, shape, "packed")}});
+      measured.push_back({tile, {product_seconds(device, shape, "packed", options.runs)}});
     });
-    if (options.clblast) measured.push_back({"clblast", {product_seconds(device, shape, "clblast")}});
+    if (options.clblast) measured.push_back({"clblast", {product_seconds(device, shape, "clblast", options.runs)}});
     const double peak = peak_gflops(fma, flops, measured);
-    nlohmann::ordered_json seconds;
+    nlohmann::ordered_json seconds, runs;
     for (const BenchRow& row : measured) {
-      seconds[row.kernels] = row.seconds[0];
+      seconds[row.kernels] = best_of(row.passes[0]), runs[row.kernels] = row.passes[0];
       if (!options.quiet)
         fmt::print("{:>6}{:>8}{:>7}{:>7.0f}  {:<8}{}\n", rows, columns, depth, peak, row.kernels,
                    row_text(row, flops, peak));
@@ -58,7 +59,8 @@ nlohmann::ordered_json bench_gemm(Device& device, const BenchOptions& options) {
                                 {"depth", depth},
                                 {"flops", flops},
                                 {"peak_gflops", peak},
-                                {"seconds", seconds}});
+                                {"seconds", seconds},
+                                {"runs", runs}});
   }
   return result;
 }

@@ -119,31 +119,31 @@ constexpr std::pair<const char*, Net (*)()> kNets[]{
     {"painted spheres", [] { return out_of_view(spheres(), 1024); }},
 };
 
-double value_seconds(Device& device, const Net& net, Value value, const Executor* before) {
+std::vector<double> value_seconds(Device& device, const Net& net, Value value, const Executor* before, int runs = 0) {
   const auto states = std::make_shared<States>(device);
   states->initialise(*net.graph, 1);
   Executor executor(compile(*net.graph, {value}, device), states);
   for (const auto& [name, tensor] : net.feeds) executor.feed(name, tensor);
   if (before) executor.bind("rows", before->view(net.before));
-  return best_seconds(device, executor);
+  return seconds_of_runs(device, executor, runs);
 }
 
 /// Seconds of the one kernel alone.
-double fused_seconds(Device& device, const Net& net) {
+std::vector<double> fused_seconds(Device& device, const Net& net, int runs = 0) {
   std::unique_ptr<Executor> before;
   if (net.before) {
     before = std::make_unique<Executor>(compile(*net.graph, {net.before}, device));
     for (const auto& [name, tensor] : net.feeds) before->feed(name, tensor);
     before->run();
   }
-  return value_seconds(device, net, net.fused, before.get());
+  return value_seconds(device, net, net.fused, before.get(), runs);
 }
 
 }  // namespace
 
 RaySeconds light_ray_seconds(Device& device, const LightSizes& sizes) {
   constexpr int rows = 256;
-  const auto million = [&](const Net& net) { return fused_seconds(device, net) / net.rays * 1e6; };
+  const auto million = [&](const Net& net) { return best_of(fused_seconds(device, net)) / net.rays * 1e6; };
   return {million(in_view(sizes.in_view, rows)), million(out_of_view(sizes.out_of_view, rows))};
 }
 
@@ -157,11 +157,13 @@ nlohmann::ordered_json bench_mlp(Device& device, const BenchOptions& options) {
     if (net.flops == 0) continue;
     const double fma = measure_ceilings(device).fma_gflops, flops = net.flops * net.rays;
     std::vector<BenchRow> rows;
-    for_tiles(device, options, [&](const std::string& tile) { rows.push_back({tile, {fused_seconds(device, net)}}); });
+    for_tiles(device, options, [&](const std::string& tile) {
+      rows.push_back({tile, {fused_seconds(device, net, options.runs)}});
+    });
     const double peak = peak_gflops(fma, flops, rows);
-    nlohmann::ordered_json seconds;
+    nlohmann::ordered_json seconds, runs;
     for (const BenchRow& row : rows) {
-      seconds[row.kernels] = row.seconds[0];
+      seconds[row.kernels] = best_of(row.passes[0]), runs[row.kernels] = row.passes[0];
       if (!options.quiet)
         fmt::print("{:<24}{:>12.3f}{:>7.0f}  {:<8}{}\n", name, net.flops * 1e-6, peak, row.kernels,
                    row_text(row, flops, peak));
@@ -171,7 +173,8 @@ nlohmann::ordered_json bench_mlp(Device& device, const BenchOptions& options) {
                               {"rays", net.rays},
                               {"flops_per_ray", net.flops},
                               {"peak_gflops", peak},
-                              {"seconds", seconds}});
+                              {"seconds", seconds},
+                              {"runs", runs}});
   }
   return result;
 }
@@ -188,7 +191,8 @@ nlohmann::ordered_json bench_light(Device& device, const BenchOptions& options) 
   for (const auto& [name, make] : kNets) {
     const Net net = make();
     const double peak = measure_ceilings(device).fma_gflops;
-    const double fused = fused_seconds(device, net), composed = value_seconds(device, net, net.composed, nullptr);
+    const double fused = best_of(fused_seconds(device, net)),
+                 composed = best_of(value_seconds(device, net, net.composed, nullptr));
     const auto columns = [&](double seconds) {
       const double gflops = net.flops * net.rays / seconds * 1e-9;
       const std::string of_peak = net.flops > 0 ? fmt::format("{:>8.0f}{:>5.0f}%", gflops, 100 * gflops / peak)

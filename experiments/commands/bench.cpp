@@ -7,6 +7,7 @@
 #include "experiments/bench/conv_bench.hpp"
 #include "experiments/bench/gemm_bench.hpp"
 #include "experiments/bench/light_bench.hpp"
+#include "experiments/bench/nets_bench.hpp"
 #include "experiments/bench/peak_bench.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/cl/tile.hpp"
@@ -20,8 +21,8 @@ struct Family {
 };
 
 const std::vector<Family>& families() {
-  static const std::vector<Family> all{
-      {"peak", bench_peak}, {"gemm", bench_gemm}, {"conv", bench_conv}, {"mlp", bench_mlp}, {"light", bench_light}};
+  static const std::vector<Family> all{{"peak", bench_peak}, {"gemm", bench_gemm},   {"conv", bench_conv},
+                                       {"mlp", bench_mlp},   {"light", bench_light}, {"nets", bench_nets}};
   return all;
 }
 
@@ -48,27 +49,37 @@ std::vector<std::string> tiles_named(Device& device, const std::string& name) {
 void add_bench_command(CommandLine& line) {
   auto names = std::make_shared<std::vector<std::string>>();
   auto tile = std::make_shared<std::string>("auto");
+  auto options = std::make_shared<BenchOptions>();
   auto without = std::make_shared<bool>(false);
   std::vector<std::string> choices = tile_choices();
   choices.push_back("all");
   line.add("bench", "Measure kernels beside the device's measured peak")
-      .arguments("FAMILY", "families to measure (peak, gemm, conv, mlp, light); all when none is given", *names)
+      .arguments("FAMILY", "families to measure (peak, gemm, conv, mlp, light, nets); all when none is given", *names)
       .choice("--tile", "Register tile of our kernels; auto: the one in use on this device; all: one after the other",
               *tile, choices)
       .flag("--no-clblast", "Leaves CLBlast out", *without)
+      .option(
+          "--runs", "N", "timed runs of everything; 0: ten, or as many as fit into a third of a second",
+          [options](const std::string& text) {
+            read_value(text, "--runs", options->runs);
+            if (options->runs < 0) throw usage_error("cannot run that often", "--runs", text, "0 or more");
+          },
+          "0")
+      .option("--only", "TEXT", "nets: rows whose name contains this", options->only)
+      .flag("--explain", "nets: what each op costs, and what each pass of the compiler did", options->explain)
       .common({Common::Device, Common::Json, Common::Quiet})
-      .notes("experiments/peers/conv_torch.py measures PyTorch at the shapes of a --json=FILE.")
-      .run([names, tile, without](const CommonOptions& common) {
+      .notes("experiments/peers/torch_nets.py measures PyTorch beside it.")
+      .run([names, tile, options, without](const CommonOptions& common) {
         std::vector<const Family*> chosen;
         for (const std::string& name : *names) chosen.push_back(&family(name));
         if (chosen.empty())
           for (const Family& f : families()) chosen.push_back(&f);
         Device device = Device::open(common.device);
         // With the result on stdout there is no room for a table.
-        const BenchOptions options{common.quiet || (common.json && common.json->empty()), tiles_named(device, *tile),
-                                   !*without};
+        options->quiet = common.quiet || (common.json && common.json->empty());
+        options->tiles = tiles_named(device, *tile), options->clblast = !*without;
         nlohmann::ordered_json results;
-        for (const Family* f : chosen) results[f->name] = f->run(device, options);
+        for (const Family* f : chosen) results[f->name] = f->run(device, *options);
         if (common.json) write_json_result(common, results.dump(1));
       });
 }
