@@ -16,6 +16,7 @@ MOST_SPECULAR_SHARE = 0.9
 MOST_DIELECTRIC, MOST_METAL = 0.78, 0.92
 
 _eye = None
+_uvw = None
 
 
 def look_from(origin, spread, axis=None):
@@ -28,6 +29,30 @@ def look_from(origin, spread, axis=None):
     _eye = (mi.Point3f(*map(float, origin)), mi.Float(float(spread)),
             None if axis is None else mi.Vector3f(*map(float, axis)))
     dr.make_opaque(_eye)
+
+
+class _Coordinates:
+    """Texture coordinates of every triangle of a scene in one table. Mitsuba's attributes of a mesh say the same, but
+    each is a call through the shape, and surfaces that make such calls are never compiled as one."""
+
+    def __init__(self, shapes):
+        number = lambda shape: int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])
+        first, rows = {}, []
+        for shape in shapes:
+            first[number(shape)] = sum(map(len, rows))
+            values = mi.traverse(shape)
+            uvw = np.array(values["vertex_uvw"]).reshape(-1, 3)
+            rows.append(uvw[np.array(values["faces"]).reshape(-1, 3)].reshape(-1, 9))
+        offsets = np.zeros(max(first) + 1, dtype=np.uint32)
+        for shape, at in first.items():
+            offsets[shape] = at
+        self.first, self.rows = mi.UInt32(offsets), mi.Float(np.concatenate(rows).astype(np.float32).ravel())
+        dr.eval(self.first, self.rows)
+
+    def __call__(self, si, active):
+        triangle = dr.gather(mi.UInt32, self.first, dr.reinterpret_array(mi.UInt32, si.shape), active) + si.prim_index
+        a, b, c = (dr.gather(mi.Vector3f, self.rows, 3 * triangle + k, active) for k in range(3))
+        return a + (b - a) * si.uv.x + (c - a) * si.uv.y  # a mesh without texture coordinates has its triangles' own
 
 
 # ---- Lattice noise --------------------------------------------------------------------------------------------------
@@ -334,14 +359,15 @@ class ClerestoryBSDF(mi.BSDF):
         if _eye is None:
             return mi.Float(0)
         origin, spread, axis = _eye
-        off = si.p + si.t * towards_viewer - origin
+        distance = dr.norm(si.p - origin)  # a sensor's rays begin on its near plane, so si.t is less
+        off = si.p + distance * towards_viewer - origin
         if axis is not None:
             spread = spread * dr.abs(dr.dot(axis, towards_viewer))
         tilt = dr.rsqrt(dr.maximum(dr.abs(dr.dot(si.n, towards_viewer)), 0.01))
-        return dr.select(dr.squared_norm(off) < dr.square(1e-4 + 1e-5 * si.t), spread * si.t * tilt, 0)
+        return dr.select(dr.squared_norm(off) < dr.square(1e-4 + 1e-5 * distance), spread * distance * tilt, 0)
 
     def material(self, si, towards_viewer, active):
-        p = mi.Vector3f(si.shape.eval_attribute_3("vertex_uvw", si, active))
+        p = _uvw(si, active)
         b, c, tint = self.texture(p, self.footprint(si, towards_viewer))
         weights = mi.Vector3f((1 - c) * (1 - b), (1 - c) * b, c)
         metallic = dr.clip(dr.dot(weights, self.metallic), 0, 1)
@@ -442,21 +468,23 @@ class ClerestoryPane(mi.Emitter):
         bottom = dr.lerp(at(x0, y0 + 1), at(x0 + 1, y0 + 1), tx)
         return self.factor * dr.lerp(top, bottom, ty)
 
-    def prepare(self):
-        """Tables of what is bright through the pane; until this is called points are drawn by area alone. Not to be
-        called while a kernel is traced."""
-        mesh = self.get_shape()
+    def prepare(self, mesh):
+        """Tables of what is bright through the pane, whose mesh this is; until then points are drawn by area alone."""
         corners = np.array(mesh.vertex_positions_buffer()).reshape(-1, 3)
-        self.triangles = [corners[f] for f in np.array(mesh.faces_buffer()).reshape(-1, 3)]
+        triangles = [corners[f] for f in np.array(mesh.faces_buffer()).reshape(-1, 3)]
         h, w = self.height, self.width
         up = np.pi * (np.arange(h) + 0.5) / h
         turn = 2 * np.pi * ((np.arange(w + 1) + 0.5) / w - 0.5 - float(self.turn[0]))
         y, across = np.cos(up)[:, None], np.sin(up)[:, None]
         flux = 0
-        for a, b, c in self.triangles:
+        for a, b, c in triangles:
             n = np.cross(b - a, c - a)  # twice the area long
             flux = flux + np.maximum(-(np.sin(turn) * across * n[0] + y * n[1] - np.cos(turn) * across * n[2]), 0)
-        self.area = sum(float(np.linalg.norm(np.cross(b - a, c - a))) for a, b, c in self.triangles) / 2
+        self.area = sum(float(np.linalg.norm(np.cross(b - a, c - a))) for a, b, c in triangles) / 2
+        # Numbers of Python: arrays that are made while a kernel is traced do not reach it.
+        normal = lambda t: np.cross(t[1] - t[0], t[2] - t[0])
+        self.triangles = [tuple(v.tolist() for v in (t[0], t[1] - t[0], t[2] - t[0], normal(t) / np.linalg.norm(normal(t))))
+                          for t in triangles]
         bright = np.array(self.pixels).reshape(h, w, 3) @ [0.2126, 0.7152, 0.0722]
         bright = np.concatenate([bright, bright[:, :1]], 1)
         self.warp = mi.Hierarchical2D0(np.ascontiguousarray(flux * bright * across, dtype=np.float32))
@@ -478,15 +506,15 @@ class ClerestoryPane(mi.Emitter):
         sine, cosine = dr.sincos(theta)
         d = mi.Vector3f(dr.sin(phi) * sine, cosine, -dr.cos(phi) * sine)
         distance, normal = mi.Float(0), mi.Normal3f(0, 0, 1)
-        for a, b, c in self.triangles:
-            e1, e2, n = mi.Vector3f(b - a), mi.Vector3f(c - a), np.cross(b - a, c - a)
-            p, t = dr.cross(d, e2), it.p - mi.Point3f(a)
+        for corner, edge, other, n in self.triangles:
+            e1, e2 = mi.Vector3f(*edge), mi.Vector3f(*other)
+            p, t = dr.cross(d, e2), it.p - mi.Point3f(*corner)
             det = dr.dot(e1, p)
             q = dr.cross(t, e1)
             x, y, z = dr.dot(t, p) / det, dr.dot(d, q) / det, dr.dot(e2, q) / det
             hit = (det > 0) & (x >= 0) & (y >= 0) & (x + y <= 1) & (z > 0) & ((distance == 0) | (z < distance))
             distance = dr.select(hit, z, distance)
-            normal = dr.select(hit, mi.Normal3f(n / np.linalg.norm(n)), normal)
+            normal = dr.select(hit, mi.Normal3f(*n), normal)
         return d, distance, normal
 
     def eval(self, si, active=True):
@@ -526,6 +554,15 @@ class ClerestoryPane(mi.Emitter):
 
     def to_string(self):
         return "ClerestoryPane[]"
+
+
+def prepare(scene):
+    """To be called once a scene is loaded: the tables of its texture coordinates and of what is bright outside."""
+    global _uvw
+    _uvw = _Coordinates(scene.shapes())
+    for shape in scene.shapes():
+        if isinstance(shape.emitter(), ClerestoryPane):
+            shape.emitter().prepare(shape)
 
 
 mi.register_bsdf("clerestory", lambda props: ClerestoryBSDF(props))
