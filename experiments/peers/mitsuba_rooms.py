@@ -46,7 +46,7 @@ def usage(message):
 
 
 def read_arguments():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", required=True, help="the clerestory program")
     parser.add_argument("--rooms", default=ROOT / "experiments/rooms/judge_training.h5", type=pathlib.Path,
                         help="file of rooms")
