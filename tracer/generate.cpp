@@ -13,6 +13,7 @@
 #include "host/stopwatch.hpp"
 #include "tracer/balls.hpp"
 #include "tracer/envmaps.hpp"
+#include "tracer/mitsuba_export.hpp"
 #include "tracer/probes.hpp"
 #include "tracer/trace_scene.hpp"
 #include "tracer/views.hpp"
@@ -231,6 +232,10 @@ class RoomWriter {
     write_view(folder, id, out);  // its picture comes last: a view that has it is complete
   }
 
+  void write_scene(const fs::path& folder) const {
+    write_mitsuba_scene(folder, standing_->room.scene, standing_->cameras);
+  }
+
  private:
   /// The bound on indirect light is stated against white, so a few samples find the exposure first.
   float most_indirect(const Camera& camera, std::uint32_t seed) {
@@ -374,7 +379,13 @@ struct RoomMaker::State {
 
   void make(int index, GenerateSummary& summary) {
     const fs::path folder = options.out / source.name(index);
-    std::unique_ptr<RoomWriter> room;  // built when the first view is missing
+    std::unique_ptr<RoomWriter> room;  // built when the first view is missing, or the scene
+    const auto standing = [&]() -> RoomWriter& {
+      if (!room) room = std::make_unique<RoomWriter>(device, options, source.room(device, index));
+      return *room;
+    };
+    if (const fs::path scene = folder / "mitsuba"; options.mitsuba && !fs::exists(scene))
+      standing().write_scene(scene), ++summary.scenes;
     for (int view = 0; view < options.views; ++view) {
       if (options.interrupted && options.interrupted())
         throw Error(ErrorKind::Interrupted,
@@ -384,8 +395,7 @@ struct RoomMaker::State {
         ++summary.skipped;
       } else {
         const Stopwatch watch;
-        if (!room) room = std::make_unique<RoomWriter>(device, options, source.room(device, index));
-        room->write(view, summary);
+        standing().write(view, summary);
         summary.seconds += watch.seconds();
         ++summary.made;
       }

@@ -30,9 +30,10 @@ struct GenerateOptions {
   std::filesystem::path from_rooms;
   int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
   bool balls = false;
-  bool light = true;   // environment maps and probes (host/io/light_files.hpp)
-  int light_spp = 16;  // samples of a texel of an environment map; a probe's takes four times as many
-  int probes = 2;      // of a view; fewer where the view has no place for them
+  bool mitsuba = false;  // beside a room's views a folder mitsuba/ with its scene (tracer/mitsuba_export.hpp)
+  bool light = true;     // environment maps and probes (host/io/light_files.hpp)
+  int light_spp = 16;    // samples of a texel of an environment map; a probe's takes four times as many
+  int probes = 2;        // of a view; fewer where the view has no place for them
   Setting setting = Setting::Training;
   std::string split = "auto";    // auto: of ten rooms eight train, one val, one test; else all rooms go there
   std::filesystem::path assets;  // folder with hdri/ and models/; empty: default_assets()
@@ -48,13 +49,14 @@ struct GenerateSummary {
   int views() const { return made + skipped; }
   double seconds = 0;         // of the views made
   double light_seconds = 0;   // of these, of environment maps and probes
+  int scenes = 0;             // of Mitsuba, written
   long dropped = 0;           // samples that were not finite
   std::string first_dropped;  // "room/view pixel sample seed", to be replayed; empty when none was
 };
 
 /// Writes <out>/<room>/NNN_*.exr and .json, generate.json and train.txt, val.txt, test.txt. A view that is complete is
-/// skipped, so a killed run goes on where it stopped and ends in the same bits. Throws usage_error on options out of
-/// range and on a folder made with other options; Error (Interrupted) when asked to stop.
+/// skipped, a scene that is there too, so a killed run goes on where it stopped and ends in the same bits. Throws
+/// usage_error on options out of range and on a folder made with other options; Error (Interrupted) when asked to stop.
 GenerateSummary generate(const Device& device, const GenerateOptions& options);
 
 /// Makes rooms of a set one at a time, in any order: what generate() does, without its lists and its claim on a folder.

@@ -77,6 +77,7 @@ std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
   return nlohmann::ordered_json{{"out", o.out.string()},
                                 {"made", s.made},
                                 {"skipped", s.skipped},
+                                {"scenes", s.scenes},
                                 {"seconds", s.seconds},
                                 {"light_seconds", s.light_seconds},
                                 {"views_per_hour", s.seconds > 0 ? 3600 * s.made / s.seconds : 0},
@@ -88,8 +89,11 @@ std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
 /// Describes the rooms in place of tracing them.
 void write_description(const Options& options, const CommonOptions& common) {
   const GenerateOptions& o = options.generate;
-  if (!o.out.empty() || common.json)
-    throw usage_error("nothing is traced where rooms are written", "--write-rooms", o.out.empty() ? "--json" : "--out");
+  if (!o.out.empty() || common.json || o.mitsuba)
+    throw usage_error("nothing is traced where rooms are written", "--write-rooms",
+                      !o.out.empty() ? "--out"
+                      : o.mitsuba    ? "--mitsuba"
+                                     : "--json");
   const AtomicFile tried(options.write_rooms);
   const RoomFile file = describe_rooms(Device::open(common.device), o);
   write_room_file(options.write_rooms, file);
@@ -129,6 +133,7 @@ void run(Options& options, const CommonOptions& common) {
       "{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
       duration_text(summary.seconds),
       summary.made > 0 ? fmt::format(", {:.0f} views an hour", 3600 * summary.made / summary.seconds) : ""));
+  if (summary.scenes > 0) say(fmt::format("scenes of Mitsuba: {} written", summary.scenes));
   if (summary.light_seconds > 0)
     say(fmt::format("environment maps and probes took {:.0f} % of the time",
                     100 * summary.light_seconds / summary.seconds));
@@ -164,6 +169,9 @@ void add_generate_command(CommandLine& line) {
       .option("--probes", "K", "panoramas of each view at points in free air", o.probes)
       .option("--sheet", "FILE", "also one PNG with the pictures of all views", options->sheet)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
+      .flag("--mitsuba",
+            "also each room as a scene of Mitsuba 3, in its folder mitsuba/: scene.xml, PLY meshes, panorama",
+            o.mitsuba)
       .choice("--setting", "what rooms may show; held_out: only what training rooms never do", options->setting,
               {"training", "held_out"})
       .choice("--split", "list the rooms as; auto: of ten, eight train, one val, one test", o.split,

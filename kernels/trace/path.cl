@@ -113,13 +113,14 @@ static inline real3 held_to(real3 l, real most) {
   return largest > most ? l * (most / largest) : l;
 }
 
-// One path: radiance that arrives at o along -d, given what the ray hits first.
-static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, const PathOptions *options) {
+// One path: radiance that arrives at o along -d, given what the ray hits first and the surface there.
+static real3 path_radiance(const Scene *s, Hit hit, const Surface *begin, real3 o, real3 d, Key key,
+                           const PathOptions *options) {
   real3 radiance = (real3)(R(0)), throughput = (real3)(R(1));
   real density = R(0);        // of the direction that led here
   int count = options->light_samples;  // at the vertex before
   for (int vertex = 0; hit.triangle >= 0; ++vertex) {
-    const Surface at = surface_at(s, hit, o, d, vertex == 0 ? options->spread : R(0));
+    const Surface at = vertex == 0 ? *begin : surface_at(s, hit, o, d, R(0));
     if (at.emitter >= 0 && (vertex > 0 || options->with_emission)) {
       real weight = R(1);
       if (vertex > 0) {
@@ -167,12 +168,14 @@ static real3 path_radiance(const Scene *s, Hit hit, real3 o, real3 d, Key key, c
 static void trace_samples(const Scene *s, real3 o, real3 d, real t_min, uint seed, uint pixel, int first, int count,
                           const PathOptions *options, global real *out) {
   const Hit hit = nearest_hit(&s->bvh, o, d, t_min, FAR);
+  Surface begin;  // every sample scatters there
+  if (hit.triangle >= 0) begin = surface_at(s, hit, o, d, options->spread);
   real3 sum = (real3)(R(0)), squares = (real3)(R(0));
   int dropped = 0, first_dropped = -1;
   for (int i = 0; i < count; ++i) {
     Key key;
     key.seed = seed, key.pixel = pixel, key.sample = (uint)(first + i);
-    const real3 l = path_radiance(s, hit, o, d, key, options);
+    const real3 l = path_radiance(s, hit, &begin, o, d, key, options);
     if (isfinite(l.x + l.y + l.z)) {
       sum += l;
       squares += l * l;
