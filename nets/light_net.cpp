@@ -94,16 +94,25 @@ Value features_of(const Scope& scope, Value image, const LightNetSize& size) {
   return concat(levels);
 }
 
-Value encoded_surfaces(const Scope& scope, const Surfaces& s, const LightNetSize& size) {
+/// What is encoded of surfaces, side by side: normal, diffuse and specular colour, roughness; then 1, by which rays
+/// that hit are told from others.
+constexpr int kEncodedNumbers = 10;
+Value surface_numbers(const Surfaces& s) {
   const Value roughness = slice(s.material, 0, 1), metallic = slice(s.material, 1, 1);
   const Value tinted = multiply(s.albedo, metallic);
   const Value diffuse = subtract(s.albedo, tinted);
   const Value specular = add(tinted, affine(expand(metallic, s.albedo.shape()), -0.04, 0.04));
-  const auto encoded = [&](const char* name, Value x) {
-    return fourier(scope, name, x, size.frequencies, size.surface_deviation);
+  const Value one = roughness.graph().fill(roughness.shape(), 1);
+  return concat(std::array{s.normal, diffuse, specular, roughness, one});
+}
+
+/// Of a map, or of what rays hit.
+Value encoded_surfaces(const Scope& scope, Value numbers, const LightNetSize& size) {
+  const auto encoded = [&](const char* name, int first, int count) {
+    return fourier(scope, name, slice(numbers, first, count), size.frequencies, size.surface_deviation);
   };
-  return concat(std::array{encoded("normal", s.normal), encoded("diffuse", diffuse), encoded("specular", specular),
-                           encoded("roughness", roughness)});
+  return concat(std::array{encoded("normal", 0, 3), encoded("diffuse", 3, 3), encoded("specular", 6, 3),
+                           encoded("roughness", 9, 1)});
 }
 
 Value radiance_of(Value f, Value hit, Value photo, LightOutput output) {
@@ -152,9 +161,15 @@ Value picture_of(Value batch, int i) {
 std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, const Surfaces& surfaces,
                                                const LightNetSize& size) {
   const Value features = per_pixel(scope, size, "features", features_of(scope, image, size));
-  const Value surface = per_pixel(scope, size, "surface", encoded_surfaces(scope, surfaces, size));
+  const Value numbers = surface_numbers(surfaces);
+  const Value surface =
+      scope.training ? Value{} : per_pixel(scope, size, "surface", encoded_surfaces(scope, numbers, size));
   std::vector<LightPixels> pixels;
-  for (int i = 0; i < image.shape().n; ++i) pixels.push_back({picture_of(features, i), picture_of(surface, i)});
+  for (int i = 0; i < image.shape().n; ++i)
+    if (scope.training)
+      pixels.push_back({picture_of(features, i), {}, picture_of(numbers, i)});
+    else
+      pixels.push_back({picture_of(features, i), picture_of(surface, i), {}});
   return pixels;
 }
 
@@ -164,10 +179,15 @@ LightPixels light_pixels(const Scope& scope, Value image, const Surfaces& surfac
 
 Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
                     const LightNetSize& size) {
-  const Shape &cells = pixels.features.shape(), &picture = pixels.surface.shape();
+  const Shape &cells = pixels.features.shape(), &picture = (pixels.surface ? pixels.surface : pixels.numbers).shape();
   const Value pixel = rescale_hits(hit, photo.shape(), picture);
-  const Value looked_up =
-      add(gather_rays(pixels.surface, pixel), gather_rays(pixels.features, rescale_hits(pixel, picture, cells)));
+  Value looked_up = gather_rays(pixels.features, rescale_hits(pixel, picture, cells)), surface, is_hit;
+  if (pixels.surface) {
+    looked_up = add(gather_rays(pixels.surface, pixel), looked_up);
+  } else {
+    const Value numbers = gather_rays(pixels.numbers, pixel);
+    surface = encoded_surfaces(scope, numbers, size), is_hit = slice(numbers, kEncodedNumbers, 1);
+  }
   const Value along = fourier(scope, "direction", direction, size.frequencies, size.direction_deviation);
   Value x;
   int read = 0;
@@ -176,8 +196,9 @@ Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Va
     const bool reads = reads_input(size, layer);
     Value y = layer == 0 ? Value{} : part(scope, size, layer, "hidden", x, reads ? Value{} : bias);
     if (reads) {
-      const Value input =
+      Value input =
           add(part(scope, size, layer, "direction", along, bias), slice(looked_up, size.width * read++, size.width));
+      if (surface) input = add(input, multiply(part(scope, size, layer, "surface", surface), is_hit));
       y = y ? add(y, input) : input;
     }
     x = relu(y);

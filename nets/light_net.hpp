@@ -28,10 +28,12 @@ struct LightNetSize {
 LightNetSize light_net_size(const std::string& preset);
 
 /// What the MLP's first layer, and the layer that is given the input again, owe to the hit pixel: linear, so computed
-/// once per pixel and gathered, exactly (performance.md). Channels: the first layer's, then the other's.
+/// once per pixel and gathered, exactly (performance.md). Channels: the first layer's, then the other's. In training
+/// rays are fewer than pixels: there surfaces are encoded, and multiplied by their weights, where rays hit.
 struct LightPixels {
-  Value features;  // {1, width or 2 width, h/2, w/2}
-  Value surface;   // {1, width or 2 width, h, w}
+  Value features;      // {1, width or 2 width, h/2, w/2}
+  Value surface = {};  // {1, width or 2 width, h, w}; not in training
+  Value numbers = {};  // {1, 11, h, w}, in training alone: what is encoded of surfaces, and 1
 };
 
 /// `image` {1, 3, h, w}: linear radiance, 95th percentile of luminance 0.9, not clamped. Diffuse A (1 - M) and specular

@@ -1,6 +1,6 @@
 """PyTorch (oneDNN on CPUs) and ours side by side in one run: convolutions, products, trunks, training steps, the light's MLPs.
 
-    python3 experiments/peers/torch_nets.py --binary build/clerestory [--before OLDER_BINARY] [--rows TEXT ...] [--runs 9]
+    python3 experiments/peers/torch_nets.py --binary build/clerestory [--before OLDER] [--families conv ...] [--only TEXT]
 
 Needs torch and torchvision, of any build (the CPU wheels will do: pip install torch torchvision); nothing else in the
 project needs them, nor this script. Both programs take turns, round by round, on the same cores with the same number of
@@ -77,14 +77,16 @@ class Load:
 
 
 def ours(binary, family, runs, only):
-    with tempfile.NamedTemporaryFile(suffix=".json") as file:
-        command = [binary, "bench", family, "--quiet", "--no-clblast", f"--runs={runs}", f"--json={file.name}"]
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "bench.json")
+        command = [binary, "bench", family, "--quiet", "--no-clblast", f"--runs={runs}", f"--json={path}"]
         if only:
             command.append(f"--only={only}")
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             sys.exit(f"{' '.join(command)}: {done.stderr.strip()}")
-        return json.load(file)[family]
+        with open(path, encoding="utf-8") as file:
+            return json.load(file)[family]
 
 
 def only_value(by_tile):

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "host/graph/graph.hpp"
+#include "host/graph/meeting.hpp"
 
 namespace clerestory {
 namespace {
@@ -28,6 +29,57 @@ struct AccumulateOp : Op {
   }
   int overwrites() const override { return 0; }
 };
+
+/// The gradient of a value, from each of those who read it.
+class Arrivals {
+ public:
+  /// `unread`: nothing else reads g, so that its node may be changed.
+  void add(Value g, bool unread) {
+    if (placing(g))
+      placed_.push_back(g);
+    else if (!sum_)
+      sum_ = g;
+    else if (!unread || !add_inside(g))
+      sum_ = accumulate(sum_, g);
+  }
+
+  Value total() {
+    if (placed_.size() > 1)
+      if (const Value together = placing(placed_[0])->sum_of(placed_)) placed_ = {together};
+    for (const Value& g : placed_) sum_ = sum_ ? accumulate(sum_, g) : g;
+    placed_.clear();
+    return sum_;
+  }
+
+ private:
+  static const Placing* placing(const Value& g) {
+    return g.output == 0 ? dynamic_cast<const Placing*>(g.node->op.get()) : nullptr;
+  }
+
+  /// Has g's own node add the sum so far, if it can.
+  bool add_inside(Value g) {
+    if (g.output != 0 || sum_.node->id >= g.node->id) return false;
+    const auto* op = dynamic_cast<const Adding*>(g.node->op.get());
+    std::unique_ptr<const Op> adding = op ? op->adding() : nullptr;
+    if (!adding) return false;
+    g.node->op = std::move(adding);
+    g.node->inputs.push_back(sum_);
+    sum_ = g;
+    return true;
+  }
+
+  Value sum_;
+  std::vector<Value> placed_;
+};
+
+/// Whether g was made by the adjoint that gave `leaving`, whose first node is `first`, for one input, and is read by
+/// none of its other nodes.
+bool is_unread(const Graph& graph, Value g, std::span<const Value> leaving, int first) {
+  if (g.node->id < first || std::ranges::count(leaving, g) != 1) return false;
+  for (std::size_t id = static_cast<std::size_t>(g.node->id) + 1; id < graph.nodes().size(); ++id)
+    if (std::ranges::count(graph.nodes()[id].inputs, g) > 0) return false;
+  return true;
+}
 
 /// What an adjoint adds to a graph draws what its node drew.
 class DrawsOf {
@@ -87,16 +139,15 @@ std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Valu
   const int nodes = static_cast<int>(graph.nodes().size());
   const Dependence depends(graph, wrt);
 
-  std::map<std::pair<int, int>, Value> gradients;  // (node, output) -> gradient so far
-  const auto add = [&](Value to, Value g) {
+  std::map<std::pair<int, int>, Arrivals> gradients;  // (node, output) -> gradient so far
+  const auto add = [&](Value to, Value g, bool unread) {
     if (!(to.shape() == g.shape()))
       throw Error(ErrorKind::Failed, "a gradient has another shape than its value",
                   "adjoint into op " + to.node->op->name(), g.shape().text(), to.shape().text());
-    Value& sum = gradients[{to.node->id, to.output}];
-    sum = sum ? accumulate(sum, g) : g;
+    gradients[{to.node->id, to.output}].add(g, unread);
   };
   for (std::size_t i = 0; i < outputs.size(); ++i)
-    if (depends(outputs[i])) add(outputs[i], seeds[i]);
+    if (depends(outputs[i])) add(outputs[i], seeds[i], false);
 
   for (int id = nodes - 1; id >= 0; --id) {
     const Node& node = graph.nodes()[static_cast<std::size_t>(id)];
@@ -105,7 +156,7 @@ std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Valu
     for (std::size_t o = 0; o < arriving.size(); ++o) {
       const auto found = gradients.find({id, static_cast<int>(o)});
       if (found == gradients.end()) continue;
-      arriving[o] = found->second;
+      arriving[o] = found->second.total();
       for (std::size_t i = 0; i < wanted.size(); ++i) {
         const Slope slope = node.op->slope(static_cast<int>(i), static_cast<int>(o));
         if (!depends(node.inputs[i]) || slope == Slope::Detached) continue;
@@ -115,18 +166,19 @@ std::vector<Value> gradient(std::span<const Value> outputs, std::span<const Valu
     }
     if (std::ranges::find(wanted, true) == wanted.end()) continue;
     const DrawsOf draws(node);
+    const int first = static_cast<int>(graph.nodes().size());
     const std::vector<Value> leaving = node.op->adjoint_for(wanted, node, arriving);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       if (!wanted[i]) continue;
       if (i >= leaving.size() || !leaving[i]) refuse(node, i, wrt);
-      add(node.inputs[i], leaving[i]);
+      add(node.inputs[i], leaving[i], is_unread(graph, leaving[i], leaving, first));
     }
   }
 
   std::vector<Value> result;
   for (const Value& v : wrt) {
     const auto found = gradients.find({v.node->id, v.output});
-    result.push_back(found == gradients.end() ? Value{} : found->second);
+    result.push_back(found == gradients.end() ? Value{} : found->second.total());
   }
   return result;
 }

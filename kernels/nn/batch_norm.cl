@@ -3,7 +3,18 @@
 //   moments:   mean and biased variance of each channel over batch and plane
 //   normalise: y = gamma (x - mean) / sqrt(variance + epsilon) + beta, then ReLU when RELU is 1
 // moments: {1, C, 1, 2} = (mean, variance) of each channel; gamma, beta: {1, C, 1, 1}; x, y: {N, C, H, W}.
+// With ADD an adjoint adds a gradient that others brought to dx.
 #include "lib/lanes.clh"
+
+#ifdef ADD
+#define SUM_PARAM IN(sum),
+#define SUM_ROW(n, at) global const real *sum = AT(sum, n) + (at);
+#define PLUS_SUM(i, left) +lanes_load(sum + (i), left)
+#else
+#define SUM_PARAM
+#define SUM_ROW(n, at)
+#define PLUS_SUM(i, left)
+#endif
 
 // Rows: one channel. Two passes over it (it lies in the cache the second time): no cancellation.
 kernel void channel_moments(IN(x), OUT(moments), const int batch, const int plane) {
@@ -32,7 +43,7 @@ kernel void channel_moments(IN(x), OUT(moments), const int batch, const int plan
 }
 
 // dx = (dmean + 2 dvariance (x - mean)) / (N H W)
-kernel void channel_moments_adjoint(IN(dmoments), IN(x), IN(moments), OUT(dx), const int batch, const int plane,
+kernel void channel_moments_adjoint(IN(dmoments), IN(x), IN(moments), SUM_PARAM OUT(dx), const int batch, const int plane,
                                     const int block) {
   const int first = (int)get_group_id(0) * block;
   const int c = (int)get_group_id(1), n = (int)get_group_id(2);
@@ -43,7 +54,9 @@ kernel void channel_moments_adjoint(IN(dmoments), IN(x), IN(moments), OUT(dx), c
   const real constant_part = share * AT(dmoments, 0)[2 * c];
   global const real *p = AT(x, n) + (ulong)c * plane + first;
   global real *to = AT(dx, n) + (ulong)c * plane + first;
-  FOR_ROW(i, length) lanes_store(slope * (lanes_load(p + i, length - i) - mean) + constant_part, to + i, length - i);
+  SUM_ROW(n, (ulong)c * plane + first)
+  FOR_ROW(i, length)
+    lanes_store(slope * (lanes_load(p + i, length - i) - mean) + constant_part PLUS_SUM(i, length - i), to + i, length - i);
 }
 
 kernel void normalise_channels(IN(x), IN(moments), IN(gamma), IN(beta), OUT(y), const real epsilon, const int plane,
@@ -69,7 +82,7 @@ kernel void normalise_channels(IN(x), IN(moments), IN(gamma), IN(beta), OUT(y), 
 //   dx = gamma s g;  dbeta = sum g;  dgamma = s sum g t;  dmean = -gamma s dbeta;  dvar = -gamma s^3 / 2 sum g t
 // The moments' own dependence on x is theirs to add (channel_moments_adjoint), once per feature instead of once per
 // layer. dmoments: {1, C, 1, 2}. Rows: one channel. dx may be dy.
-kernel void normalise_channels_adjoint(IN(dy), IN(x), IN(moments), IN(gamma), IN(beta), OUT(dx), OUT(dgamma),
+kernel void normalise_channels_adjoint(IN(dy), IN(x), IN(moments), IN(gamma), IN(beta), SUM_PARAM OUT(dx), OUT(dgamma),
                                        OUT(dbeta), OUT(dmoments), const real epsilon, const int batch,
                                        const int plane) {
   const int c = (int)get_group_id(0);
@@ -83,6 +96,7 @@ kernel void normalise_channels_adjoint(IN(dy), IN(x), IN(moments), IN(gamma), IN
     global const real *from = AT(dy, n) + (ulong)c * plane;
     global const real *p = AT(x, n) + (ulong)c * plane;
     global real *to = AT(dx, n) + (ulong)c * plane;
+    SUM_ROW(n, (ulong)c * plane)
     FOR_ROW(i, plane) {
       const int left = plane - i;
       const lanes t = lanes_load(p + i, left) - mean;
@@ -92,7 +106,7 @@ kernel void normalise_channels_adjoint(IN(dy), IN(x), IN(moments), IN(gamma), IN
 #endif
       sum_g += g;
       sum_gt += g * t;
-      lanes_store(slope * g, to + i, left);
+      lanes_store(slope * g PLUS_SUM(i, left), to + i, left);
     }
   }
   const real g = group_sum(sum_g, scratch), gt = group_sum(sum_gt, scratch);

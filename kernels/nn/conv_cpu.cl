@@ -35,6 +35,12 @@ static inline void copy_padded(local real *to, global const real *row, int x0, i
       const real16 v = vload16(0, from + at);
       vstore16(mapped ? map16(map, v) : v, 0, to + at);
     }
+  } else if (end - begin >= 8) {
+    for (; i < end; i += 8) {
+      const int at = min(i, end - 8);
+      const real8 v = vload8(0, from + at);
+      vstore8(mapped ? map8(map, v) : v, 0, to + at);
+    }
   } else {
     for (; i < end; ++i) to[i] = mapped ? map1(map, from[i]) : from[i];
   }
@@ -87,20 +93,23 @@ static void tap_offsets(local int *offset, const ConvGeometry g, const ConvBlock
   for (; k < b.channel_block * taps; ++k) offset[k] = offset[k - taps] + b.plane;
 }
 
-// Rows of a panel of weights times `vectors` vectors of the band's panel: sums[8][positions] (+)= weights[k][8]^T *
-// panel[offset[k]]. One function for each number of vectors, so that positions need rounding up to one vector only.
+// Weights times `vectors` vectors of the band's panel: sums[outputs][positions] (+)= weights * panel[offset[k]], where weights
+// are panels of [k][8], weights_pitch apart. One function for each number of vectors, so that positions need rounding up to
+// one vector only.
 #define PANEL_ROW(k) (panel + offset[k])
 #define DEFINE_MULTIPLY(vectors)                                                                                    \
-  static void multiply_##vectors(local real *sums, int pitch, global const real *weights, local const real *panel,  \
-                                 local const int *offset, int depth, bool first) {                                  \
-    for (int m = 0; m < PANEL; m += TILE_ROWS, weights += TILE_ROWS, sums += TILE_ROWS * pitch) {                   \
+  static void multiply_##vectors(local real *sums, int pitch, global const real *weights, int weights_pitch,        \
+                                 int outputs, local const real *panel, local const int *offset, int depth,          \
+                                 bool first) {                                                                      \
+    for (int m = 0; m < outputs; m += TILE_ROWS, sums += TILE_ROWS * pitch) {                                       \
+      global const real *from = weights + (ulong)(m / PANEL) * weights_pitch + m % PANEL;                           \
       vec sum[TILE_ROWS][vectors];                                                                                  \
       if (first) {                                                                                                  \
         FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                  \
       } else {                                                                                                      \
         FOR_TILE(vectors) sum[r][v] = vec_load(v, sums + r * pitch);                                                \
       }                                                                                                             \
-      TILE_PRODUCT(vectors, sum, weights, depth, PANEL_ROW)                                                         \
+      TILE_PRODUCT(vectors, sum, from, depth, PANEL_ROW)                                                            \
       FOR_TILE(vectors) vec_store(sum[r][v], v, sums + r * pitch);                                                  \
     }                                                                                                               \
   }
@@ -108,17 +117,18 @@ DEFINE_MULTIPLY(1)
 DEFINE_MULTIPLY(2)
 DEFINE_MULTIPLY(3)
 
-// sums[8][positions] (+)= weights[k][8]^T * panel[offset[k]][positions], tile by tile.
-static void multiply_panel(local real *sums, int pitch, global const real *weights, local const real *panel,
-                           local const int *offset, int depth, int positions, bool first) {
+// The same for all positions, tile by tile: what of the panel is under a tile stays in the first cache while the weights
+// of all outputs stream past it.
+static void multiply_band(local real *sums, int pitch, global const real *weights, int weights_pitch, int outputs,
+                          local const real *panel, local const int *offset, int depth, int positions, bool first) {
   for (int left = (positions + TILE_WIDTH - 1) / TILE_WIDTH; left > 0;) {
     const int vectors = left == 4 ? 2 : min(left, TILE_VECTORS);  // two twos are faster than three and one
     if (vectors == 3)
-      multiply_3(sums, pitch, weights, panel, offset, depth, first);
+      multiply_3(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first);
     else if (vectors == 2)
-      multiply_2(sums, pitch, weights, panel, offset, depth, first);
+      multiply_2(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first);
     else
-      multiply_1(sums, pitch, weights, panel, offset, depth, first);
+      multiply_1(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first);
     left -= vectors, sums += vectors * TILE_WIDTH, panel += vectors * TILE_WIDTH;
   }
 }
@@ -153,10 +163,8 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
     for (int c = 0; c < channels; ++c)
       pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h,
                  SOURCE_MAP(c0 + c), start, g, b);
-    for (int m = 0; m < outputs; m += PANEL)
-      multiply_panel(sums + m * b.positions, b.positions,
-                     AT(weights, 0) + (ulong)(m0 + m) * depth + (ulong)c0 * taps * PANEL, panel, offset,
-                     channels * taps, positions, c0 == 0);
+    multiply_band(sums, b.positions, AT(weights, 0) + (ulong)m0 * depth + (ulong)c0 * taps * PANEL, depth * PANEL, outputs,
+                  panel, offset, channels * taps, positions, c0 == 0);
   }
   for (int m = 0; m < outputs; ++m)
     for (int r = 0; r < rows; ++r) {
@@ -181,35 +189,73 @@ static real8 sums_of(const real16 *v) {
 #undef PAIRS
 }
 
-// to[8 rows of `pitch`][3] (+)= dot products of target rows [8][positions] and panel rows offset[0..2], over `count` bands
-// that lie target_pitch and panel_pitch apart. Each of 16 lanes sums every 16th position, and then the lanes are added,
-// in one order for every tile: a tile takes TILE_ROWS of the rows and TILE_WIDTH of the lanes at a time.
-static void dot_tile(global real *to, int pitch, int rows, int columns, local const real *target, int target_pitch,
-                     local const real *panel, int panel_pitch, local const int *offset, int positions, int count,
+// lanes[3][8][16] (+)= products of target rows [8][pitch], of which there are `rows`, and panel rows offset[0..2], of which
+// there are `columns`, over positions [begin, end) of `count` bands that lie target_pitch and panel_pitch apart: each of 16 lanes sums every 16th position, in one order for
+// every tile. A tile takes TILE_ROWS of the rows and TILE_WIDTH of the lanes at a time.
+static void dot_tile(local real *lanes, local const real *target, int pitch, int target_pitch, local const real *panel,
+                     int panel_pitch, local const int *offset, int rows, int columns, int begin, int end, int count,
                      bool first) {
-  real16 lanes[3][PANEL];
   const int offset0 = offset[0], offset1 = offset[columns > 1 ? 1 : 0], offset2 = offset[columns > 2 ? 2 : 0];
   for (int lane = 0; lane < 16; lane += TILE_WIDTH)
-    for (int m = 0; m < PANEL; m += TILE_ROWS) {
+    for (int m = 0; m < min(rows, PANEL); m += TILE_ROWS) {
+      local real *to = lanes + m * 16 + lane;
       vec sum[TILE_ROWS][3];
-      FOR_TILE(3) sum[r][v] = (vec)(R(0));
+      if (first) {
+        FOR_TILE(3) sum[r][v] = (vec)(R(0));
+      } else {
+        FOR_TILE(3) sum[r][v] = vec_load(0, to + (v * PANEL + r) * 16);
+      }
       for (int q = 0; q < count; ++q) {
-        local const real *from = target + q * target_pitch + m * positions + lane, *band = panel + q * panel_pitch + lane;
-        for (int f = 0; f < positions; f += 16) {
+        local const real *from = target + q * target_pitch + m * pitch + lane, *band = panel + q * panel_pitch + lane;
+        for (int f = begin; f < end; f += 16) {
           const vec row[3] = {vec_load(0, band + offset0 + f), vec_load(0, band + offset1 + f),
                               vec_load(0, band + offset2 + f)};
           UNROLL for (int r = 0; r < TILE_ROWS; ++r) {
-            const vec t = vec_load(0, from + r * positions + f);
+            const vec t = vec_load(0, from + r * pitch + f);
             UNROLL for (int v = 0; v < 3; ++v) sum[r][v] = fma(t, row[v], sum[r][v]);
           }
         }
       }
-      FOR_TILE(3) vec_store(sum[r][v], 0, (real *)&lanes[v][m + r] + lane);
+      FOR_TILE(3) vec_store(sum[r][v], 0, to + (v * PANEL + r) * 16);
     }
+}
+
+// to[8 rows of `pitch`][3] (+)= the sums of lanes[3][8][16].
+static void add_lanes(global real *to, int pitch, int rows, int columns, local const real *lanes, bool first) {
   real sum[3][PANEL];
-  UNROLL for (int v = 0; v < 3; ++v) vstore8(sums_of(lanes[v]), 0, sum[v]);
+  UNROLL for (int v = 0; v < 3; ++v) {
+    real16 of[PANEL];
+    UNROLL for (int r = 0; r < PANEL; ++r) of[r] = vload16(v * PANEL + r, lanes);
+    vstore8(sums_of(of), 0, sum[v]);
+  }
   for (int r = 0; r < min(rows, PANEL); ++r, to += pitch)
     for (int v = 0; v < min(columns, 3); ++v) to[v] = sum[v][r] + (first ? R(0) : to[v]);
+}
+
+// Of `total` things the share of each of the fewest groups of at most `most`, or of one each.
+static inline int even_share(const int total, const int most) {
+  const int groups = (total + max(1, most) - 1) / max(1, most);
+  return (total + groups - 1) / groups;
+}
+
+// to[outputs][columns] (+)= dot products of target and panel rows over all positions of `count` bands, stretch by stretch:
+// so many positions of so many bands that eight rows of the target stay in the first cache. The lanes of all tiles wait
+// for the next stretch in memory, if there is one.
+static void dot_band(global real *to, int pitch, int outputs, int columns, local const real *target, int target_pitch,
+                     local const real *panel, int panel_pitch, local const int *offset, local real *lanes,
+                     const ConvBlocking b, int count, bool first) {
+  const int part = 16 * even_share(b.positions / 16, b.stretch / 16), bands = even_share(count, b.stretch / b.positions);
+  const bool whole = part >= b.positions && bands >= count;
+  for (int m = 0; m < outputs; m += PANEL, to += PANEL * pitch, target += PANEL * b.positions)
+    for (int q = 0; q < count; q += bands)
+      for (int f = 0; f < b.positions; f += part)
+        for (int k = 0; k < columns; k += 3) {
+          local real *own = lanes + (whole ? 0 : k * PANEL * 16);
+          dot_tile(own, target + q * target_pitch, b.positions, target_pitch, panel + q * panel_pitch, panel_pitch,
+                   offset + k, outputs - m, columns - k, f, min(f + part, b.positions), min(bands, count - q), q == 0 && f == 0);
+          if (q + bands >= count && f + part >= b.positions)
+            add_lanes(to + k, pitch, outputs - m, columns - k, own, first);
+        }
 }
 
 // One target channel under the band that starts at grid position `start`, on the panel's positions: zero between rows and
@@ -226,12 +272,13 @@ static void pack_target(local real *to, global const real *target, bool exists, 
 
 // Group (block of source channels, partial). Partial s sums the bands s, s + partials, ... of all batch items into
 // gradient[s][outputs][depth], `stack` of them at a time; conv_sum_partials adds the partials in order.
-// Scratch: panel stack*channel_block*plane, rows stack*chunk*positions, offset channel_block*taps_y*taps_x.
+// Scratch: panel stack*channel_block*plane, rows stack*chunk*positions, lanes 3*8*16 or, where a stretch is not all, as many for every
+// three columns, offset channel_block*taps_y*taps_x.
 kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(source), SOURCE_MAP_PARAMS
                                                                             IN(target), OUT(gradient),
                                                                             const ConvGeometry g, const ConvBlocking b,
                                                                             local real *panel, local real *rows,
-                                                                            local int *offset) {
+                                                                            local real *lanes, local int *offset) {
   const int c0 = (int)get_group_id(0) * b.channel_block, s = get_group_id(1);
   const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
   const int channels = min(b.channel_block, g.channels - c0), columns = channels * taps;
@@ -254,10 +301,8 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(s
           pack_target(rows + i * rows_pitch + m * b.positions, AT(target, n) + (ulong)(m0 + m) * g.target_plane,
                       m < outputs, band_start(band, b), g, b);
       }
-      for (int m = 0; m < outputs; m += PANEL)
-        for (int k = 0; k < columns; k += 3)
-          dot_tile(to + (ulong)(m0 + m) * depth + k, depth, outputs - m, columns - k, rows + m * b.positions, rows_pitch,
-                   panel, panel_pitch, offset + k, b.positions, count, first == s);
+      dot_band(to + (ulong)m0 * depth, depth, outputs, columns, rows, rows_pitch, panel, panel_pitch, offset, lanes, b,
+               count, first == s);
     }
   }
 }

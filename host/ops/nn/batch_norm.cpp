@@ -1,5 +1,6 @@
 #include "host/ops/nn/batch_norm.hpp"
 
+#include "host/graph/meeting.hpp"
 #include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
@@ -15,15 +16,30 @@ void expect_shape(const Value& v, const Shape& expected, const char* what) {
                 expected.text());
 }
 
-struct MomentsAdjointOp : NotDifferentiable {  // dmoments, x, moments -> dx
+Defines defines(const Launch& l, bool relu, bool adds = false) {
+  Defines all{{"RELU", relu ? "1" : "0"}};
+  if (adds) all["ADD"] = "1";
+  return row_defines(l.device, all);
+}
+
+struct MomentsAdjointOp : NotDifferentiable, Adding {  // dmoments, x, moments (and a sum so far) -> dx
+  bool adds;
+  explicit MomentsAdjointOp(bool a = false) : adds(a) {}
   std::string name() const override { return "channel_moments_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[1].shape(), Type::Real}}; }
   void launch(Launch& l) const override {
     const Shape& s = l.out().shape;
     const int plane = static_cast<int>(s.plane());
     const Blocks blocks = row_blocks(l.device, plane);
-    l.run_with(row_defines(l.device), kFile, "channel_moments_adjoint", row_range(l.device, blocks.count, s.c, s.n),
-               l.in(0), l.in(1), l.in(2), l.out(), s.n, plane, blocks.length);
+    const auto run = [&](const auto&... sum) {
+      l.run_with(defines(l, false, adds), kFile, "channel_moments_adjoint", row_range(l.device, blocks.count, s.c, s.n),
+                 l.in(0), l.in(1), l.in(2), sum..., l.out(), s.n, plane, blocks.length);
+    };
+    adds ? run(l.in(3)) : run();
+  }
+  int overwrites() const override { return adds ? 3 : -1; }
+  std::unique_ptr<const Op> adding() const override {
+    return adds ? nullptr : std::make_unique<MomentsAdjointOp>(true);
   }
 };
 
@@ -42,12 +58,12 @@ struct MomentsOp : Op {
   }
 };
 
-Defines defines(const Launch& l, bool relu) { return row_defines(l.device, {{"RELU", relu ? "1" : "0"}}); }
-
-struct NormaliseAdjointOp : NotDifferentiable {  // dy, x, moments, gamma, beta -> dx, dgamma, dbeta, dmoments
+struct NormaliseAdjointOp : NotDifferentiable,
+                            Adding {  // dy, x, moments, gamma, beta (and a sum so far) -> dx, dgamma, dbeta, dmoments
   bool relu;
   double epsilon;
-  NormaliseAdjointOp(bool r, double e) : relu(r), epsilon(e) {}
+  bool adds;
+  NormaliseAdjointOp(bool r, double e, bool a = false) : relu(r), epsilon(e), adds(a) {}
   std::string name() const override { return "normalise_channels_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape& s = in[1].shape();
@@ -56,11 +72,17 @@ struct NormaliseAdjointOp : NotDifferentiable {  // dy, x, moments, gamma, beta 
   }
   void launch(Launch& l) const override {
     const Shape& s = l.out().shape;
-    l.run_with(defines(l, relu), kFile, "normalise_channels_adjoint", row_range(l.device, s.c), l.in(0), l.in(1),
-               l.in(2), l.in(3), l.in(4), l.out(0), l.out(1), l.out(2), l.out(3), Launch::Real{epsilon}, s.n,
-               static_cast<int>(s.plane()));
+    const auto run = [&](const auto&... sum) {
+      l.run_with(defines(l, relu, adds), kFile, "normalise_channels_adjoint", row_range(l.device, s.c), l.in(0),
+                 l.in(1), l.in(2), l.in(3), l.in(4), sum..., l.out(0), l.out(1), l.out(2), l.out(3),
+                 Launch::Real{epsilon}, s.n, static_cast<int>(s.plane()));
+    };
+    adds ? run(l.in(5)) : run();
   }
   int overwrites() const override { return 0; }
+  std::unique_ptr<const Op> adding() const override {
+    return adds ? nullptr : std::make_unique<NormaliseAdjointOp>(relu, epsilon, true);
+  }
 };
 
 struct NormaliseOp : Op {  // x, moments, gamma, beta -> y

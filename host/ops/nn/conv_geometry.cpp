@@ -57,6 +57,11 @@ int best_rows(const ConvGeometry& g, const ConvBlocking& b, int wanted) {
   return best;
 }
 
+// Source channels at most whose panel under a register tile, and whose weights for a panel of outputs, fit a first
+// cache of 32 KiB together: forty numbers a row of taps are a tile of 24 and the rest of its cache lines. Tiles twice
+// as wide are those of devices whose first cache is half as large again.
+int channels_in_cache(const ConvGeometry& g) { return 6144 / std::max(1, g.taps_y * 40 + g.taps() * conv_tile); }
+
 int even_share(int total, int at_most) { return ceil_div(total, ceil_div(total, std::max(1, at_most))); }
 
 // The bands, and the panel's layout for them. Backward weights multiply all positions of the last band as well, so
@@ -83,9 +88,11 @@ ConvBlocking cut_bands(const ConvGeometry& g, int batch, int wanted, bool even) 
 // Source channels of a backward-weights group at most: few, since its work grows with the outputs too.
 int channels_at_once(const ConvGeometry& g) { return std::max(1, 256 / g.taps()); }
 
-void check_fits(const ConvGeometry& g, const ConvBlocking& b, std::size_t local_elements) {
+std::size_t lanes_of(int columns) { return static_cast<std::size_t>(round_up(columns, 3)) * conv_tile * 16; }
+
+void check_fits(const ConvGeometry& g, const ConvBlocking& b, std::size_t lanes, std::size_t local_elements) {
   const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.stack * b.plane + g.taps()) +
-                             static_cast<std::size_t>(b.chunk) * b.stack * b.positions;
+                             static_cast<std::size_t>(b.chunk) * b.stack * b.positions + lanes;
   if (needed > local_elements)
     throw Error(ErrorKind::Device, "convolution does not fit into the device's local memory", "conv",
                 fmt::format("{} elements for one channel of {} positions", needed, b.positions),
@@ -155,9 +162,10 @@ ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elem
     const std::size_t sums = static_cast<std::size_t>(b.chunk) * b.positions;
     const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
     if (sums + per_channel <= local_elements)
-      b.channel_block = even_share(g.channels, static_cast<int>((local_elements - sums) / per_channel));
+      b.channel_block = even_share(
+          g.channels, std::min(channels_in_cache(g), static_cast<int>((local_elements - sums) / per_channel)));
     if (sums + per_channel <= local_elements || wanted <= position_tile) {
-      check_fits(g, b, local_elements);
+      check_fits(g, b, 0, local_elements);
       return b;
     }
   }
@@ -165,22 +173,30 @@ ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elem
 
 int most_partials(const ConvGeometry& g) { return ceil_div(wanted_groups, ceil_div(g.channels, channels_at_once(g))); }
 
-ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements) {
+std::size_t lane_elements(const ConvGeometry& g, const ConvBlocking& b) {
+  return lanes_of(b.stretch < b.stack * b.positions ? b.channel_block * g.taps() : 1);
+}
+
+ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements, int stretch) {
   const int panels = ceil_div(g.outputs, conv_tile);
   for (int wanted = weights_positions;; wanted /= 2) {
     ConvBlocking b = cut_bands(g, batch, wanted, true);
     const int all = b.bands * batch;
     b.partials = std::min(most_partials(g), all);
     b.stack = std::clamp(wanted / b.positions, 1, ceil_div(all, b.partials));
-    // Half of the scratch for target rows, the rest for the panel.
+    b.stretch = stretch;
+    // Half of the scratch for target rows, the rest for the panel and the tiles' lanes.
     const std::size_t row = static_cast<std::size_t>(b.stack) * b.positions;
     b.chunk = even_share(panels, static_cast<int>(local_elements / 2 / (row * conv_tile))) * conv_tile;
-    const std::size_t channel = static_cast<std::size_t>(b.stack) * b.plane + g.taps(), rows = b.chunk * row;
+    const bool split = stretch < static_cast<int>(row);
+    const std::size_t lanes = split ? static_cast<std::size_t>(g.taps()) * conv_tile * 16 : 0;
+    const std::size_t channel = static_cast<std::size_t>(b.stack) * b.plane + g.taps() + lanes,
+                      rows = b.chunk * row + lanes_of(split ? 2 : 1);
     if (rows + channel <= local_elements)
       b.channel_block =
           even_share(g.channels, std::min(static_cast<int>((local_elements - rows) / channel), channels_at_once(g)));
     if (rows + channel <= local_elements || wanted <= position_tile) {
-      check_fits(g, b, local_elements);
+      check_fits(g, b, lane_elements(g, b), local_elements);
       return b;
     }
   }

@@ -28,8 +28,9 @@ struct ConvBlocking {
   int positions = 0;
   int channel_block = 1, chunk = 8;
   int partials = 1, stack = 1, batch = 1;
+  int stretch = 0;
 };
-static_assert(sizeof(ConvBlocking) == 52);
+static_assert(sizeof(ConvBlocking) == 56);
 
 /// Outputs per panel of packed weights.
 constexpr int conv_tile = 8;
@@ -65,7 +66,10 @@ std::vector<ConvPass> backward_data_passes(const ConvShape& shape);
 ConvBlocking block_pass(const ConvGeometry& geometry, int batch, std::size_t local_elements);
 /// Partial sums of a backward-weights pass at most: enough to occupy a few cores when the weights are few.
 int most_partials(const ConvGeometry& geometry);
-/// Cuts a backward-weights pass.
-ConvBlocking block_weights(const ConvGeometry& geometry, int batch, std::size_t local_elements);
+/// Cuts a backward-weights pass. `stretch`: positions, at most, that its rows are multiplied over at a time, so that
+/// they stay in the first cache.
+ConvBlocking block_weights(const ConvGeometry& geometry, int batch, std::size_t local_elements, int stretch);
+/// Elements of scratch that hold the lanes of its tiles from one stretch to the next.
+std::size_t lane_elements(const ConvGeometry& geometry, const ConvBlocking& blocking);
 
 }  // namespace clerestory

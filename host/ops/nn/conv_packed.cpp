@@ -21,6 +21,10 @@ std::size_t scratch(const Launch& l, const ConvSpec& spec) {
   return std::min(wanted, l.device.info().local_memory / 8 * 7 / real_size(l.precision));
 }
 
+// Devices of wide vectors have first caches of 48 KiB, others of 32: eleven rows of a stretch should fit. Where vectors
+// are wide a product is over sooner, too, so that putting its lanes away and back would cost more than it saves.
+int stretch(const Tile& tile) { return tile.width >= 16 ? 1 << 30 : 640; }
+
 std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }
 
 TensorView part(const TensorView& whole, std::size_t at) {
@@ -84,7 +88,7 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
                         const TensorView& gradient, int row_pitch) {
   const bool gpu = on_gpu(l, spec.kernels);
   ConvBlocking b;
-  if (!gpu) b = block_weights(g, batch, scratch(l, spec));
+  if (!gpu) b = block_weights(g, batch, scratch(l, spec), stretch(l.device.tile()));
   const int partials =
       gpu ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
           : b.partials;
@@ -105,6 +109,7 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
       l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", "conv_weights_cpu", range, source, map..., target,
                  sums, g, b, Arg::local(static_cast<std::size_t>(b.stack) * b.channel_block * b.plane * real),
                  Arg::local(static_cast<std::size_t>(b.stack) * b.chunk * b.positions * real),
+                 Arg::local(lane_elements(g, b) * real),
                  Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
     });
   }

@@ -36,8 +36,9 @@ struct EncodeOp : Op {
   void launch(Launch& l) const override {
     const Shape& s = l.in(0).shape;
     const int features = l.in(1).shape.n;
-    const Range range{{size(s.plane()), size(features), size(s.n)}, {64, 1, 1}};
-    l.run(kFile, "encode", range, l.in(0), l.in(1), l.out(), s.c, features, static_cast<int>(s.plane()));
+    const Blocks blocks = row_blocks(l.device, s.plane());
+    l.run_with(row_defines(l.device), kFile, "encode", row_range(l.device, blocks.count, features, s.n), l.in(0),
+               l.in(1), l.out(), s.c, features, static_cast<int>(s.plane()), blocks.length);
   }
 };
 

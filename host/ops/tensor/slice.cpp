@@ -1,12 +1,16 @@
 #include "host/ops/tensor/slice.hpp"
 
+#include <algorithm>
+
+#include "host/graph/meeting.hpp"
+#include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
 
 /// dx from dy: zeros around the slice.
-struct SliceAdjointOp : Op {
+struct SliceAdjointOp : Op, Placing {
   int first;
   Shape whole;
   SliceAdjointOp(int f, Shape s) : first(f), whole(s) {}
@@ -20,6 +24,31 @@ struct SliceAdjointOp : Op {
     l.run_with(row_defines(l.device), "tensor/slice.cl", "slice_adjoint", row_range(l.device, blocks.count, whole.n),
                l.in(0), l.out(), static_cast<int>(first * whole.plane()), static_cast<int>(l.in(0).shape.item()),
                static_cast<int>(whole.item()), blocks.length);
+  }
+
+  /// Slices side by side, zeros between them: nothing where they overlap.
+  Value sum_of(std::span<const Value> terms) const override {
+    std::vector<std::pair<int, Value>> slices;
+    for (const Value& term : terms) {
+      const auto* op = dynamic_cast<const SliceAdjointOp*>(term.node->op.get());
+      if (!op) return {};
+      slices.emplace_back(op->first, term.node->inputs[0]);
+    }
+    std::ranges::stable_sort(slices, {}, [](const auto& s) { return s.first; });
+    std::vector<Value> parts;
+    int channels = 0;
+    const auto zeros_up_to = [&](int channel) {
+      if (channel > channels)
+        parts.push_back(terms[0].graph().fill({whole.n, channel - channels, whole.h, whole.w}, 0));
+    };
+    for (const auto& [at, part] : slices) {
+      if (at < channels) return {};
+      zeros_up_to(at);
+      parts.push_back(part);
+      channels = at + part.shape().c;
+    }
+    zeros_up_to(whole.c);
+    return concat(parts);
   }
 };
 

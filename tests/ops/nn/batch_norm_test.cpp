@@ -1,7 +1,10 @@
 #include "host/ops/nn/batch_norm.hpp"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 
+#include "host/ops/tensor/elementwise.hpp"
 #include "tests/ops/op_check.hpp"
 
 namespace clerestory {
@@ -109,6 +112,30 @@ OP_CASES(batch_norm) {
        .roundings = 20,
        .differentiate = {"x", "gamma", "beta"},
        .gradient_roundings = 100});
+  // Others read x too: their gradient is added inside.
+  cases.push_back(
+      {.stem = "batch_norm",
+       .label = "beside_others",
+       .kernels = {"channel_moments", "channel_moments_adjoint", "normalise_channels", "normalise_channels_adjoint"},
+       .inputs = {{"x", random_tensor(kShape, 7)},
+                  {"gamma", random_tensor(kChannel, 8)},
+                  {"beta", random_tensor(kChannel, 9)}},
+       .build =
+           [](Graph&, const Values& v) {
+             const Value x = v.at("x");
+             const Value y = normalise_channels(x, channel_moments(x), v.at("gamma"), v.at("beta"), true);
+             return std::vector<Value>{y, scale(x, 3)};
+           },
+       .reference =
+           [](const Tensors& t) {
+             Tensor thrice = t.at("x");
+             for (double& value : thrice.real) value *= 3;
+             return std::vector<Tensor>{normalised(t.at("x"), moments_of(t.at("x")), t.at("gamma"), t.at("beta"), true),
+                                        thrice};
+           },
+       .roundings = 20,
+       .differentiate = {"x", "gamma", "beta"},
+       .gradient_roundings = 100});
   // A channel that never varies: variance 0, y = beta.
   cases.push_back(
       {.stem = "batch_norm",
@@ -159,6 +186,14 @@ OP_CASES(batch_norm) {
                    .roundings = 8,
                    .no_gradient = "statistics are written, not differentiated"});
   return cases;
+}
+
+TEST(BatchNorm, GradientsOfOthersAreAddedInside) {
+  Graph g;
+  const Value x = g.input("x", kShape), gamma = g.input("gamma", kChannel), beta = g.input("beta", kChannel);
+  const Value y = normalise_channels(x, channel_moments(x), gamma, beta, true), other = scale(x, 3);
+  gradient(std::vector{y, other}, std::vector{g.input("dy", kShape), g.input("dother", kShape)}, std::vector{x});
+  for (const Node& node : g.nodes()) EXPECT_NE(node.op->name(), "accumulate");
 }
 
 }  // namespace clerestory

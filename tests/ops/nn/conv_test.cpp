@@ -297,10 +297,12 @@ TEST(Conv, BlocksFitTheirScratch) {
       for (std::size_t i = 0; i < passes.size(); ++i) {
         const ConvGeometry& g = passes[i].geometry;
         std::vector<ConvBlocking> blockings{block_pass(g, 2, scratch)};
-        if (i + 1 == passes.size()) blockings.push_back(block_weights(g, 2, scratch));
+        if (i + 1 == passes.size())
+          for (const int stretch : {16, 512, 1 << 30}) blockings.push_back(block_weights(g, 2, scratch, stretch));
         for (const ConvBlocking& b : blockings) {
-          const std::size_t panel = static_cast<std::size_t>(b.channel_block) * (b.plane + g.taps());
-          EXPECT_LE(panel + static_cast<std::size_t>(b.chunk) * b.positions, scratch);
+          const std::size_t panel = static_cast<std::size_t>(b.channel_block) * (b.stack * b.plane + g.taps());
+          const std::size_t lanes = b.stretch > 0 ? lane_elements(g, b) : 0;
+          EXPECT_LE(panel + static_cast<std::size_t>(b.chunk) * b.stack * b.positions + lanes, scratch);
           EXPECT_GE(b.bands / b.bands_x * b.band_rows, g.grid_h);
           EXPECT_GE(b.bands_x * b.band_columns, g.grid_w);
           EXPECT_EQ(b.positions % 16, 0);
