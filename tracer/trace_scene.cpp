@@ -36,6 +36,22 @@ void check(const World& scene) {
   }
 }
 
+/// Texture coordinates of a triangle's plane: of each of the three a gradient and a constant.
+void put_uvw(const Triangle& t, float* row) {
+  const glm::dvec3 origin(t.v[0].position), first = glm::dvec3(t.v[1].position) - origin,
+                                            second = glm::dvec3(t.v[2].position) - origin,
+                                            normal = glm::cross(first, second);
+  const double square = glm::dot(normal, normal);
+  if (!(square > 0)) return;  // it is never hit
+  const glm::dvec3 u = glm::cross(second, normal) / square, v = glm::cross(normal, first) / square;
+  for (int k = 0; k < 3; ++k) {
+    const auto at = [&](int corner) { return static_cast<double>(t.v[corner].uvw[k]); };
+    const glm::dvec3 gradient = (at(1) - at(0)) * u + (at(2) - at(0)) * v;
+    for (int axis = 0; axis < 3; ++axis) row[4 * k + axis] = static_cast<float>(gradient[axis]);
+    row[4 * k + 3] = static_cast<float>(at(0) - glm::dot(gradient, origin));
+  }
+}
+
 std::vector<float> pack_surfaces(const std::vector<Triangle>& triangles) {
   std::vector<float> packed(triangles.size() * kSurfaceSize, 0.f);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -47,8 +63,8 @@ std::vector<float> pack_surfaces(const std::vector<Triangle>& triangles) {
     const auto put = [row](int at, const glm::vec3& v) { row[at] = v.x, row[at + 1] = v.y, row[at + 2] = v.z; };
     put(0, normal);
     row[3] = static_cast<float>(t.material), row[4] = static_cast<float>(t.emitter), row[5] = t.smooth ? 1.f : 0.f;
-    put(6, t.v[0].uvw), put(9, t.v[1].uvw - t.v[0].uvw), put(12, t.v[2].uvw - t.v[0].uvw);
-    put(15, t.v[0].normal), put(18, t.v[1].normal - t.v[0].normal), put(21, t.v[2].normal - t.v[0].normal);
+    put_uvw(t, row + 6);
+    put(18, t.v[0].normal), put(21, t.v[1].normal - t.v[0].normal), put(24, t.v[2].normal - t.v[0].normal);
   }
   return packed;
 }

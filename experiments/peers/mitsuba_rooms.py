@@ -11,7 +11,8 @@ standard error of blocks of texels from how their differences spread.
 
 Time to a relative mean square error of 0.01, a mean of (x - truth)^2 / (truth^2 + 0.01) at the picture's exposure: the
 variance of one sample over 0.01, times the seconds of one. Ours are the difference of two runs, theirs those of the
-kernel, both without compiling. RATIO lines say ours over theirs, below 1 where clerestory is sooner done; the last ones
+kernel, both without compiling; --processor-time counts processor seconds of both instead, for a machine that has other
+work. RATIO lines say ours over theirs, below 1 where clerestory is sooner done; the last ones
 are medians over rooms with one lamp, and with many.
 
 Finished parts stay in --out: the same line goes on after an interruption. Exit 1 when a picture or a probe disagrees.
@@ -21,6 +22,7 @@ import json
 import math
 import os
 import pathlib
+import resource
 import subprocess
 import sys
 import tempfile
@@ -57,12 +59,17 @@ def read_arguments():
     parser.add_argument("--size", default="128x96")
     parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba; a JIT variant")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "runs/mitsuba_rooms", help="what is finished")
+    parser.add_argument("--processor-time", action="store_true", help="of all cores together, in place of the clock's")
     parser.add_argument("--no-time", action="store_true", help="compare pictures only")
     parser.add_argument("--no-pictures", action="store_true", help="of rooms whose pictures are finished: time only")
     return parser.parse_args()
 
 
 # ---- Ours -----------------------------------------------------------------------------------------------------------
+
+
+def processor_seconds(whose):
+    return resource.getrusage(whose).ru_utime
 
 
 def generate(options, number, folder, samples, *more):
@@ -131,10 +138,12 @@ class Peer:
             sampler.seed(dr.opaque(mi.UInt32, seed), count * part)
             radiance = self.scene.integrator().sample(self.scene, sampler, mi.RayDifferential3f(ray))[0]
             dr.kernel_history_clear()
+            before = processor_seconds(resource.RUSAGE_SELF)
             dr.eval(radiance)
             dr.sync_thread()
             if times is not None:
-                times.append(max(kernel.get("execution_time", 0) for kernel in dr.kernel_history()) / 1e3)
+                longest = max(kernel.get("execution_time", 0) for kernel in dr.kernel_history()) / 1e3
+                times.append((longest, processor_seconds(resource.RUSAGE_SELF) - before))
             sums += np.stack([np.array(dr.block_sum(c, part)) for c in radiance], -1)
             squares += np.stack([np.array(dr.block_sum(c * c, part)) for c in radiance], -1)
             done, seed = done + part, seed + 1
@@ -217,16 +226,22 @@ def worst_mean(ours, theirs):
     return float(np.max(np.abs(a / b - 1)))
 
 
+def worst_error(error, theirs):
+    """Standard error of a mean of values with such errors, over the mean."""
+    channels = error.reshape(-1, 3)
+    return float(np.max(np.sqrt((channels**2).sum(0)) / len(channels) / theirs.reshape(-1, 3).mean(0)))
+
+
 def in_blocks(difference):
     h, w, _ = difference.shape
     cut = difference[: h // BLOCK * BLOCK, : w // BLOCK * BLOCK]
     return cut.reshape(h // BLOCK, BLOCK, w // BLOCK, BLOCK, 3).transpose(0, 2, 1, 3, 4).reshape(-1, BLOCK**2, 3)
 
 
-def block_z(ours, theirs):
+def block_means(ours, theirs):
+    """Means of differences over blocks, and the means' standard errors."""
     blocks = in_blocks(ours - theirs)
-    error = blocks.std(1, ddof=1) / BLOCK
-    return blocks.mean(1) / np.maximum(error, 1e-12)
+    return blocks.mean(1), np.maximum(blocks.std(1, ddof=1) / BLOCK, 1e-12)
 
 
 def relative_variance(variance, samples, truth, exposure):
@@ -250,6 +265,7 @@ def compare_pictures(options, number):
     result = {
         "lamps": peer.lamps(),
         "mean": worst_mean(ours, theirs),
+        "mean_error": worst_error(error, theirs),
         "pass": passing(two_sided(z)),
         "z": [float(z.mean()), float(z.std())],
         "maps": float((off.max(-1) < 2e-3).mean()),
@@ -260,8 +276,10 @@ def compare_pictures(options, number):
     if options.probe_samples and (room / "000_probe_00.exr").exists():
         center = json.loads((room / "000_probes.json").read_text())[0]["center"]
         probe, other = read_exr(room / "000_probe_00.exr") / exposure, peer.probe(options.probe_samples, center)
+        difference, deviation = block_means(probe, other)
         result["probe_mean"] = worst_mean(probe, other)
-        result["probe_pass"] = passing(two_sided(block_z(probe, other), BLOCK**2 - 1))
+        result["probe_error"] = worst_error(deviation, other)
+        result["probe_pass"] = passing(two_sided(difference / deviation, BLOCK**2 - 1))
         np.savez_compressed(options.out / f"{number:05}/probe.npz", ours=probe, theirs=other)
     np.savez_compressed(options.out / f"{number:05}/picture.npz", ours=ours, theirs=theirs, error=error, exposure=exposure)
     return result
@@ -272,7 +290,9 @@ def seconds_of_ours(options, number):
     seconds = []
     for samples in TIMED[0]:
         with tempfile.TemporaryDirectory() as folder:
-            seconds.append(generate(options, number, pathlib.Path(folder) / "set", samples, "--no-light")[1]["seconds"])
+            before = processor_seconds(resource.RUSAGE_CHILDREN)
+            clock = generate(options, number, pathlib.Path(folder) / "set", samples, "--no-light")[1]["seconds"]
+            seconds.append(processor_seconds(resource.RUSAGE_CHILDREN) - before if options.processor_time else clock)
     return (seconds[1] - seconds[0]) / (TIMED[0][1] - TIMED[0][0])
 
 
@@ -285,7 +305,7 @@ def compare_times(options, number):
         ours.append(seconds_of_ours(options, number))
         times = []
         peer.picture(TIMED[1], seed=100 * (turn + 1), times=times)
-        theirs.append(sum(times) / TIMED[1])
+        theirs.append(sum(t[options.processor_time] for t in times) / TIMED[1])
     return {"our_seconds": float(np.median(ours)), "their_seconds": float(np.median(theirs))}
 
 
@@ -305,13 +325,15 @@ def ratio_of(result):
 
 
 def row(number, r):
-    probe = f"{100 * r['probe_mean']:8.2f}{100 * r['probe_pass']:8.2f}" if "probe_mean" in r else f"{'-':>8}{'-':>8}"
+    probe = f"{'-':>9}{'-':>7}{'-':>9}"
+    if "probe_mean" in r:
+        probe = f"{100 * r['probe_mean']:9.2f}{100 * r['probe_error']:7.2f}{100 * r['probe_pass']:9.2f}"
     time = ""
     if "our_seconds" in r:
         ours, theirs = (r[k] * r[s] / 0.01 for k, s in (("ours", "our_seconds"), ("theirs", "their_seconds")))
         time = f"{ours:9.1f}{theirs:9.1f}{ratio_of(r):7.2f}"
-    return (f"{number:5}{r['lamps']:6}{100 * r['mean']:9.2f}{100 * r['pass']:9.2f}{r['z'][0]:8.2f}{r['z'][1]:7.2f}"
-            f"{100 * r['maps']:9.2f}{probe}{time}")
+    return (f"{number:5}{r['lamps']:6}{100 * r['mean']:9.2f}{100 * r['mean_error']:7.2f}{100 * r['pass']:9.2f}"
+            f"{r['z'][0]:8.2f}{r['z'][1]:7.2f}{100 * r['maps']:9.2f}{probe}{time}")
 
 
 def agrees(r):
@@ -358,8 +380,8 @@ def main():
     start_mitsuba(options)
     options.out = options.out / f"{options.size}-{options.samples}"
     options.out.mkdir(parents=True, exist_ok=True)
-    print(f"{'room':>5}{'lamps':>6}{'mean %':>9}{'pass %':>9}{'z mean':>8}{'std':>7}{'maps %':>9}{'probe %':>8}{'pass %':>8}"
-          f"{'ours s':>9}{'theirs s':>9}{'ratio':>7}")
+    print(f"{'room':>5}{'lamps':>6}{'mean %':>9}{'error':>7}{'pass %':>9}{'z mean':>8}{'std':>7}{'maps %':>9}"
+          f"{'probe %':>9}{'error':>7}{'pass %':>9}{'ours s':>9}{'theirs s':>9}{'ratio':>7}")
     results = []
     for number in map(int, options.which.split(",")):
         folder = options.out / f"{number:05}"
