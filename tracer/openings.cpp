@@ -169,12 +169,12 @@ void blind(Shapes& s, const Opening& o, const Kit& kit) {
   }
   const int slat = s.material(r.chance(0.6f) ? kit.palette->enamel() : kit.palette->wood());
   s.box({x0, o.y1 - 0.04f, z - 0.02f}, {x1, o.y1, z + 0.02f}, slat);
-  const float step = 0.028f, lean = r.between(0.2f, 1.2f);
+  const float step = 0.046f, lean = r.between(0.2f, 1.2f);
   for (int i = 1; static_cast<float>(i) * step < down; ++i) {
     const glm::mat4 pose(glm::vec4(1, 0, 0, 0), glm::vec4(0, std::cos(lean), std::sin(lean), 0),
                          glm::vec4(0, -std::sin(lean), std::cos(lean), 0),
                          glm::vec4(0, o.y1 - 0.04f - static_cast<float>(i) * step, z, 1));
-    s.at(pose).box({x0, -0.0006f, -0.0125f}, {x1, 0.0006f, 0.0125f}, slat);
+    s.at(pose).box({x0, -0.001f, -0.024f}, {x1, 0.001f, 0.024f}, slat);
   }
 }
 

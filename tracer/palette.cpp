@@ -56,7 +56,7 @@ Palette::Palette(Random random, bool stone_only, bool no_stone)
 glm::vec3 Palette::paint_color() {
   // Most walls are white or nearly so, some pastel, few strong.
   if (random_.chance(0.7f))
-    return hsv(random_.between(0.05f, 0.17f), random_.between(0, 0.08f), random_.between(0.84f, 0.92f));
+    return hsv(random_.between(0.05f, 0.17f), random_.between(0, 0.08f), random_.between(0.81f, 0.91f));
   if (random_.chance(0.8f)) return hsv(random_.unit(), random_.between(0.05f, 0.2f), random_.between(0.6f, 0.88f));
   const glm::vec3 strong = strong_color();
   return strong * 0.7f + glm::vec3(0.1f);
@@ -93,7 +93,8 @@ Material Palette::make(MaterialClass kind) {
       const glm::vec3 c =
           r.chance(0.75f) ? hsv(r.between(0, 0.2f), r.between(0, 0.12f), r.between(0.74f, 0.9f)) : strong_color();
       colors(m, c, c * 0.98f, c * 0.9f);
-      const float rough = r.between(0.12f, 0.4f);
+      // Furniture and doors are satin more often than glossy.
+      const float rough = r.chance(0.65f) ? r.between(0.32f, 0.6f) : r.between(0.1f, 0.32f);
       roughness(m, rough, rough + 0.04f, rough + 0.25f);
       m.scale = glm::vec3(r.between(1.f, 4.f));
       m.wear = r.chance(0.4f) ? r.between(0.2f, 0.45f) : 0;
@@ -107,7 +108,7 @@ Material Palette::make(MaterialClass kind) {
           r.chance(0.6f) ? hsv(r.between(0.05f, 0.15f), r.between(0, 0.25f), r.between(0.6f, 0.9f)) : strong_color();
       const glm::vec3 other = r.chance(0.4f) ? strong_color() : c * r.between(0.7f, 0.95f);
       colors(m, c, other, grey(r.between(0.3f, 0.75f)));
-      const bool matt = r.chance(0.3f);  // unglazed
+      const bool matt = r.chance(0.4f);  // unglazed
       const float rough = matt ? r.between(0.38f, 0.65f) : r.between(0.06f, 0.26f);
       roughness(m, rough, rough + r.between(0.02f, 0.1f), 0.9f);
       const float size = r.one_of({0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.6f, 0.9f});
@@ -216,7 +217,7 @@ Material Palette::make(MaterialClass kind) {
       Material m = base(Texture::Plaster, r);
       const glm::vec3 c = hsv(r.between(0.05f, 0.15f), r.between(0, 0.1f), r.between(0.4f, 0.7f));
       colors(m, c * 0.8f, c * 1.1f, c * 0.6f);
-      const bool polished = r.chance(0.5f);
+      const bool polished = r.chance(0.25f);
       const float rough = polished ? r.between(0.1f, 0.3f) : r.between(0.6f, 0.8f);
       // Dark patches are polished by feet.
       roughness(m, rough, rough + (polished ? 0.05f : 0.15f), polished ? rough * 0.8f : rough - 0.2f);
@@ -247,10 +248,10 @@ Material Palette::made_wood() {
   const Kind& kind = kinds[r.whole(0, 9)];
   const glm::vec3 light = hsv(r.between(kind.hue0, kind.hue1), r.between(kind.saturation0, kind.saturation1),
                               r.between(kind.value0, kind.value1));
-  const bool varnished = r.chance(0.45f);  // varnish deepens the colour and makes it shine
+  const bool varnished = r.chance(0.4f);  // varnish deepens the colour and makes it shine
   const float deep = varnished ? 0.85f : 1.f;
   colors(m, light * deep, light * (deep * kind.grain * r.between(0.85f, 1.1f)), light * 0.15f);
-  const float rough = varnished ? r.between(0.16f, 0.36f) : r.between(0.45f, 0.72f);
+  const float rough = varnished ? r.between(0.16f, 0.42f) : r.between(0.48f, 0.74f);
   roughness(m, rough, rough + (varnished ? 0.05f : 0.14f), 0.9f);
   m.scale = {0, 0, r.between(9.f, 30.f)};
   m.warp = r.between(0.8f, 3.f);

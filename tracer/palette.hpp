@@ -12,8 +12,8 @@ namespace clerestory {
 enum class MaterialClass {
   WallPaint,   // matt emulsion, roughness 0.75-0.98; now and then satin or
                // polished plaster
-  GlossPaint,  // lacquered wood, doors, cabinets, 0.15-0.45
-  Wood,        // oiled or varnished, 0.3-0.65, dark gaps rough
+  GlossPaint,  // lacquered wood, doors, cabinets, 0.1-0.6
+  Wood,        // oiled or varnished, 0.15-0.8, dark gaps rough
   Tile,        // glazed, 0.08-0.3, with rough grout
   Stone,       // polished marble or honed granite, 0.1-0.5
   Fabric,      // 0.85-1
