@@ -1,6 +1,6 @@
 """Clerestory's path tracer beside Mitsuba 3 on the same rooms: do the pictures agree, and which is sooner done?
 
-    python3 -m venv VENV && VENV/bin/pip install mitsuba numpy          # LLVM: apt-get install libllvm19
+    python3 -m venv VENV && VENV/bin/pip install mitsuba==3.9.1 numpy   # LLVM: apt-get install libllvm19
     VENV/bin/python experiments/peers/mitsuba_rooms.py --binary build/clerestory
 
 Each room is traced by `clerestory generate --mitsuba` and by Mitsuba's `path` (clerestory_brdf.py has the surfaces and
