@@ -57,11 +57,6 @@ int best_rows(const ConvGeometry& g, const ConvBlocking& b, int wanted) {
   return best;
 }
 
-// Source channels at most whose panel under a register tile, and whose weights for a panel of outputs, fit a first
-// cache of 32 KiB together: forty numbers a row of taps are a tile of 24 and the rest of its cache lines. Tiles twice
-// as wide are those of devices whose first cache is half as large again.
-int channels_in_cache(const ConvGeometry& g) { return 6144 / std::max(1, g.taps_y * 40 + g.taps() * conv_tile); }
-
 int even_share(int total, int at_most) { return ceil_div(total, ceil_div(total, std::max(1, at_most))); }
 
 // The bands, and the panel's layout for them. Backward weights multiply all positions of the last band as well, so
@@ -162,8 +157,7 @@ ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elem
     const std::size_t sums = static_cast<std::size_t>(b.chunk) * b.positions;
     const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
     if (sums + per_channel <= local_elements)
-      b.channel_block = even_share(
-          g.channels, std::min(channels_in_cache(g), static_cast<int>((local_elements - sums) / per_channel)));
+      b.channel_block = even_share(g.channels, static_cast<int>((local_elements - sums) / per_channel));
     if (sums + per_channel <= local_elements || wanted <= position_tile) {
       check_fits(g, b, 0, local_elements);
       return b;
