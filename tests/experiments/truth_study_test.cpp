@@ -23,7 +23,7 @@ class TruthStudy : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     device_.emplace(Device::open());
-    const Room room = make_box_room(10);  // with polished blocks beside the lamp it takes more samples to see anything
+    const Room room = make_box_room(11);  // with polished blocks beside the lamp it takes more samples to see anything
     traced_.emplace(*device_, room.scene);
     const Camera camera = choose_views(*traced_, room, 1, 16, 12, Random(5)).at(0);
     scene_ = scene_of(traced_->maps(camera), camera);
