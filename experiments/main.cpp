@@ -1,6 +1,6 @@
 // The program: every command, in the order of --help.
-#include "experiments/commands/cli.hpp"
 #include "experiments/commands/bench.hpp"
+#include "experiments/commands/cli.hpp"
 #include "experiments/commands/devices.hpp"
 #include "experiments/commands/edit.hpp"
 #include "experiments/commands/evaluate.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "experiments/training/shipped.hpp"
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/shipped.hpp"
 #include "host/error.hpp"
 #include "host/report/progress.hpp"
 #include "nets/constant_light.hpp"

@@ -25,8 +25,8 @@ class TrainingNetwork {
   /// One step of Adam. `step` counts from 0.
   Losses step(const TrainingBatch& batch, double rate);
 
-  std::size_t parameters() const;  // numbers that are trained
-  std::size_t bytes() const;       // device memory beside the states
+  std::size_t parameters() const;                  // numbers that are trained
+  std::size_t bytes() const;                       // device memory beside the states
   const std::vector<std::string>& frozen() const;  // scopes that are not trained: their terms have no weight
 
  private:
