@@ -174,7 +174,8 @@ std::vector<MitsubaMesh> mitsuba_meshes(const World& world) {
     to.mesh.material = t.material, to.mesh.emitter = t.emitter;
     to.mesh.smooth = to.mesh.smooth || t.smooth;
     to.mesh.area += static_cast<double>(length) / 2;
-    for (const Vertex& v : t.v) to.mesh.indices.push_back(to.vertex(v, t.smooth ? v.normal : cross / length));
+    for (const Vertex& v : t.v)
+      to.mesh.indices.push_back(to.vertex(v, t.smooth ? glm::normalize(v.normal) : cross / length));
   }
   std::vector<MitsubaMesh> meshes;
   for (auto& [surface, growing] : by_surface) meshes.push_back(std::move(growing.mesh));

@@ -197,7 +197,7 @@ void write_checkpoint(const std::filesystem::path& path, const States& states, c
   file.metadata["config_hash"] = identity.config_hash;
   file.metadata["views_hash"] = fmt::format("{:016x}", identity.views_hash);
   file.metadata["step"] = std::to_string(p.step);
-  file.metadata["moment_steps"] = std::to_string(p.moment_steps);
+  file.metadata["earlier_moment_steps"] = std::to_string(p.moment_steps);
   file.metadata["history"] = history_json(p.history);
   write_safetensors(path, file);
 }
@@ -224,8 +224,8 @@ TrainingProgress go_on_from(const TensorFile& file, const std::string& where, St
   p.seconds = std::bit_cast<double>(words[1]), p.best_score = std::bit_cast<double>(words[2]);
   p.summed = static_cast<std::int64_t>(words[3]);
   for (std::size_t i = 4; i < words.size(); ++i) p.loss_sums.push_back(std::bit_cast<double>(words[i]));
-  if (file.metadata.contains("moment_steps"))  // checkpoints of before there were any have none
-    p.moment_steps = whole_fact(file, "moment_steps", where, 0, std::numeric_limits<int>::max());
+  if (file.metadata.contains("earlier_moment_steps"))  // checkpoints of before there were any have none
+    p.moment_steps = whole_fact(file, "earlier_moment_steps", where, 0, std::numeric_limits<int>::max());
   p.history = stored_history(file, where);
   if (MeanMaps::stored(file)) p.means = MeanMaps::restore(file, where);
   return p;

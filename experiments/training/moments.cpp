@@ -47,6 +47,40 @@ std::vector<double> means_of(const Moments& moments, const std::string& name, st
   return means;
 }
 
+void add_factors(Moments& moments, const std::string& parameter, const Shape& shape, const std::vector<float>& second) {
+  const Split split = split_of(shape);
+  std::vector<double> rows(split.rows), columns(split.columns);
+  for (std::size_t r = 0; r < split.rows; ++r)
+    for (std::size_t c = 0; c < split.columns; ++c) {
+      const auto v = static_cast<double>(second[r * split.columns + c]);
+      rows[r] += v / static_cast<double>(split.columns), columns[c] += v / static_cast<double>(split.rows);
+    }
+  moments.tensors[kRows + parameter] = logarithms(rows), moments.tensors[kColumns + parameter] = logarithms(columns);
+}
+
+std::int64_t steps_of(const TensorFile& file, const std::string& key, std::int64_t least, const std::string& where) {
+  const std::string& text = file.metadata.at(key);
+  char* end = nullptr;
+  const std::int64_t steps = std::strtol(text.c_str(), &end, 10);
+  if (text.empty() || *end != 0 || steps < least)
+    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
+                      fmt::format("a whole number from {} on", least));
+  return steps;
+}
+
+/// Of a checkpoint, which has them whole.
+Moments checkpoint_moments(const TensorFile& file, const std::string& where) {
+  Moments moments;
+  for (const char* key : {"step", "earlier_moment_steps"})
+    if (file.metadata.contains(key)) moments.steps += steps_of(file, key, 0, where);
+  for (const auto& [name, tensor] : file.tensors)
+    if (name.starts_with(kSecond) && tensor.shape.size() == 4) {
+      const auto side = [&](std::size_t i) { return static_cast<int>(tensor.shape[i]); };
+      add_factors(moments, name.substr(kSecond.size()), {side(0), side(1), side(2), side(3)}, tensor.floats(where));
+    }
+  return moments;
+}
+
 }  // namespace
 
 Moments factored_moments(const States& states, std::int64_t steps) {
@@ -54,15 +88,7 @@ Moments factored_moments(const States& states, std::int64_t steps) {
   for (const std::string& name : states.names()) {
     if (!name.starts_with(kSecond)) continue;
     const Tensor second = states.get(name);
-    const Split split = split_of(second.shape);
-    std::vector<double> rows(split.rows), columns(split.columns);
-    for (std::size_t r = 0; r < split.rows; ++r)
-      for (std::size_t c = 0; c < split.columns; ++c) {
-        const double v = second.real[r * split.columns + c];
-        rows[r] += v / static_cast<double>(split.columns), columns[c] += v / static_cast<double>(split.rows);
-      }
-    const std::string parameter = name.substr(kSecond.size());
-    moments.tensors[kRows + parameter] = logarithms(rows), moments.tensors[kColumns + parameter] = logarithms(columns);
+    add_factors(moments, name.substr(kSecond.size()), second.shape, second.floats());
   }
   return moments;
 }
@@ -91,14 +117,11 @@ void store_moments(TensorFile& file, const Moments& moments, const std::string& 
 }
 
 Moments stored_moments(const TensorFile& file, const std::string& where) {
+  if (const auto kind = file.metadata.find("kind"); kind != file.metadata.end() && kind->second == "checkpoint")
+    return checkpoint_moments(file, where);
   Moments moments;
-  const auto steps = file.metadata.find(kSteps);
-  if (steps == file.metadata.end()) return moments;
-  char* end = nullptr;
-  moments.steps = std::strtol(steps->second.c_str(), &end, 10);
-  if (steps->second.empty() || *end != 0 || moments.steps < 1)
-    throw usage_error("a value of the metadata makes no sense", where + ": " + kSteps, steps->second,
-                      "a whole number above 0");
+  if (!file.metadata.contains(kSteps)) return moments;
+  moments.steps = steps_of(file, kSteps, 1, where);
   for (const auto& [name, tensor] : file.tensors)
     if (name.starts_with(kRows) || name.starts_with(kColumns)) moments.tensors[name] = tensor;
   return moments;

@@ -25,7 +25,7 @@ void set_moments(States& states, const Moments& moments, const std::string& wher
 
 /// Into a file of weights: of parameters whose names begin with `prefix`.
 void store_moments(TensorFile& file, const Moments& moments, const std::string& prefix = {});
-/// What a file holds; none where it holds none.
+/// What a file holds, of a checkpoint the factors of what it has whole; none where it holds none.
 Moments stored_moments(const TensorFile& file, const std::string& where);
 
 }  // namespace clerestory

@@ -29,7 +29,7 @@ class InvertTest : public ::testing::Test {
   static void SetUpTestSuite() {
     folder_ = fs::temp_directory_path() / fmt::format("clerestory-invert-{}", ::getpid());
     fs::create_directories(folder_);
-    view_ = make_bare_room(Device::open(), folder_ / "rooms", 32);
+    view_ = make_bare_room(Device::open(), folder_ / "rooms", 32, 1);
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 

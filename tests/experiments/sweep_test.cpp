@@ -236,7 +236,7 @@ TEST_F(SweepProgram, TrainsOneAfterAnotherAndSaysWhichFailed) {
 TEST_F(SweepProgram, RunsStudiesOneAfterAnother) {
   write_file(folder / "tiny.toml",
              fmt::format("[run]\nroot = \"{}/runs\"\n[study]\nspp = [2]\ntruth_spp = 4\nseeds = 1\n[data]\nrooms = 1\n"
-                         "width = 16\nheight = 16\nspp = 1\n",
+                         "width = 32\nheight = 24\nspp = 1\n",
                          folder.path().string()));
   ASSERT_EQ(run({"run", folder / "tiny.toml", "study.light=image,constant", "-m", "data.seed=1,2"}), 0)
       << text_of(said);

