@@ -318,6 +318,10 @@ TrainingOptions training_options(const Config& c) {
   o.frames.assign(c.texts("data.frames").begin(), c.texts("data.frames").end());
   forbid(!o.frames.empty() && c.text("model.kind") == "light", c, "data.frames",
          "photographs with measured depth say nothing of light", "none where model.kind = light");
+  for (const auto& [key, given] : {std::pair{"data.photographs", c.real("data.photographs") > 0},
+                                   std::pair{"data.photographed", !c.texts("data.photographed").empty()}})
+    forbid(given && c.text("model.kind") == "light", c, key, "the light's views are not seen through such cameras",
+           "left out where model.kind = light");
   o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
   o.kind = c.text("model.kind");
   o.net = net_of(c);
