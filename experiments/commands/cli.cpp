@@ -136,6 +136,13 @@ struct Command::State {
     return option;
   }
 
+  void add_valued(const std::string& names, const std::string& meta, const std::string& doc, Take take,
+                  const std::string& shown_default, CLI::MultiOptionPolicy policy) {
+    CLI::Option* option = add_option(names, meta, doc, std::move(take));
+    option->expected(1)->multi_option_policy(policy)->allow_extra_args(false);
+    if (!shown_default.empty()) option->default_str(shown_default);
+  }
+
   void hand_out() const {
     std::map<const CLI::Option*, std::size_t> handed;
     for (const CLI::Option* option : app->parse_order()) {
@@ -149,17 +156,13 @@ struct Command::State {
 
 Command& Command::option(const std::string& names, const std::string& meta, const std::string& doc, Take take,
                          const std::string& shown_default) {
-  CLI::Option* added = state_->add_option(names, meta, doc, std::move(take));
-  added->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->allow_extra_args(false);
-  if (!shown_default.empty()) added->default_str(shown_default);
+  state_->add_valued(names, meta, doc, std::move(take), shown_default, CLI::MultiOptionPolicy::TakeAll);
   return *this;
 }
 
 Command& Command::single(const std::string& names, const std::string& meta, const std::string& doc, Take take,
                          const std::string& shown_default) {
-  CLI::Option* added = state_->add_option(names, meta, doc, std::move(take));
-  added->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::Throw)->allow_extra_args(false);
-  if (!shown_default.empty()) added->default_str(shown_default);
+  state_->add_valued(names, meta, doc, std::move(take), shown_default, CLI::MultiOptionPolicy::Throw);
   return *this;
 }
 

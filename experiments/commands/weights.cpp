@@ -54,7 +54,7 @@ void export_maps(const WeightsArguments& arguments, Device device) {
   check_weights_folder(folder, {arguments.out});
   write_weights(arguments.out, *loaded.states, loaded.history, loaded.means,
                 {loaded.preset, net_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
-                 inference_states(loaded.net), loaded.moments});
+                 inference_states(loaded.net), read_moments(arguments.file)});
   std::printf("%s\n%s\n", arguments.out.c_str(), write_folder_card(folder, arguments.out).c_str());
 }
 
@@ -67,7 +67,7 @@ void export_light(const WeightsArguments& arguments, Device device) {
   check_weights_folder(arguments.out, weights_files(arguments.out));
   write_light(arguments.out, *loaded.states, loaded.history,
               {loaded.preset, light_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
-               light_states(loaded.net), loaded.moments});
+               light_states(loaded.net), read_moments(arguments.file)});
   for (const std::filesystem::path& file : weights_files(arguments.out)) std::printf("%s\n", file.c_str());
   std::printf("%s\n", write_folder_card(arguments.out, arguments.out / "maps.safetensors").c_str());
 }

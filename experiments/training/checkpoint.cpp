@@ -4,10 +4,10 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <set>
 
 #include "experiments/training/light_validation.hpp"
+#include "experiments/training/metadata.hpp"
 #include "experiments/training/network.hpp"
 #include "host/error.hpp"
 
@@ -41,23 +41,6 @@ const StoredTensor& shaped_tensor(const TensorFile& file, const std::string& nam
 void set_state(States& states, const std::string& name, const Shape& shape, const TensorFile& file,
                const std::string& where) {
   states.set(name, Tensor(shape, shaped_tensor(file, name, shape, where).floats(where + ": " + name)));
-}
-
-const std::string& fact(const TensorFile& file, const std::string& key, const std::string& where) {
-  const auto found = file.metadata.find(key);
-  if (found == file.metadata.end())
-    throw usage_error("the metadata lack a key", where, "no " + key, "a file written by `clerestory train`");
-  return found->second;
-}
-
-int whole_fact(const TensorFile& file, const std::string& key, const std::string& where, int least, int most) {
-  const std::string& text = fact(file, key, where);
-  char* end = nullptr;
-  const long value = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end != 0 || value < least || value > most)
-    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
-                      fmt::format("{} to {}", least, most));
-  return static_cast<int>(value);
 }
 
 void must_agree(const TensorFile& file, const std::string& key, const std::string& expected, const std::string& where) {
@@ -172,7 +155,6 @@ void fill(LoadedStates& out, const TensorFile& file, const std::string& where,
   out.history = stored_history(file, where);
   out.states = std::make_shared<States>(std::move(device));
   for (const auto& [name, shape] : wanted) set_state(*out.states, name, shape, file, where);
-  out.moments = stored_moments(file, where);
 }
 
 }  // namespace
@@ -197,7 +179,7 @@ void write_checkpoint(const std::filesystem::path& path, const States& states, c
   file.metadata["config_hash"] = identity.config_hash;
   file.metadata["views_hash"] = fmt::format("{:016x}", identity.views_hash);
   file.metadata["step"] = std::to_string(p.step);
-  file.metadata["earlier_moment_steps"] = std::to_string(p.moment_steps);
+  file.metadata[kEarlierSteps] = std::to_string(p.moment_steps);
   file.metadata["history"] = history_json(p.history);
   write_safetensors(path, file);
 }
@@ -224,8 +206,7 @@ TrainingProgress go_on_from(const TensorFile& file, const std::string& where, St
   p.seconds = std::bit_cast<double>(words[1]), p.best_score = std::bit_cast<double>(words[2]);
   p.summed = static_cast<std::int64_t>(words[3]);
   for (std::size_t i = 4; i < words.size(); ++i) p.loss_sums.push_back(std::bit_cast<double>(words[i]));
-  if (file.metadata.contains("earlier_moment_steps"))  // checkpoints of before there were any have none
-    p.moment_steps = whole_fact(file, "earlier_moment_steps", where, 0, std::numeric_limits<int>::max());
+  p.moment_steps = earlier_moment_steps(file, where);
   p.history = stored_history(file, where);
   if (MeanMaps::stored(file)) p.means = MeanMaps::restore(file, where);
   return p;
@@ -272,6 +253,10 @@ InitialWeights read_initial_weights(const std::filesystem::path& path, States& s
 
 History read_history(const std::filesystem::path& path) {
   return stored_history(read_finite_safetensors(path), path.string());
+}
+
+Moments read_moments(const std::filesystem::path& path) {
+  return stored_moments(read_weights_files(path), path.string());
 }
 
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {

@@ -85,6 +85,9 @@ InitialWeights read_initial_weights(const std::filesystem::path& path, States& s
 /// What a weights file or checkpoint says of its training; without legs when it says nothing.
 History read_history(const std::filesystem::path& path);
 
+/// Second moments of a weights file, a checkpoint or a light's folder; none where it has none.
+Moments read_moments(const std::filesystem::path& path);
+
 /// What weights of either kind hold for inference.
 struct LoadedStates {
   std::string preset;
@@ -92,7 +95,6 @@ struct LoadedStates {
   History history;
   std::map<std::string, std::string> metadata;  // a light's: of its local part
   std::shared_ptr<States> states;
-  Moments moments;
 };
 
 /// Weights of the maps, ready for MapPredictor; mean maps when stored. Throws usage_error naming the file when it is a

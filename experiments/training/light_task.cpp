@@ -172,12 +172,8 @@ class LightTask : public TrainingTask {
       judgement.text +=
           fmt::format(" {} {:.4g} ({:.2f})", names[i].key, judgement.point.errors[i], judgement.point.ratios[i]);
     }
-    for (const LightList& list : lists_) {
-      const HistoryPoint point = judge_light(list.views, predictor_).point();
-      judgement.point.lists.push_back(list_errors(list.name, static_cast<std::int64_t>(list.views.size()), point));
-      judgement.values.emplace_back("list/" + list.name, point.score);
-      judgement.text += fmt::format("; {} {:.3f}", list.name, point.score);
-    }
+    for (const LightList& list : lists_)
+      add_list(judgement, list.name, list.views.size(), judge_light(list.views, predictor_).point());
     return judgement;
   }
 
@@ -230,10 +226,7 @@ class LightTask : public TrainingTask {
   }
 
   NamedLightView view_at(std::uint64_t position, bool predicted) {
-    if (streamed_) {
-      NamedLightView streamed = streamed_->at(position, predicted);  // also where it is not used: rooms go on
-      if (!is_fixed(options_.stream, options_.seed, position)) return streamed;
-    }
+    if (streamed_ && !is_fixed(options_.stream, options_.seed, position)) return streamed_->at(position, predicted);
     const std::size_t view = order_->at(position);
     return {store_.name(view).text(), (predicted && predicted_ ? *predicted_ : store_).get(view)};
   }

@@ -115,10 +115,7 @@ class MapsTask : public TrainingTask {
   void judge_lists(Judgement& judgement) {
     for (MapsList& list : lists_) {
       judge_all(list.views, predictor_);
-      const HistoryPoint point = history_point(summarise(results_of(list.views)));
-      judgement.point.lists.push_back(list_errors(list.name, static_cast<std::int64_t>(list.views.size()), point));
-      judgement.values.emplace_back("list/" + list.name, point.score);
-      judgement.text += fmt::format("; {} {:.3f}", list.name, point.score);
+      add_list(judgement, list.name, list.views.size(), history_point(summarise(results_of(list.views))));
     }
   }
 

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <limits>
 
+#include "experiments/training/metadata.hpp"
 #include "host/error.hpp"
 
 namespace clerestory {
@@ -58,21 +59,11 @@ void add_factors(Moments& moments, const std::string& parameter, const Shape& sh
   moments.tensors[kRows + parameter] = logarithms(rows), moments.tensors[kColumns + parameter] = logarithms(columns);
 }
 
-std::int64_t steps_of(const TensorFile& file, const std::string& key, std::int64_t least, const std::string& where) {
-  const std::string& text = file.metadata.at(key);
-  char* end = nullptr;
-  const std::int64_t steps = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end != 0 || steps < least)
-    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
-                      fmt::format("a whole number from {} on", least));
-  return steps;
-}
+constexpr int kMostSteps = std::numeric_limits<int>::max();
 
 /// Of a checkpoint, which has them whole.
 Moments checkpoint_moments(const TensorFile& file, const std::string& where) {
-  Moments moments;
-  for (const char* key : {"step", "earlier_moment_steps"})
-    if (file.metadata.contains(key)) moments.steps += steps_of(file, key, 0, where);
+  Moments moments{whole_fact(file, "step", where, 0, kMostSteps) + earlier_moment_steps(file, where), {}};
   for (const auto& [name, tensor] : file.tensors)
     if (name.starts_with(kSecond) && tensor.shape.size() == 4) {
       const auto side = [&](std::size_t i) { return static_cast<int>(tensor.shape[i]); };
@@ -116,12 +107,16 @@ void store_moments(TensorFile& file, const Moments& moments, const std::string& 
   file.metadata[kSteps] = std::to_string(moments.steps);
 }
 
+std::int64_t earlier_moment_steps(const TensorFile& file, const std::string& where) {
+  return file.metadata.contains(kEarlierSteps) ? whole_fact(file, kEarlierSteps, where, 0, kMostSteps) : 0;
+}
+
 Moments stored_moments(const TensorFile& file, const std::string& where) {
   if (const auto kind = file.metadata.find("kind"); kind != file.metadata.end() && kind->second == "checkpoint")
     return checkpoint_moments(file, where);
   Moments moments;
   if (!file.metadata.contains(kSteps)) return moments;
-  moments.steps = steps_of(file, kSteps, 1, where);
+  moments.steps = whole_fact(file, kSteps, where, 1, kMostSteps);
   for (const auto& [name, tensor] : file.tensors)
     if (name.starts_with(kRows) || name.starts_with(kColumns)) moments.tensors[name] = tensor;
   return moments;

@@ -28,4 +28,8 @@ void store_moments(TensorFile& file, const Moments& moments, const std::string& 
 /// What a file holds, of a checkpoint the factors of what it has whole; none where it holds none.
 Moments stored_moments(const TensorFile& file, const std::string& where);
 
+/// Of a checkpoint: steps of the legs before it that its second moments come from; 0 in those of before there were any.
+inline constexpr const char* kEarlierSteps = "earlier_moment_steps";  // its key
+std::int64_t earlier_moment_steps(const TensorFile& file, const std::string& where);
+
 }  // namespace clerestory

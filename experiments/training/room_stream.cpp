@@ -18,9 +18,13 @@ bool is_fixed(const StreamOptions& options, std::uint64_t seed, std::uint64_t po
   return keyed_uniform(seed, position, kFixedDraw) < options.fixed;
 }
 
-StreamedData streamed_data(const StreamOptions& options, std::int64_t views) {
-  const std::int64_t rooms = options.window + views / (options.rooms.views * options.times);
-  return {rooms, rooms * options.rooms.views};
+std::int64_t streamed_rooms(const StreamOptions& options, std::uint64_t views) {
+  return options.window +
+         static_cast<std::int64_t>(views / static_cast<std::uint64_t>(options.rooms.views * options.times));
+}
+
+std::size_t views_in_window(const StreamOptions& options) {
+  return static_cast<std::size_t>(options.window * options.rooms.views);
 }
 
 std::string stream_text(const StreamOptions& options, std::size_t fixed_views) {
@@ -107,15 +111,13 @@ ViewName RoomStream::view(std::uint64_t position, std::uint64_t number) const {
 
 ViewName RoomStream::at(std::uint64_t position) {
   need(position);
-  const auto views = static_cast<std::uint64_t>(options_.window * options_.rooms.views);
-  return view(position, keyed_bits(seed_, position, kViewDraw) % views);
+  return view(position, keyed_bits(seed_, position, kViewDraw) % views_in_window(options_));
 }
 
 std::vector<ViewName> RoomStream::window(std::uint64_t position) {
   need(position);
   std::vector<ViewName> views;
-  for (int i = 0; i < options_.window * options_.rooms.views; ++i)
-    views.push_back(view(position, static_cast<std::uint64_t>(i)));
+  for (std::size_t i = 0; i < views_in_window(options_); ++i) views.push_back(view(position, i));
   return views;
 }
 

@@ -25,11 +25,10 @@ struct StreamOptions {
 
 /// Whether the view at a position comes from the fixed rooms.
 bool is_fixed(const StreamOptions& options, std::uint64_t seed, std::uint64_t position);
-/// What a leg of `views` views has drawn from, the fixed ones left out.
-struct StreamedData {
-  std::int64_t rooms = 0, views = 0;
-};
-StreamedData streamed_data(const StreamOptions& options, std::int64_t views);
+/// Rooms that have come when so many views are drawn.
+std::int64_t streamed_rooms(const StreamOptions& options, std::uint64_t views);
+/// Views that are drawn from at a time.
+std::size_t views_in_window(const StreamOptions& options);
 /// "rooms of 2 views made on the way, each seen 8 times".
 std::string stream_text(const StreamOptions& options, std::size_t fixed_views);
 
@@ -52,12 +51,10 @@ class RoomStream {
   std::vector<ViewName> window(std::uint64_t position);
 
   /// Rooms that have come by position p.
-  std::int64_t rooms(std::uint64_t position) const { return first_room(position) + options_.window; }
+  std::int64_t rooms(std::uint64_t position) const { return streamed_rooms(options_, position); }
 
  private:
-  std::int64_t first_room(std::uint64_t position) const {
-    return static_cast<std::int64_t>(position / static_cast<std::uint64_t>(options_.rooms.views * options_.times));
-  }
+  std::int64_t first_room(std::uint64_t position) const { return rooms(position) - options_.window; }
   void work(std::int64_t room);
   void need(std::uint64_t position);
   void wait_for(std::int64_t room);

@@ -1,11 +1,11 @@
 // Views with light of rooms that are made while training goes on.
 #pragma once
-#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "experiments/training/light_views.hpp"
+#include "experiments/training/recent.hpp"
 #include "experiments/training/room_stream.hpp"
 
 namespace clerestory {
@@ -28,16 +28,13 @@ class StreamedLight {
 
  private:
   struct Kept {
-    std::string name;
     std::shared_ptr<const LightView> true_maps, predicted;  // the latter once it was asked for
   };
-  Kept& kept(const ViewName& name);
 
   Size size_;
   Predict predict_;
   RoomStream rooms_;
-  std::size_t most_;
-  std::deque<Kept> recent_;  // the oldest goes first
+  Recent<Kept> recent_;
 };
 
 }  // namespace clerestory

@@ -18,6 +18,9 @@ struct Judgement {
   std::string text;                                    // for the log
 };
 
+/// Beside the validation what was found on a fixed list.
+void add_list(Judgement& judgement, const std::string& list, std::size_t views, const HistoryPoint& point);
+
 struct TrainingData {
   std::int64_t rooms = 0, views = 0;
 };

@@ -325,13 +325,19 @@ void Trainer::finish() {
 
 }  // namespace
 
+void add_list(Judgement& judgement, const std::string& list, std::size_t views, const HistoryPoint& point) {
+  judgement.point.lists.push_back(list_errors(list, static_cast<std::int64_t>(views), point));
+  judgement.values.emplace_back("list/" + list, point.score);
+  judgement.text += fmt::format("; {} {:.3f}", list, point.score);
+}
+
 TrainingData data_of(const TrainingOptions& options, const std::vector<ViewName>& fixed, std::int64_t step) {
   std::set<std::string> rooms;
   for (const ViewName& name : fixed) rooms.insert(name.room.string());
   TrainingData data{static_cast<std::int64_t>(rooms.size()), static_cast<std::int64_t>(fixed.size())};
   if (!options.stream.on) return data;
-  const StreamedData streamed = streamed_data(options.stream, step * options.batch);
-  return {data.rooms + streamed.rooms, data.views + streamed.views};
+  const std::int64_t streamed = streamed_rooms(options.stream, static_cast<std::uint64_t>(step * options.batch));
+  return {data.rooms + streamed, data.views + streamed * options.stream.rooms.views};
 }
 
 std::vector<ViewName> fixed_names(const TrainingOptions& options) {

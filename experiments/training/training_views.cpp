@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "experiments/training/keyed.hpp"
+#include "experiments/training/recent.hpp"
 #include "experiments/training/validation.hpp"
 
 namespace clerestory {
@@ -32,40 +33,17 @@ class FixedViews : public TrainingViews {
   ViewOrder order_;
 };
 
-/// What was read of late; the oldest goes first.
-class RecentViews {
- public:
-  explicit RecentViews(std::size_t most) : most_(most) {}
-
-  const RoomView& get(const ViewName& name) {
-    const std::string text = name.text();
-    const auto found = std::ranges::find(kept_, text, &Kept::first);
-    if (found != kept_.end()) return found->second;
-    if (kept_.size() == most_) kept_.pop_front();
-    return kept_.emplace_back(text, read_view(name.room, name.id)).second;
-  }
-
- private:
-  using Kept = std::pair<std::string, RoomView>;
-  std::size_t most_;
-  std::deque<Kept> kept_;
-};
-
 class StreamedViews : public TrainingViews {
  public:
   StreamedViews(const StreamOptions& options, Size size, ViewStore* fixed, std::uint64_t seed, std::uint64_t first)
-      : options_(options),
-        size_(size),
-        seed_(seed),
-        rooms_(options, seed, first),
-        recent_(static_cast<std::size_t>(options.window * options.rooms.views)) {
+      : options_(options), size_(size), seed_(seed), rooms_(options, seed, first), recent_(views_in_window(options)) {
     if (options.fixed > 0) fixed_ = fixed_views(*fixed, seed);
   }
 
   NamedView at(std::uint64_t position) override {
-    const ViewName name = rooms_.at(position);  // also where it is not used: rooms go on
     if (is_fixed(options_, seed_, position)) return fixed_->at(position);
-    const RoomView& view = recent_.get(name);
+    const ViewName name = rooms_.at(position);
+    const RoomView& view = recent_.get(name.text(), [&] { return read_view(name.room, name.id); });
     const double share = options_.crop_low + (1 - options_.crop_low) * keyed_uniform(seed_, position, cut_draw);
     const int width = std::max(1, static_cast<int>(std::lround(share * view.image.width)));
     const int height = std::max(1, static_cast<int>(std::lround(share * view.image.height)));
@@ -84,7 +62,7 @@ class StreamedViews : public TrainingViews {
   Size size_;
   std::uint64_t seed_;
   RoomStream rooms_;
-  RecentViews recent_;
+  Recent<RoomView> recent_;
   std::unique_ptr<TrainingViews> fixed_;
 };
 

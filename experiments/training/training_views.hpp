@@ -1,6 +1,5 @@
 // The endless stream of views that a leg of training sees, whether they lie in folders or are made on the way.
 #pragma once
-#include <deque>
 #include <memory>
 #include <string>
 

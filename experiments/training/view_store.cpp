@@ -9,12 +9,18 @@
 
 namespace clerestory {
 
+namespace {
+
+void add_views(std::vector<ViewName>& views, const std::filesystem::path& root, const std::string& split) {
+  for (const std::string& room : list_rooms(root, split))
+    for (const std::string& id : list_views(root / room)) views.push_back({root / room, id});
+}
+
+}  // namespace
+
 std::vector<ViewName> name_views(const std::vector<std::string>& roots, const std::string& split) {
   std::vector<ViewName> views;
-  for (const std::string& root : roots)
-    for (const std::string& room : list_rooms(root, split))
-      for (const std::string& id : list_views(std::filesystem::path(root) / room))
-        views.push_back({std::filesystem::path(root) / room, id});
+  for (const std::string& root : roots) add_views(views, root, split);
   if (views.empty())
     throw usage_error("there is no view", roots.empty() ? "data" : fmt::format("{}", fmt::join(roots, ", ")),
                       "no room of " + split + ".txt holds one", "rooms written by `clerestory generate`");
@@ -23,11 +29,8 @@ std::vector<ViewName> name_views(const std::vector<std::string>& roots, const st
 
 std::vector<ViewName> all_views(const std::filesystem::path& root) {
   std::vector<ViewName> views;
-  for (const char* split : {"train", "val", "test"}) {
-    if (!std::filesystem::exists(root / fmt::format("{}.txt", split))) continue;
-    for (const std::string& room : list_rooms(root, split))
-      for (const std::string& id : list_views(root / room)) views.push_back({root / room, id});
-  }
+  for (const char* split : {"train", "val", "test"})
+    if (std::filesystem::exists(root / fmt::format("{}.txt", split))) add_views(views, root, split);
   if (views.empty())
     throw usage_error("there is no view", root.string(), "no room of train.txt, val.txt or test.txt holds one",
                       "rooms written by `clerestory generate`");
