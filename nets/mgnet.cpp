@@ -1,26 +1,63 @@
 #include "nets/mgnet.hpp"
 
+#include <cmath>
+
 #include "host/error.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/gemm.hpp"
 #include "host/ops/nn/unit_vector.hpp"
+#include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 
 namespace clerestory {
+namespace {
+
+/// {n, 6, h, w}: the picture and, from 0 at a hundredth of white to 1, its logarithm.
+Value with_logarithm(Value image) {
+  constexpr double floor = 0.01;
+  return concat(std::array{image, affine(activate(affine(image, 1, floor), Function::Log), -1 / std::log(floor), 1)});
+}
+
+}  // namespace
 
 MgnetSize mgnet_size(const std::string& preset) {
-  if (preset == "paper") return {{.growth = 32, .first = 64}, {512, 256, 128, 64, 64}};
-  if (preset == "compact") return {{.growth = 16, .first = 32}, {128, 64, 32, 16, 16}};
-  throw usage_error("there is no such preset", "preset", preset, "paper or compact");
+  if (preset == "paper") return {{.growth = 32, .first = 64}, DecoderSize{512, 256, 128, 64, 64}};
+  if (preset == "compact") return {{.growth = 16, .first = 32}, DecoderSize{128, 64, 32, 16, 16}};
+  if (preset == "shared") return {{.growth = 16, .first = 32}, SharedDecoderSize{128, 128, 96, 64, 32, 24}};
+  throw usage_error("there is no such preset", "preset", preset, "paper, compact or shared");
+}
+
+std::span<int> MgnetSize::steps() {
+  return std::visit([](auto& channels) { return std::span<int>(channels); }, decoder);
+}
+
+std::span<const int> MgnetSize::steps() const {
+  return std::visit([](const auto& channels) { return std::span<const int>(channels); }, decoder);
+}
+
+std::string MgnetSize::steps_wanted() const {
+  const std::span<const int> channels = steps();
+  bool divide = true;
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    divide = divide && channels[i] % (shared() ? kSharedGroup : kDecoderGroups[i]) == 0;
+  if (divide) return {};
+  return "multiples of " +
+         (shared() ? fmt::format("{}", kSharedGroup) : fmt::format("{}", fmt::join(kDecoderGroups, ", ")));
 }
 
 Maps mgnet(Graph& graph, Value image, const MgnetSize& size, bool training) {
   const Scope net{graph, training, ""};
-  const std::array<Value, 5> levels = densenet(net / "encoder", image, size.encoder);
+  const Value input = size.shared() ? with_logarithm(image) : image;
+  const std::array<Value, 5> levels = densenet(net / "encoder", input, size.encoder);
   const int height = image.shape().h, width = image.shape().w;
+  Value features;
+  if (size.shared())
+    features = shared_decoder(net / "decoder", levels, std::get<SharedDecoderSize>(size.decoder), input);
   const auto head = [&](const std::string& name, int channels) {
-    return decoder(net / name, levels, size.decoder, channels, height, width);
+    if (size.shared()) return map_head(net / name, features, channels);
+    return decoder(net / name, levels, std::get<DecoderSize>(size.decoder), channels, height, width);
   };
   Maps maps;
   maps.albedo = activate(head("decoder_albedo", 3), Function::Unit);

@@ -1,6 +1,9 @@
-// MGNet (Zhu et al. 2022, section 4.1): one DenseNet121 encoder, four decoders.
+// MGNet (Zhu et al. 2022, section 4.1): one DenseNet121 encoder, four decoders; or one decoder for all maps, beyond the
+// paper.
 #pragma once
+#include <span>
 #include <string>
+#include <variant>
 
 #include "nets/decoder.hpp"
 #include "nets/densenet.hpp"
@@ -9,9 +12,15 @@ namespace clerestory {
 
 struct MgnetSize {
   DensenetSize encoder;
-  DecoderSize decoder;
+  std::variant<DecoderSize, SharedDecoderSize> decoder;
+
+  bool shared() const { return std::holds_alternative<SharedDecoderSize>(decoder); }
+  std::span<int> steps();  // channels of the decoder's steps
+  std::span<const int> steps() const;
+  /// What the channels of a decoder's steps have to be multiples of, in words; empty where they are.
+  std::string steps_wanted() const;
 };
-/// "paper" or "compact"; throws usage_error otherwise.
+/// "paper", "compact" or "shared"; throws usage_error otherwise.
 MgnetSize mgnet_size(const std::string& preset);
 
 /// Predictions for {n, 3, h, w}. Albedo, roughness, metallic and depth in [0, 1], depth relative; normals unit, camera
@@ -24,7 +33,8 @@ struct Maps {
   Value log_scale;  // {n, 1, 1, 1}
 };
 
-/// `image`: linear radiance, 95th percentile of luminance 0.9, clamped to [0, 1]. The scale of the scene is one linear
+/// `image`: linear radiance, 95th percentile of luminance 0.9, clamped to [0, 1]; the shared form reads its logarithm
+/// beside it, in which shadows differ as much as lit places do. The scale of the scene is one linear
 /// layer on the detached mean of the encoder's last feature, beyond the paper.
 Maps mgnet(Graph& graph, Value image, const MgnetSize& size, bool training);
 

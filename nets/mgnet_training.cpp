@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-std::vector<std::string> without_a_term(const LossWeights& w) {
+std::vector<std::string> without_a_term(const LossWeights& w, bool shared_decoder) {
   std::vector<std::string> scopes;
   const auto freeze = [&](const char* scope, bool seen) {
     if (!seen) scopes.push_back(scope);
@@ -14,7 +14,9 @@ std::vector<std::string> without_a_term(const LossWeights& w) {
              depth = w.depth > 0 || w.log_depth > 0;
   freeze("decoder_albedo", albedo), freeze("decoder_normal", normal), freeze("decoder_material", material);
   freeze("decoder_depth", depth), freeze("scale", w.scale > 0);
-  freeze("encoder", albedo || normal || material || depth);  // the scale's head sees detached features
+  const bool any = albedo || normal || material || depth;
+  if (shared_decoder) freeze("decoder", any);
+  freeze("encoder", any);  // the scale's head sees detached features
   return scopes;
 }
 
@@ -37,7 +39,7 @@ MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTra
   MgnetTraining training;
   training.maps = mgnet(graph, image, size, true);
   training.losses = mgnet_losses({graph, true, ""}, training.maps, truth, options.weights);
-  training.frozen = without_a_term(options.weights);
+  training.frozen = without_a_term(options.weights, size.shared());
   const std::vector<Value> parameters = trained_parameters(graph, training.frozen);
   adam(parameters, gradient(training.losses.front().second, parameters), rate, step, options.adam);
   return training;

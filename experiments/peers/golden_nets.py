@@ -141,8 +141,8 @@ def resnet(folder):
     write(folder / "resnet34.safetensors", tensors, {"torch": torch.__version__, "size": "2x3x36x44", **metadata})
 
 
-def mgnet(folder):
-    net = MGNet("compact")
+def mgnet(folder, preset):
+    net = MGNet(preset)
     fill(net)
     n, h, w = 2, 40, 56  # 5x7 at 1/8: sizes that disagree with the skips'
     names = {"image": 3, "albedo": 3, "material": 2, "normal": 3, "depth": 1}
@@ -158,9 +158,9 @@ def mgnet(folder):
     tensors = {f"map.{k}": some(v, 2048) for k, v in maps.items()}
     tensors |= {f"loss.{k}": v.reshape(1) for k, v in terms.items()}
     for name, p in net.named_parameters():
-        if any(part in name for part in ("conv0", "norm0", "norm5", "decoder_", "scale", "denseblock2.denselayer7.", "transition3")):
+        if any(part in name for part in ("conv0", "norm0", "norm5", "decoder", "scale", "denseblock2.denselayer7.", "transition3")):
             tensors["gradient." + name] = some(p.grad, 150)
-    write(folder / "mgnet_compact.safetensors", tensors, {"torch": torch.__version__, "size": f"{n}x3x{h}x{w}"})
+    write(folder / f"mgnet_{preset}.safetensors", tensors, {"torch": torch.__version__, "size": f"{n}x3x{h}x{w}"})
 
 
 def vgg(folder):
@@ -187,6 +187,7 @@ if __name__ == "__main__":
     target = pathlib.Path(sys.argv[1])
     target.mkdir(parents=True, exist_ok=True)
     densenet(target)
-    mgnet(target)
+    mgnet(target, "compact")
+    mgnet(target, "shared")
     vgg(target)
     resnet(target)

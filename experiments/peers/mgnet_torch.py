@@ -1,11 +1,12 @@
-"""MGNet (Zhu et al. 2022) in PyTorch, in both presets, with its losses: the peer for speed and for golden values.
+"""MGNet (Zhu et al. 2022) in PyTorch, in all presets, with its losses: the peer for speed and for golden values.
 
-    python mgnet_torch.py [--preset compact|paper] [--batch 8] [--size 160x120] [--steps 5] [--layout channels_last|default]
+    python mgnet_torch.py [--preset compact|paper|shared] [--batch 8] [--size 160x120] [--steps 5] [--layout channels_last|default]
 
 prints the seconds of training steps (forward, losses, backward, Adam) and of inference. Needs torch and torchvision.
 Names of parameters are those of the C++ nets, so state dictionaries can be exchanged.
 """
 import argparse
+import math
 import statistics
 import time
 
@@ -18,15 +19,19 @@ GROUPS = (32, 16, 16, 8, 4)
 PRESETS = {
     "paper": {"growth": 32, "first": 64, "decoder": (512, 256, 128, 64, 64)},
     "compact": {"growth": 16, "first": 32, "decoder": (128, 64, 32, 16, 16)},
+    "shared": {"growth": 16, "first": 32, "shared": (128, 128, 96, 64, 32, 24)},
 }
+SHARED_GROUP = 8  # channels of a group of the shared decoder's norms
 HEADS = {"albedo": 3, "material": 2, "normal": 3, "depth": 3}
 
 
 class Encoder(nn.Module):
-    def __init__(self, growth, first):
+    def __init__(self, growth, first, inputs=3):
         super().__init__()
         self.features = torchvision.models.DenseNet(growth_rate=growth, block_config=(6, 12, 24, 16), num_init_features=first).features
         del self.features.pool0
+        if inputs != 3:
+            self.features.conv0 = nn.Conv2d(inputs, first, 7, 2, 3, bias=False)
 
     def forward(self, image):
         f = self.features
@@ -72,6 +77,35 @@ class Decoder(nn.Module):
         return self.out(F.pad(fitted(x, height, width), (1, 1, 1, 1), mode="replicate"))
 
 
+class SharedDecoder(nn.Module):
+    """One decoder for all maps, which is given the picture again at its last step."""
+
+    def __init__(self, levels, widths, picture):
+        super().__init__()
+        inputs = [levels[4]] + [widths[i] + levels[3 - i] for i in range(4)] + [widths[4] + picture]
+        for i, (before, width) in enumerate(zip(inputs, widths)):
+            setattr(self, f"c{i + 1}", Step(before, width, width // SHARED_GROUP))
+
+    def forward(self, levels, picture):
+        x = self.c1(levels[4])
+        for i, larger in enumerate((*levels[3::-1], picture)):
+            x = getattr(self, f"c{i + 2}")(torch.cat((fitted(x, *larger.shape[-2:]), larger), 1))
+        return x
+
+
+class Head(nn.Module):
+    def __init__(self, inputs, channels):
+        super().__init__()
+        self.out = nn.Conv2d(inputs, channels, 3)
+
+    def forward(self, x):
+        return self.out(F.pad(x, (1, 1, 1, 1), mode="replicate"))
+
+
+def with_logarithm(image):
+    return torch.cat((image, torch.log(image + 0.01) / -math.log(0.01) + 1), 1)
+
+
 class Scale(nn.Module):
     """One linear layer: log of the scene's scale from the detached mean of the last features."""
 
@@ -89,21 +123,28 @@ class MGNet(nn.Module):
     def __init__(self, preset):
         super().__init__()
         size = PRESETS[preset]
-        self.encoder = Encoder(size["growth"], size["first"])
+        self.shared = "shared" in size
+        pictures = 6 if self.shared else 3
+        self.encoder = Encoder(size["growth"], size["first"], pictures)
         channels, levels = size["first"], [size["first"]]
         for k, layers in enumerate((6, 12, 24, 16)):
             channels += layers * size["growth"]
             if k < 3:
                 channels //= 2
             levels.append(channels)
+        if self.shared:
+            self.decoder = SharedDecoder(levels, size["shared"], pictures)
         for head, outputs in HEADS.items():
-            setattr(self, f"decoder_{head}", Decoder(levels, size["decoder"], outputs))
+            made = Head(size["shared"][-1], outputs) if self.shared else Decoder(levels, size["decoder"], outputs)
+            setattr(self, f"decoder_{head}", made)
         self.scale = Scale(levels[4])
 
     def forward(self, image):
         height, width = image.shape[-2:]
-        levels = self.encoder(image)
-        raw = {head: getattr(self, f"decoder_{head}")(levels, height, width) for head in HEADS}
+        picture = with_logarithm(image) if self.shared else image
+        levels = self.encoder(picture)
+        reads = (self.decoder(levels, picture),) if self.shared else (levels, height, width)
+        raw = {head: getattr(self, f"decoder_{head}")(*reads) for head in HEADS}
         unit = lambda x: torch.clamp(1.01 * torch.sigmoid(x), 0, 1)
         vector = torch.clamp(1.01 * torch.tanh(raw["normal"]), -1, 1)
         return {

@@ -1,6 +1,7 @@
 #include "experiments/training/network.hpp"
 
 #include <cstdio>
+#include <sstream>
 #include <utility>
 
 #include "host/error.hpp"
@@ -167,22 +168,35 @@ std::map<std::string, Shape> inference_states(const MgnetSize& net) {
 }
 
 std::string net_text(const MgnetSize& net) {
-  return fmt::format("growth {}, {} first channels, layers {}, decoder {}", net.encoder.growth, net.encoder.first,
-                     fmt::join(net.encoder.layers, "-"), fmt::join(net.decoder, "-"));
+  return fmt::format("growth {}, {} first channels, layers {}, {}decoder {}", net.encoder.growth, net.encoder.first,
+                     fmt::join(net.encoder.layers, "-"), net.shared() ? "shared " : "", fmt::join(net.steps(), "-"));
 }
 
+namespace {
+
+/// "decoder 128-64-32-16-16" or "shared decoder ..." into the net's steps; false if it is something else.
+bool read_steps(const std::string& text, MgnetSize& net) {
+  const std::string name = net.shared() ? "shared decoder " : "decoder ";
+  if (!text.starts_with(name)) return false;
+  std::istringstream in("-" + text.substr(name.size()));
+  char dash = 0;
+  for (int& channels : net.steps())
+    if (!(in >> dash >> channels) || dash != '-' || channels <= 0 || channels > 4096) return false;
+  return in.eof() && net.steps_wanted().empty();
+}
+
+}  // namespace
+
 MgnetSize net_from_text(const std::string& text, const std::string& where) {
-  MgnetSize net;
+  MgnetSize net = mgnet_size(text.find("shared decoder") != std::string::npos ? "shared" : "compact");
   auto& l = net.encoder.layers;
-  auto& d = net.decoder;
-  const int read = std::sscanf(text.c_str(), "growth %d, %d first channels, layers %d-%d-%d-%d, decoder %d-%d-%d-%d-%d",
-                               &net.encoder.growth, &net.encoder.first, &l[0], &l[1], &l[2], &l[3], &d[0], &d[1], &d[2],
-                               &d[3], &d[4]);
-  bool sane = read == 11 && net.encoder.growth > 0 && net.encoder.growth <= 256 && net.encoder.first > 0 &&
+  int decoder_at = 0;
+  const int read = std::sscanf(text.c_str(), "growth %d, %d first channels, layers %d-%d-%d-%d, %n",
+                               &net.encoder.growth, &net.encoder.first, &l[0], &l[1], &l[2], &l[3], &decoder_at);
+  bool sane = read == 6 && net.encoder.growth > 0 && net.encoder.growth <= 256 && net.encoder.first > 0 &&
               net.encoder.first <= 1024;
   for (const int n : l) sane = sane && n > 0 && n <= 256;
-  constexpr std::array<int, 5> groups{32, 16, 16, 8, 4};
-  for (std::size_t i = 0; i < groups.size(); ++i) sane = sane && d[i] > 0 && d[i] <= 4096 && d[i] % groups[i] == 0;
+  sane = sane && read_steps(text.substr(static_cast<std::size_t>(decoder_at)), net);
   if (!sane)
     throw usage_error("the shape of the net makes no sense", where + ": net", text, net_text(mgnet_size("compact")));
   return net;

@@ -25,12 +25,14 @@ Schema make_schema() {
 
   s.section("model", "The network.");
   s.text("model.kind", "maps", "what is trained: MGNet's maps, or the light", {"maps", "light"});
-  s.text("model.preset", "compact", "size of the net", {"paper", "compact"});
+  s.text("model.preset", "compact", "size of the net", {"paper", "compact", "shared"});
   s.integer("model.growth", 0, "channels that each dense layer adds; 0: the preset's", {0, 256});
   s.integer("model.first", 0, "channels of the first convolution; 0: the preset's", {0, 1024});
   s.integers("model.layers", {}, "layers of the four dense blocks; empty: the preset's", {1, 256});
   s.integers("model.decoder", {},
-             "channels of the five decoder steps, multiples of 32, 16, 16, 8, 4; empty: the preset's", {1, 4096});
+             "channels of the decoders' five steps, multiples of 32, 16, 16, 8, 4, or of the shared one's six, of 8; "
+             "empty: the preset's",
+             {1, 4096});
   s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
   s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
   s.text("model.init", "", "weights or checkpoint to start from; empty: random weights");
@@ -170,7 +172,7 @@ void forbid(bool bad, const Config& config, const std::string& key, const std::s
 /// The preset's net with what the config changes.
 MgnetSize net_of(const Config& c) {
   MgnetSize net = mgnet_size(c.text("model.preset"));
-  const auto replace = [&](const std::string& key, auto& list) {
+  const auto replace = [&](const std::string& key, std::span<int> list) {
     const auto& given = c.integers(key);
     forbid(!given.empty() && given.size() != list.size(), c, key, "another number of values",
            fmt::format("{}", list.size()));
@@ -179,11 +181,8 @@ MgnetSize net_of(const Config& c) {
   if (c.integer("model.growth") > 0) net.encoder.growth = static_cast<int>(c.integer("model.growth"));
   if (c.integer("model.first") > 0) net.encoder.first = static_cast<int>(c.integer("model.first"));
   replace("model.layers", net.encoder.layers);
-  replace("model.decoder", net.decoder);
-  constexpr std::array<int, 5> groups{32, 16, 16, 8, 4};  // the paper's group counts, in every preset
-  for (std::size_t i = 0; i < groups.size(); ++i)
-    forbid(net.decoder[i] % groups[i] != 0, c, "model.decoder", "channels do not divide into groups",
-           "multiples of 32, 16, 16, 8, 4");
+  replace("model.decoder", net.steps());
+  forbid(!net.steps_wanted().empty(), c, "model.decoder", "channels do not divide into groups", net.steps_wanted());
   return net;
 }
 
