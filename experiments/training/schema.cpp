@@ -25,7 +25,8 @@ Schema make_schema() {
 
   s.section("model", "The network.");
   s.text("model.kind", "maps", "what is trained: MGNet's maps, or the light", {"maps", "light"});
-  s.text("model.preset", "compact", "size of the net", {"paper", "compact", "shared"});
+  s.text("model.preset", "compact", "size of the net; shared: one decoder for all maps",
+         {"paper", "compact", "shared"});
   s.integer("model.growth", 0, "channels that each dense layer adds; 0: the preset's", {0, 256});
   s.integer("model.first", 0, "channels of the first convolution; 0: the preset's", {0, 1024});
   s.integers("model.layers", {}, "layers of the four dense blocks; empty: the preset's", {1, 256});
@@ -193,7 +194,9 @@ int whole(const Config& c, const std::string& key, int otherwise) {
 
 /// The preset's light with what the config changes.
 LightSizes light_of(const Config& c) {
-  LightSizes sizes = light_sizes(c.text("model.preset"));
+  const std::string& preset = c.text("model.preset");
+  forbid(preset == "shared", c, "model.preset", "the light's nets have no such preset", "paper or compact");
+  LightSizes sizes = light_sizes(preset);
   LightNetSize& in_view = sizes.in_view;
   sizes.delta = delta_depth_of(c.text("light.delta"));
   if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
@@ -346,7 +349,7 @@ TrainingOptions training_options(const Config& c) {
   o.w_metallic = c.real("loss.metallic"), o.w_log_depth = c.real("loss.log_depth");
   o.perceptual_weights = c.text("loss.perceptual_weights");
   o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
-  o.light = light_of(c), o.light_step = light_step_of(c, o);
+  if (o.kind == "light") o.light = light_of(c), o.light_step = light_step_of(c, o);
   o.maps = c.text("light.maps"), o.maps_weights = c.text("light.maps_weights");
   o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip, exposure[0], exposure[1],
                 c.flag("light.ldr")};

@@ -1,10 +1,12 @@
 // The schema, the shipped configs, schedules and limits of a leg, and the history that weights carry.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
 #include "experiments/training/history.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/schema.hpp"
 #include "host/error.hpp"
 
@@ -59,6 +61,42 @@ TEST(TrainingOptions, LightsThatTrainButCannotBeAskedAreRefused) {
     EXPECT_NO_THROW(training_options(
         Config(training_schema(), {"train.steps=1", "model.kind=light", std::string("model.preset=") + preset,
                                    "light.width=512", "light.frequencies=256", "light.field=[64,64,64,64]"})));
+}
+
+TEST(TrainingOptions, NetsSurviveTheirText) {
+  for (const char* preset : {"compact", "paper", "shared"}) {
+    const std::string text = net_text(mgnet_size(preset));
+    EXPECT_EQ(net_text(net_from_text(text, "test")), text);
+    EXPECT_EQ(net_from_text(text, "test").shared(), std::string(preset) == "shared");
+    for (const char* more : {"-8", "-", " "}) EXPECT_THROW(net_from_text(text + more, "test"), Error) << text << more;
+  }
+  const std::string encoder = "growth 4, 16 first channels, layers 1-1-1-1, ";
+  EXPECT_NO_THROW(net_from_text(encoder + "shared decoder 8-8-16-8-8-24", "test"));
+  for (const char* decoder :
+       {"", "decoder 32-16-16-8", "decoder 32-16-16-8-5", "shared decoder 8-8-8-8-8", "shared decoder 8-8-8-8-8-4",
+        "shared decoder 8-8-8-8-8-0", "shared decoder 8-8-8-8-8--8", "shared 8-8-8-8-8-8", "decoder 8-8-8-8-8-8"})
+    EXPECT_THROW(net_from_text(encoder + decoder, "test"), Error) << decoder;
+}
+
+TEST(TrainingOptions, SharedDecodersHaveSixStepsAndAreForMaps) {
+  const auto options = [](std::vector<std::string> more) {
+    more.insert(more.end(), {"train.steps=1", "model.preset=shared"});
+    return training_options(Config(training_schema(), more));
+  };
+  EXPECT_EQ(options({"model.decoder=[8,16,8,8,8,24]"}).net.steps()[5], 24);
+  EXPECT_TRUE(options({}).net.shared());
+  const auto message = [&](const std::string& more) -> std::string {
+    try {
+      options({more});
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "nothing was wrong";
+  };
+  EXPECT_THAT(message("model.decoder=[8,8,8,8,8]"), testing::HasSubstr("model.decoder"));
+  EXPECT_THAT(message("model.decoder=[8,8,8,8,8,12]"), testing::HasSubstr("multiples of 8"));
+  EXPECT_THAT(message("model.kind=light"), testing::HasSubstr("model.preset"));
+  EXPECT_THAT(message("model.kind=light"), testing::HasSubstr("paper or compact"));
 }
 
 TEST(TrainingOptions, WhereARunGoesDoesNotRenameIt) {

@@ -306,6 +306,17 @@ TEST_F(TrainingRun, ASecondLegOfOneSeedGoesOnWithTheBatchesOfTheFirst) {
   EXPECT_NE(second[0], first[0]);
 }
 
+TEST_F(TrainingRun, ASharedDecoderTrainsAndItsWeightsAreReadAsSuch) {
+  const TrainingOutcome outcome =
+      run("runs", {"train.steps=4", "model.preset=shared", "model.decoder=[16,16,8,8,8,8]", "data.validation_views=0"});
+  EvaluateOptions options;
+  options.weights = outcome.weights, options.data = folder / "data";
+  const auto metadata = read_safetensors(outcome.weights).metadata;
+  EXPECT_THAT(metadata.at("net"), HasSubstr("shared decoder 16-16-8-8-8-8"));
+  const double score = evaluate_weights(options).summary.score();
+  EXPECT_NEAR(score, std::stod(metadata.at("score")), 100 * 0x1p-11 * score);  // weights are rounded to half
+}
+
 // Through files: what the first leg's weights say of the views they saw is where the second begins.
 TEST_F(TrainingRun, WeightsCarryWhereTheNextLegBegins) {
   const TrainingOutcome first = run("first", {"train.steps=3"});

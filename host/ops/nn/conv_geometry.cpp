@@ -10,12 +10,14 @@ namespace clerestory {
 namespace {
 
 constexpr int position_tile = 16;
-constexpr int band_positions =
-    512;  // aimed at: long enough to amortise a panel's packing, short enough for the L2 cache
+constexpr int most_positions = 512, fewest_positions = 128;  // of a band, aimed at
 constexpr int weights_positions =
     2048;                          // aimed at by backward weights, whose register tiles are summed at the end of a band
-constexpr int max_chunk = 64;      // outputs of a work-group
-constexpr int wanted_groups = 16;  // of a launch, so that a few cores share it evenly
+constexpr int wanted_groups = 16;  // of backward weights, whatever the device: partial sums are part of its result
+// Of sixteen elements of a panel and of the weights, in multiplications of sixteen positions (measured, memory
+// counted).
+constexpr double copying = 16, reading = 4;
+constexpr int under_a_tile = 128;  // rows of a panel, so that what all outputs read of them stays in the first cache
 
 int ceil_div(int a, int b) { return (a + b - 1) / b; }
 int round_up(int a, int b) { return ceil_div(a, b) * b; }
@@ -38,13 +40,12 @@ int shared_padding(const ConvGeometry& g) {
 }
 
 // Rows of a band of about `wanted` positions that make the least work over the whole grid: positions rounded up to
-// tiles, and the copying of panels, whose rows at the border of two bands are copied twice. Copying sixteen elements
-// takes about as long as ten multiplications of them (measured, memory counted).
+// tiles, and the copying of panels, whose rows at the border of two bands are copied twice.
 int best_rows(const ConvGeometry& g, const ConvBlocking& b, int wanted) {
   const int panels = ceil_div(g.outputs, conv_tile), halo = std::max(0, ceil_div(g.taps_y, g.source_step) - 1);
-  const double copying = 10.0 / (panels * conv_tile * std::max(1, g.taps()));
+  const double copy = copying / (panels * conv_tile * std::max(1, g.taps()));
   const auto work = [&](int rows) {
-    return round_up((rows - 1) * b.pitch + b.band_columns, position_tile) + copying * (rows + halo) * b.pitch;
+    return round_up((rows - 1) * b.pitch + b.band_columns, position_tile) + copy * (rows + halo) * b.pitch;
   };
   const int fewest = std::min(g.grid_h, std::max(1, wanted / 2 / b.pitch));
   int best = fewest;
@@ -75,7 +76,7 @@ ConvBlocking cut_bands(const ConvGeometry& g, int batch, int wanted, bool even) 
   b.positions = round_up((b.band_rows - 1) * b.pitch + b.band_columns, position_tile);
   const int read = b.positions + (taps_y - 1) * b.pitch + taps_x - 1, written = (b.band_rows - 1 + taps_y) * b.pitch;
   b.subplane = round_up(std::max(read, written), 16);
-  if (b.subplane % 256 == 0) b.subplane += 16;  // planes a multiple of 1 KiB apart compete for the same cache sets
+  if (b.subplane % 64 == 0) b.subplane += 16;  // planes a multiple of 256 bytes apart compete for the same cache sets
   b.plane = b.subplane * std::min(g.source_step, std::max(1, g.taps_y)) * g.source_step;
   return b;
 }
@@ -147,22 +148,51 @@ std::vector<ConvPass> backward_data_passes(const ConvShape& s) {
   return passes;
 }
 
-ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elements) {
+namespace {
+
+// Time of a pass in multiplications of sixteen positions, for one channel: rounds of `units` groups, each of which
+// copies its panel and reads its weights for itself.
+double time_of(const ConvGeometry& g, const ConvBlocking& b, int batch, int units) {
+  const double outputs = static_cast<double>(b.chunk) * std::max(1, g.taps());
+  const int groups = batch * b.bands * ceil_div(g.outputs, b.chunk);
+  return ceil_div(groups, units) * (copying * b.plane + reading * outputs + b.positions * outputs);
+}
+
+// The chunk of outputs that takes the least time with these bands, for sums of at most `most` reals and at least one
+// panel of weights.
+ConvBlocking with_best_chunk(const ConvGeometry& g, ConvBlocking b, int batch, std::size_t most, int units) {
   const int panels = ceil_div(g.outputs, conv_tile);
-  for (int wanted = band_positions;; wanted /= 2) {
-    ConvBlocking b = cut_bands(g, batch, wanted, false);
-    int chunks = ceil_div(panels * conv_tile, max_chunk);
-    while (batch * b.bands * chunks < wanted_groups && chunks * 2 <= panels) chunks *= 2;
+  const auto fitting = static_cast<int>(most / static_cast<std::size_t>(b.positions * conv_tile));
+  double least = 0;
+  ConvBlocking best;
+  for (int chunks = ceil_div(panels, std::clamp(fitting, 1, panels)); chunks <= panels; ++chunks) {
     b.chunk = ceil_div(panels, chunks) * conv_tile;
+    const double time = time_of(g, b, batch, units);
+    if (least == 0 || time < least) best = b, least = time;
+  }
+  return best;
+}
+
+}  // namespace
+
+ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elements, int units) {
+  ConvBlocking best;
+  double least = 0;
+  for (int wanted = most_positions; least == 0 || wanted >= fewest_positions; wanted /= 2) {
+    ConvBlocking b = with_best_chunk(g, cut_bands(g, batch, wanted, false), batch, local_elements / 2, units);
     const std::size_t sums = static_cast<std::size_t>(b.chunk) * b.positions;
     const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
-    if (sums + per_channel <= local_elements)
-      b.channel_block = even_share(g.channels, static_cast<int>((local_elements - sums) / per_channel));
-    if (sums + per_channel <= local_elements || wanted <= position_tile) {
+    const double time = time_of(g, b, batch, units);
+    if (sums + per_channel <= local_elements && (least == 0 || time < least)) {
+      const int fit = static_cast<int>((local_elements - sums) / per_channel);
+      b.channel_block = even_share(g.channels, std::min(fit, std::max(1, under_a_tile / std::max(1, g.taps_y))));
+      best = b, least = time;
+    } else if (wanted <= position_tile) {
       check_fits(g, b, 0, local_elements);
-      return b;
     }
   }
+  check_fits(g, best, 0, local_elements);
+  return best;
 }
 
 int most_partials(const ConvGeometry& g) { return ceil_div(wanted_groups, ceil_div(g.channels, channels_at_once(g))); }

@@ -62,8 +62,8 @@ ConvPass forward_pass(const ConvShape& shape);
 /// Backward data: stride^2 passes, one per residue of the input pixel; one without taps writes zeros.
 std::vector<ConvPass> backward_data_passes(const ConvShape& shape);
 
-/// Cuts a forward or backward-data pass for scratch of `local_elements` reals.
-ConvBlocking block_pass(const ConvGeometry& geometry, int batch, std::size_t local_elements);
+/// Cuts a forward or backward-data pass for `units` work-groups at a time with scratch of `local_elements` reals each.
+ConvBlocking block_pass(const ConvGeometry& geometry, int batch, std::size_t local_elements, int units);
 /// Partial sums of a backward-weights pass at most: enough to occupy a few cores when the weights are few.
 int most_partials(const ConvGeometry& geometry);
 /// Cuts a backward-weights pass. `stretch`: positions, at most, that its rows are multiplied over at a time, so that

@@ -67,7 +67,7 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
     });
     return;
   }
-  const ConvBlocking b = block_pass(g, batch, scratch(l, spec));
+  const ConvBlocking b = block_pass(g, batch, scratch(l, spec), l.device.info().compute_units);
   const std::size_t real = real_size(l.precision);
   const Range range{{static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)},
                     {1, 1, 1}};

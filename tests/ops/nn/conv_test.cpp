@@ -296,7 +296,7 @@ TEST(Conv, BlocksFitTheirScratch) {
       passes.push_back(forward_pass(s));
       for (std::size_t i = 0; i < passes.size(); ++i) {
         const ConvGeometry& g = passes[i].geometry;
-        std::vector<ConvBlocking> blockings{block_pass(g, 2, scratch)};
+        std::vector<ConvBlocking> blockings{block_pass(g, 2, scratch, 2)};
         if (i + 1 == passes.size())
           for (const int stretch : {16, 512, 1 << 30}) blockings.push_back(block_weights(g, 2, scratch, stretch));
         for (const ConvBlocking& b : blockings) {
@@ -310,7 +310,7 @@ TEST(Conv, BlocksFitTheirScratch) {
         }
       }
     }
-  EXPECT_THROW(block_pass(forward_pass({64, 480, 640, 64, 3, 3, 1, 1, 0}).geometry, 1, 100), Error);
+  EXPECT_THROW(block_pass(forward_pass({64, 480, 640, 64, 3, 3, 1, 1, 0}).geometry, 1, 100, 2), Error);
 }
 
 }  // namespace
