@@ -11,9 +11,6 @@
 #include "lib/tile.clh"
 #include "nn/conv_geometry.clh"
 
-// Sixteen elements at any address in one load or store of each vector of the device (see lib/tile.clh of vload16).
-typedef real16 __attribute__((aligned(sizeof(real)))) loose16;
-
 // Zero is read anew by each call: a compiler that knew it would keep a vector of zeros in a register through the product,
 // whose tile takes all sixteen of AVX2.
 static void fill_zeros(local real *to, int n) {
@@ -35,8 +32,8 @@ static inline void copy_padded(local real *to, global const real *row, int x0, i
   if (end - begin >= 16) {
     for (; i < end; i += 16) {
       const int at = min(i, end - 16);
-      const real16 v = *(global const loose16 *)(from + at);
-      *(local loose16 *)(to + at) = mapped ? map16(map, v) : v;
+      const real16 v = vload16(0, from + at);
+      vstore16(mapped ? map16(map, v) : v, 0, to + at);
     }
   } else if (end - begin >= 8) {
     for (; i < end; i += 8) {
@@ -142,7 +139,7 @@ static void store_row(global real *to, local const real *from, int n, int step, 
   if (step == 1 && n >= 16) {
     for (; i < n; i += 16) {
       const int at = min(i, n - 16);
-      *(global loose16 *)(to + at) = *(local const loose16 *)(from + at) + bias;
+      vstore16(vload16(0, from + at) + bias, 0, to + at);
     }
     return;
   }
