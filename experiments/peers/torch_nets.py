@@ -9,7 +9,7 @@ default, is faster. Weights are random on both sides. Ours pads 160x120 to 160x1
 the padded batch: the same arithmetic.
 
 Prints a line `RATIO <name> <our time / peer's time> bar <most> goal <wanted>` a row, marked `busy` where another process took
-over 5 % of the cores meanwhile: such a row says little. "conv" rows are weighted by FLOP: all shapes of both presets, one
+over 5 % of the cores meanwhile: such a row says little. "conv" rows are weighted by FLOP: all shapes of the paper's and the compact preset, one
 after the other. With --before there are rows `BEFORE <name> <our time / the older one's>` too, and what has no peer is
 judged by them. Exit 1 when a bar is missed.
 """
@@ -39,6 +39,7 @@ BARS = {
     "ResNet34 forward, 320x240, batch 1": (1.0, 0.75),
     "ResNet34 forward, 320x240, batch 4": (1.0, 0.75),
     "MGNet compact step, 160x120, batch 8": (0.85, 0.6),
+    "MGNet shared step, 160x120, batch 8": (0.85, 0.6),
     "MGNet paper step, 320x240, batch 2": (1.0, 0.7),
     "in view, paper": ((1.0, 0.7), (0.8, 0.7)),
     "LightNet's MLP, paper, both ways": ((1.0, 0.7), (0.9, 0.7)),
@@ -247,6 +248,7 @@ NETS = {
     "ResNet34 forward, 320x240, batch 1": resnet_job(1),
     "ResNet34 forward, 320x240, batch 4": resnet_job(4),
     "MGNet compact step, 160x120, batch 8": mgnet_job("compact", 8, 160, 128),
+    "MGNet shared step, 160x120, batch 8": mgnet_job("shared", 8, 160, 128),
     "MGNet paper step, 320x240, batch 2": mgnet_job("paper", 2, 320, 256),
     "light compact step, 160x120, batch 8": None,
     "LightNet's MLP, paper, both ways": lambda _: LightMlp(4096).both_ways,
