@@ -313,5 +313,21 @@ TEST(Conv, BlocksFitTheirScratch) {
   EXPECT_THROW(block_pass(forward_pass({64, 480, 640, 64, 3, 3, 1, 1, 0}).geometry, 1, 100, 2), Error);
 }
 
+// Few units have a group each, and groups of one band are no more than that takes: each copies the band's panel for
+// itself.
+TEST(Conv, GroupsAreCutForTheUnitsOfTheDevice) {
+  const auto blocking = [](int units) {
+    return block_pass(forward_pass({320, 32, 40, 64, 1, 1, 1, 0, 0}).geometry, 1, 128 * 1024, units);
+  };
+  const auto groups = [&](int units) {
+    const ConvBlocking b = blocking(units);
+    return b.bands * ((64 + b.chunk - 1) / b.chunk);
+  };
+  for (const int units : {1, 2, 4, 8}) EXPECT_GE(groups(units), units);
+  EXPECT_EQ(blocking(1).chunk, 64);
+  EXPECT_GE(blocking(2).chunk, 32);
+  EXPECT_LT(blocking(40).chunk, blocking(2).chunk);
+}
+
 }  // namespace
 }  // namespace clerestory
