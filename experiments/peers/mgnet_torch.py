@@ -59,13 +59,21 @@ def fitted(x, height, width):
     return F.interpolate(x, (height, width), mode="bilinear", align_corners=True)
 
 
-class Decoder(nn.Module):
-    def __init__(self, levels, widths, channels):
+class Head(nn.Module):
+    def __init__(self, inputs, channels):
         super().__init__()
+        self.out = nn.Conv2d(inputs, channels, 3)
+
+    def forward(self, x):
+        return self.out(F.pad(x, (1, 1, 1, 1), mode="replicate"))
+
+
+class Decoder(Head):
+    def __init__(self, levels, widths, channels):
+        super().__init__(widths[4], channels)
         inputs = [levels[4]] + [widths[i] + levels[3 - i] for i in range(4)]
         for i in range(5):
             setattr(self, f"c{i + 1}", Step(inputs[i], widths[i], GROUPS[i]))
-        self.out = nn.Conv2d(widths[4], channels, 3)
 
     def forward(self, levels, height, width):
         x = self.c1(levels[4])
@@ -74,7 +82,7 @@ class Decoder(nn.Module):
             h, w = skip.shape[-2:]
             joined = torch.cat((fitted(x, h, w), skip), 1)
             x = getattr(self, f"c{i + 1}")(fitted(joined, 2 * h, 2 * w))
-        return self.out(F.pad(fitted(x, height, width), (1, 1, 1, 1), mode="replicate"))
+        return super().forward(fitted(x, height, width))
 
 
 class SharedDecoder(nn.Module):
@@ -91,15 +99,6 @@ class SharedDecoder(nn.Module):
         for i, larger in enumerate((*levels[3::-1], picture)):
             x = getattr(self, f"c{i + 2}")(torch.cat((fitted(x, *larger.shape[-2:]), larger), 1))
         return x
-
-
-class Head(nn.Module):
-    def __init__(self, inputs, channels):
-        super().__init__()
-        self.out = nn.Conv2d(inputs, channels, 3)
-
-    def forward(self, x):
-        return self.out(F.pad(x, (1, 1, 1, 1), mode="replicate"))
 
 
 def with_logarithm(image):

@@ -9,8 +9,8 @@ default, is faster. Weights are random on both sides. Ours pads 160x120 to 160x1
 the padded batch: the same arithmetic.
 
 Prints a line `RATIO <name> <our time / peer's time> bar <most> goal <wanted>` a row, marked `busy` where another process took
-over 5 % of the cores meanwhile: such a row says little. "conv" rows are weighted by FLOP: all shapes of the paper's and the compact preset, one
-after the other. With --before there are rows `BEFORE <name> <our time / the older one's>` too, and what has no peer is
+over 5 % of the cores meanwhile: such a row says little. "conv" rows are weighted by FLOP: all shapes of the paper's and the
+compact preset, one after the other. With --before there are rows `BEFORE <name> <our time / the older one's>` too, and what has no peer is
 judged by them. Exit 1 when a bar is missed.
 """
 import argparse

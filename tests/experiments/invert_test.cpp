@@ -175,8 +175,8 @@ TEST_F(InvertTest, ABallIsSeenCastsAShadowAndLeavesTheRestAlone) {
 
 TEST_F(InvertTest, AShadowTakesTheSameShareOfLightOfAnyPhotograph) {
   // One constant light over one room, two photographs of equal mean: the layer's own, and that one mirrored.
-  // In a room of more contrast the mirrored one is so much brighter somewhere than the layer (eighteen times, in room 0)
-  // that a shadow of half the light counts as faint there and is added as it is.
+  // In a room of more contrast the mirrored one is so much brighter somewhere than the layer (eighteen times, in room
+  // 0) that a shadow of half the light counts as faint there and is added as it is.
   Scene scene = read_run(invert(options("shadow")));
   std::fill_n(scene.material.plane(2), scene.photo.pixels(), 0.0f);
   RenderSettings settings;

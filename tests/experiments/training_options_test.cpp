@@ -9,6 +9,7 @@
 #include "experiments/training/network.hpp"
 #include "experiments/training/schema.hpp"
 #include "host/error.hpp"
+#include "tests/cl/environment.hpp"
 
 namespace clerestory {
 namespace {
@@ -85,14 +86,7 @@ TEST(TrainingOptions, SharedDecodersHaveSixStepsAndAreForMaps) {
   };
   EXPECT_EQ(options({"model.decoder=[8,16,8,8,8,24]"}).net.steps()[5], 24);
   EXPECT_TRUE(options({}).net.shared());
-  const auto message = [&](const std::string& more) -> std::string {
-    try {
-      options({more});
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "nothing was wrong";
-  };
+  const auto message = [&](const std::string& more) { return message_of<Error>([&] { options({more}); }); };
   EXPECT_THAT(message("model.decoder=[8,8,8,8,8]"), testing::HasSubstr("model.decoder"));
   EXPECT_THAT(message("model.decoder=[8,8,8,8,8,12]"), testing::HasSubstr("multiples of 8"));
   EXPECT_THAT(message("model.kind=light"), testing::HasSubstr("model.preset"));

@@ -81,6 +81,14 @@ ConvBlocking cut_bands(const ConvGeometry& g, int batch, int wanted, bool even) 
   return b;
 }
 
+// Time of a pass in multiplications of sixteen positions, for one channel: rounds of `units` groups, each of which
+// copies its panel and reads its weights for itself.
+double time_of(const ConvGeometry& g, const ConvBlocking& b, int batch, int units) {
+  const double outputs = static_cast<double>(b.chunk) * std::max(1, g.taps());
+  const int groups = batch * b.bands * ceil_div(g.outputs, b.chunk);
+  return ceil_div(groups, units) * (copying * b.plane + reading * outputs + b.positions * outputs);
+}
+
 // Source channels of a backward-weights group at most: few, since its work grows with the outputs too.
 int channels_at_once(const ConvGeometry& g) { return std::max(1, 256 / g.taps()); }
 
@@ -148,48 +156,24 @@ std::vector<ConvPass> backward_data_passes(const ConvShape& s) {
   return passes;
 }
 
-namespace {
-
-// Time of a pass in multiplications of sixteen positions, for one channel: rounds of `units` groups, each of which
-// copies its panel and reads its weights for itself.
-double time_of(const ConvGeometry& g, const ConvBlocking& b, int batch, int units) {
-  const double outputs = static_cast<double>(b.chunk) * std::max(1, g.taps());
-  const int groups = batch * b.bands * ceil_div(g.outputs, b.chunk);
-  return ceil_div(groups, units) * (copying * b.plane + reading * outputs + b.positions * outputs);
-}
-
-// The chunk of outputs that takes the least time with these bands, for sums of at most `most` reals and at least one
-// panel of weights.
-ConvBlocking with_best_chunk(const ConvGeometry& g, ConvBlocking b, int batch, std::size_t most, int units) {
-  const int panels = ceil_div(g.outputs, conv_tile);
-  const auto fitting = static_cast<int>(most / static_cast<std::size_t>(b.positions * conv_tile));
-  double least = 0;
-  ConvBlocking best;
-  for (int chunks = ceil_div(panels, std::clamp(fitting, 1, panels)); chunks <= panels; ++chunks) {
-    b.chunk = ceil_div(panels, chunks) * conv_tile;
-    const double time = time_of(g, b, batch, units);
-    if (least == 0 || time < least) best = b, least = time;
-  }
-  return best;
-}
-
-}  // namespace
-
 ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elements, int units) {
+  const int panels = ceil_div(g.outputs, conv_tile);
   ConvBlocking best;
   double least = 0;
   for (int wanted = most_positions; least == 0 || wanted >= fewest_positions; wanted /= 2) {
-    ConvBlocking b = with_best_chunk(g, cut_bands(g, batch, wanted, false), batch, local_elements / 2, units);
-    const std::size_t sums = static_cast<std::size_t>(b.chunk) * b.positions;
+    ConvBlocking b = cut_bands(g, batch, wanted, false);
     const std::size_t per_channel = static_cast<std::size_t>(b.plane + g.taps());
-    const double time = time_of(g, b, batch, units);
-    if (sums + per_channel <= local_elements && (least == 0 || time < least)) {
+    for (int chunks = 1; chunks <= panels; ++chunks) {
+      b.chunk = ceil_div(panels, chunks) * conv_tile;
+      const std::size_t sums = static_cast<std::size_t>(b.chunk) * b.positions;
+      if (sums + per_channel > local_elements || (sums > local_elements / 2 && b.chunk > conv_tile)) continue;
+      const double time = time_of(g, b, batch, units);
+      if (least > 0 && time >= least) continue;
       const int fit = static_cast<int>((local_elements - sums) / per_channel);
       b.channel_block = even_share(g.channels, std::min(fit, std::max(1, under_a_tile / std::max(1, g.taps_y))));
       best = b, least = time;
-    } else if (wanted <= position_tile) {
-      check_fits(g, b, 0, local_elements);
     }
+    if (least == 0 && wanted <= position_tile) check_fits(g, b, 0, local_elements);
   }
   check_fits(g, best, 0, local_elements);
   return best;
