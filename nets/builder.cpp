@@ -5,6 +5,7 @@
 
 #include "host/ops/nn/batch_norm.hpp"
 #include "host/ops/nn/conv.hpp"
+#include "host/ops/nn/depthwise.hpp"
 #include "host/ops/nn/group_norm.hpp"
 
 namespace clerestory {
@@ -50,6 +51,17 @@ Value conv_bias_layer(const Scope& scope, Value x, int out, int kernel, int stri
   const Value weight = scope.state("weight", {out, x.shape().c, kernel, kernel}, init);
   const Value bias = scope.state("bias", {1, out, 1, 1}, init);
   return conv(x, weight, bias, {.stride = stride, .pad = pad});
+}
+
+Value conv_shift_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad) {
+  const Value weight = he_weight(scope, x, out, kernel);
+  return conv(x, weight, scope.state("bias", {1, out, 1, 1}, Init::constant(0)), {.stride = stride, .pad = pad});
+}
+
+Value depthwise_layer(const Scope& scope, Value x, int kernel, int stride) {
+  const int channels = x.shape().c;
+  const Value weight = scope.state("weight", {channels, 1, kernel, kernel}, Init::normal(std::sqrt(2.0) / kernel));
+  return depthwise(x, weight, scope.state("bias", {1, channels, 1, 1}, Init::constant(0)), stride);
 }
 
 Feature feature_of(const Scope& scope, Value value) {

@@ -28,6 +28,10 @@ std::vector<Value> trained_parameters(const Graph& graph, const std::vector<std:
 Value conv_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad);
 /// The same with bias; weight and bias uniform in +-1/sqrt(fan_in), PyTorch's default.
 Value conv_bias_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad);
+/// The same with weights ~ normal of deviation sqrt(2 / fan_in) and a bias of 0: what folded normalisations leave.
+Value conv_shift_layer(const Scope& scope, Value x, int out, int kernel, int stride, int pad);
+/// Depthwise convolution with its states: weight {channels, 1, k, k} ~ normal of deviation sqrt(2) / k, bias 0.
+Value depthwise_layer(const Scope& scope, Value x, int kernel, int stride);
 
 /// A feature and its moments over batch and plane, computed once and shared by all layers that normalise it. Moments
 /// are empty in inference.

@@ -20,13 +20,28 @@ Value with_logarithm(Value image) {
   return concat(std::array{image, affine(activate(affine(image, 1, floor), Function::Log), -1 / std::log(floor), 1)});
 }
 
+/// From linear radiance in [0, 1] to a picture from -1 to 1 as screens are sent it, near enough: gamma 2.2, above a
+/// thousandth of white.
+Value display_coded(Value image) {
+  constexpr double floor = 1e-3, gamma = 2.2;
+  return affine(activate(affine(activate(affine(image, 1, floor), Function::Log), 1 / gamma), Function::Exp), 2, -1);
+}
+
+/// Features of `image`, at about 1/2, 1/4, 1/8, 1/16 and less.
+std::array<Value, 5> encoder_levels(const Scope& scope, Value image, const MgnetSize& size) {
+  if (size.lite()) return efficientnet(scope, display_coded(image), std::get<EfficientnetSize>(size.encoder));
+  return densenet(scope, size.shared() ? with_logarithm(image) : image, std::get<DensenetSize>(size.encoder));
+}
+
 }  // namespace
 
 MgnetSize mgnet_size(const std::string& preset) {
-  if (preset == "paper") return {{.growth = 32, .first = 64}, DecoderSize{512, 256, 128, 64, 64}};
-  if (preset == "compact") return {{.growth = 16, .first = 32}, DecoderSize{128, 64, 32, 16, 16}};
-  if (preset == "shared") return {{.growth = 16, .first = 32}, SharedDecoderSize{128, 128, 96, 64, 32, 24}};
-  throw usage_error("there is no such preset", "preset", preset, "paper, compact or shared");
+  constexpr SharedDecoderSize shared{128, 128, 96, 64, 32, 24};
+  if (preset == "paper") return {DensenetSize{.growth = 32, .first = 64}, DecoderSize{512, 256, 128, 64, 64}};
+  if (preset == "compact") return {DensenetSize{.growth = 16, .first = 32}, DecoderSize{128, 64, 32, 16, 16}};
+  if (preset == "shared") return {DensenetSize{.growth = 16, .first = 32}, shared};
+  if (preset == "lite") return {EfficientnetSize{}, shared};
+  throw usage_error("there is no such preset", "preset", preset, "paper, compact, shared or lite");
 }
 
 std::span<int> MgnetSize::steps() {
@@ -49,12 +64,12 @@ std::string MgnetSize::steps_wanted() const {
 
 Maps mgnet(Graph& graph, Value image, const MgnetSize& size, bool training) {
   const Scope net{graph, training, ""};
-  const Value input = size.shared() ? with_logarithm(image) : image;
-  const std::array<Value, 5> levels = densenet(net / "encoder", input, size.encoder);
+  const std::array<Value, 5> levels = encoder_levels(net / "encoder", image, size);
   const int height = image.shape().h, width = image.shape().w;
   Value features;
   if (size.shared())
-    features = shared_decoder(net / "decoder", levels, std::get<SharedDecoderSize>(size.decoder), input);
+    features = shared_decoder(net / "decoder", levels, std::get<SharedDecoderSize>(size.decoder),
+                              with_logarithm(image));
   const auto head = [&](const std::string& name, int channels) {
     if (size.shared()) return map_head(net / name, features, channels);
     return decoder(net / name, levels, std::get<DecoderSize>(size.decoder), channels, height, width);

@@ -1,5 +1,5 @@
-// MGNet (Zhu et al. 2022, section 4.1): one DenseNet121 encoder, four decoders; or one decoder for all maps, beyond the
-// paper.
+// MGNet (Zhu et al. 2022, section 4.1): one DenseNet121 encoder, four decoders; beyond the paper one decoder for all
+// maps, and EfficientNet-Lite as the encoder.
 #pragma once
 #include <span>
 #include <string>
@@ -7,20 +7,23 @@
 
 #include "nets/decoder.hpp"
 #include "nets/densenet.hpp"
+#include "nets/efficientnet.hpp"
 
 namespace clerestory {
 
 struct MgnetSize {
-  DensenetSize encoder;
+  std::variant<DensenetSize, EfficientnetSize> encoder;
   std::variant<DecoderSize, SharedDecoderSize> decoder;
 
   bool shared() const { return std::holds_alternative<SharedDecoderSize>(decoder); }
+  /// Whether the encoder is one that weights learned on ImageNet come with the program for.
+  bool lite() const { return std::holds_alternative<EfficientnetSize>(encoder); }
   std::span<int> steps();  // channels of the decoder's steps
   std::span<const int> steps() const;
   /// What the channels of a decoder's steps have to be multiples of, in words; empty where they are.
   std::string steps_wanted() const;
 };
-/// "paper", "compact" or "shared"; throws usage_error otherwise.
+/// "paper", "compact", "shared" or "lite"; throws usage_error otherwise.
 MgnetSize mgnet_size(const std::string& preset);
 
 /// Predictions for {n, 3, h, w}. Albedo, roughness, metallic and depth in [0, 1], depth relative; normals unit, camera

@@ -1,5 +1,8 @@
 #include "nets/mgnet_training.hpp"
 
+#include <algorithm>
+
+#include "host/ops/tensor/elementwise.hpp"
 #include "nets/builder.hpp"
 
 namespace clerestory {
@@ -18,6 +21,10 @@ std::vector<std::string> without_a_term(const LossWeights& w, bool shared_decode
   if (shared_decoder) freeze("decoder", any);
   freeze("encoder", any);  // the scale's head sees detached features
   return scopes;
+}
+
+bool in_encoder(const Value& parameter) {
+  return static_cast<const StateOp&>(*parameter.node->op).state_name.starts_with("encoder.");
 }
 
 }  // namespace
@@ -40,8 +47,14 @@ MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTra
   training.maps = mgnet(graph, image, size, true);
   training.losses = mgnet_losses({graph, true, ""}, training.maps, truth, options.weights);
   training.frozen = without_a_term(options.weights, size.shared());
-  const std::vector<Value> parameters = trained_parameters(graph, training.frozen);
-  adam(parameters, gradient(training.losses.front().second, parameters), rate, step, options.adam);
+  std::vector<Value> parameters = trained_parameters(graph, training.frozen);
+  const auto decoders = std::stable_partition(parameters.begin(), parameters.end(), in_encoder);
+  const std::vector<Value> gradients = gradient(training.losses.front().second, parameters);
+  const auto encoder = static_cast<std::size_t>(decoders - parameters.begin());
+  const std::span<const Value> all(parameters), slopes(gradients);
+  if (encoder > 0)
+    adam(all.first(encoder), slopes.first(encoder), scale(rate, options.encoder_rate), step, options.adam);
+  adam(all.subspan(encoder), slopes.subspan(encoder), rate, step, options.adam);
   return training;
 }
 

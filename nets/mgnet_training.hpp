@@ -9,6 +9,7 @@ struct MgnetTrainingOptions {
   int batch = 8, height = 128, width = 160;  // as fed; sizes of 16 and above work, multiples of 32 need no resizing
   LossWeights weights{};
   AdamOptions adam{.beta1 = 0.5};
+  double encoder_rate = 1;  // factor of the learning rate for the encoder
 };
 
 /// The inputs are named "image" {n,3,h,w}, "albedo" {n,3,h,w}, "normal" {n,3,h,w}, "material" {n,2,h,w}, "depth"

@@ -191,7 +191,7 @@ void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
 }
 
-constexpr int kPilotSpp = 4;
+constexpr int kPilotSpp = 4, kPilotColumns = 160;  // a pilot asks for one number: a larger view has a smaller one
 constexpr std::uint32_t kLightStream = 0x119475u;  // parts light's random numbers from the picture's
 // A view has some nineteen texels of environment maps for one of a probe, which is looked at on its own.
 constexpr int kProbeSpp = 4;
@@ -240,7 +240,9 @@ class RoomWriter {
   /// The bound on indirect light is stated against white, so a few samples find the exposure first.
   float most_indirect(const Camera& camera, std::uint32_t seed) {
     if (options_.clamp <= 0) return std::numeric_limits<float>::infinity();
-    const double exposure = exposure_of(scene_.picture(camera, kPilotSpp, seed + 1).mean);
+    const int columns = std::min(camera.width, kPilotColumns);
+    const Camera pilot = camera.resized(columns, std::max(1, camera.height * columns / camera.width));
+    const double exposure = exposure_of(scene_.picture(pilot, kPilotSpp, seed + 1).mean);
     return static_cast<float>(options_.clamp / exposure);
   }
 

@@ -185,6 +185,7 @@ constexpr Row kRows[]{
     {"ResNet34 forward, 320x240, batch 4", [] { return resnet_trunk(4); }},
     {"MGNet compact step, 160x120, batch 8", [] { return mgnet_step("compact", 8, 160, 120); }},
     {"MGNet shared step, 160x120, batch 8", [] { return mgnet_step("shared", 8, 160, 120); }},
+    {"MGNet lite step, 160x120, batch 8", [] { return mgnet_step("lite", 8, 160, 120); }},
     {"MGNet paper step, 320x240, batch 2", [] { return mgnet_step("paper", 2, 320, 240); }},
     {"light compact step, 160x120, batch 8", [] { return light_step(compact_light(), compact_light_step()); }},
     {"LightNet's MLP, paper, both ways", [] { return light_mlp_both_ways(light_net_size("paper")); }},

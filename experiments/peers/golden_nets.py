@@ -158,7 +158,7 @@ def mgnet(folder, preset):
     tensors = {f"map.{k}": some(v, 2048) for k, v in maps.items()}
     tensors |= {f"loss.{k}": v.reshape(1) for k, v in terms.items()}
     for name, p in net.named_parameters():
-        if any(part in name for part in ("conv0", "norm0", "norm5", "decoder", "scale", "denseblock2.denselayer7.", "transition3")):
+        if any(part in name for part in ("conv0", "norm0", "norm5", "decoder", "scale", "denseblock2.denselayer7.", "transition3", "stem", "stage2", "stage6")):
             tensors["gradient." + name] = some(p.grad, 150)
     write(folder / f"mgnet_{preset}.safetensors", tensors, {"torch": torch.__version__, "size": f"{n}x3x{h}x{w}"})
 
@@ -189,5 +189,6 @@ if __name__ == "__main__":
     densenet(target)
     mgnet(target, "compact")
     mgnet(target, "shared")
+    mgnet(target, "lite")
     vgg(target)
     resnet(target)

@@ -1,6 +1,6 @@
 """MGNet (Zhu et al. 2022) in PyTorch, in all presets, with its losses: the peer for speed and for golden values.
 
-    python mgnet_torch.py [--preset compact|paper|shared] [--batch 8] [--size 160x120] [--steps 5] [--layout channels_last|default]
+    python mgnet_torch.py [--preset compact|paper|shared|lite] [--batch 8] [--size 160x120] [--steps 5] [--layout channels_last|default]
 
 prints the seconds of training steps (forward, losses, backward, Adam) and of inference. Needs torch and torchvision.
 Names of parameters are those of the C++ nets, so state dictionaries can be exchanged.
@@ -20,6 +20,7 @@ PRESETS = {
     "paper": {"growth": 32, "first": 64, "decoder": (512, 256, 128, 64, 64)},
     "compact": {"growth": 16, "first": 32, "decoder": (128, 64, 32, 16, 16)},
     "shared": {"growth": 16, "first": 32, "shared": (128, 128, 96, 64, 32, 24)},
+    "lite": {"lite": True, "shared": (128, 128, 96, 64, 32, 24)},
 }
 SHARED_GROUP = 8  # channels of a group of the shared decoder's norms
 HEADS = {"albedo": 3, "material": 2, "normal": 3, "depth": 3}
@@ -40,6 +41,71 @@ class Encoder(nn.Module):
             block = getattr(f, f"denseblock{k}")(levels[-1])
             levels.append(getattr(f, f"transition{k}")(block))
         levels.append(f.norm5(f.denseblock4(levels[-1])))
+        return levels
+
+
+def same_padding(size, kernel, stride):
+    """Zeros before and behind, as TensorFlow's SAME has them."""
+    total = max((math.ceil(size / stride) - 1) * stride + kernel - size, 0)
+    return total // 2, total - total // 2
+
+
+class SameConv(nn.Conv2d):
+    """A convolution with bias over a picture that is padded first."""
+
+    def __init__(self, *sizes, mode="constant", **more):
+        super().__init__(*sizes, **more)
+        self.mode = mode
+
+    def forward(self, x):
+        kernel, stride = self.kernel_size[0], self.stride[0]
+        (top, bottom), (left, right) = (same_padding(size, kernel, stride) for size in x.shape[-2:])
+        return super().forward(F.pad(x, (left, right, top, bottom), mode=self.mode))
+
+
+class InvertedResidual(nn.Module):
+    def __init__(self, inputs, outputs, kernel, stride, expansion):
+        super().__init__()
+        inner = inputs * expansion
+        if expansion > 1:
+            self.expand = nn.Conv2d(inputs, inner, 1)
+        self.depthwise = SameConv(inner, inner, kernel, stride, groups=inner)
+        self.project = nn.Conv2d(inner, outputs, 1)
+
+    def forward(self, x):
+        y = F.relu6(self.expand(x)) if hasattr(self, "expand") else x
+        y = self.project(F.relu6(self.depthwise(y)))
+        return x + y if x.shape == y.shape else y
+
+
+class LiteEncoder(nn.Module):
+    """EfficientNet-Lite0 with its batch normalisations folded into the convolutions."""
+
+    STAGES = ((3, 1, 1, 16, 1), (3, 2, 6, 24, 2), (5, 2, 6, 40, 2), (3, 2, 6, 80, 3), (5, 1, 6, 112, 3), (5, 2, 6, 192, 4), (3, 1, 6, 320, 1))
+    LEVELS = (0, 1, 2, 4, 6)  # stages whose features are read
+    CHANNELS = (16, 24, 40, 112, 320)
+
+    def __init__(self):
+        super().__init__()
+        self.stem = SameConv(3, 32, 3, 2, mode="replicate")
+        inputs = 32
+        for s, (kernel, stride, expansion, outputs, layers) in enumerate(self.STAGES):
+            blocks = []
+            for layer in range(layers):
+                blocks.append(InvertedResidual(inputs, outputs, kernel, stride if layer == 0 else 1, expansion))
+                inputs = outputs
+            setattr(self, f"stage{s}", nn.Sequential(*blocks))
+
+    def forward(self, image):
+        """`image`: linear, in [0, 1]."""
+        return self.features(2 * torch.exp(torch.log(image + 1e-3) / 2.2) - 1)
+
+    def features(self, coded):
+        x, levels = F.relu6(self.stem(coded)), []
+        for s in range(len(self.STAGES)):
+            x = getattr(self, f"stage{s}")(x)
+            if s in self.LEVELS:
+                levels.append(x)
         return levels
 
 
@@ -118,19 +184,27 @@ class Scale(nn.Module):
         return (pooled * self.weight).sum(1, keepdim=True) + self.bias
 
 
+def densenet_levels(size):
+    channels, levels = size["first"], [size["first"]]
+    for k, layers in enumerate((6, 12, 24, 16)):
+        channels += layers * size["growth"]
+        if k < 3:
+            channels //= 2
+        levels.append(channels)
+    return levels
+
+
 class MGNet(nn.Module):
     def __init__(self, preset):
         super().__init__()
         size = PRESETS[preset]
         self.shared = "shared" in size
         pictures = 6 if self.shared else 3
-        self.encoder = Encoder(size["growth"], size["first"], pictures)
-        channels, levels = size["first"], [size["first"]]
-        for k, layers in enumerate((6, 12, 24, 16)):
-            channels += layers * size["growth"]
-            if k < 3:
-                channels //= 2
-            levels.append(channels)
+        self.lite = "lite" in size
+        if self.lite:
+            self.encoder, levels = LiteEncoder(), LiteEncoder.CHANNELS
+        else:
+            self.encoder, levels = Encoder(size["growth"], size["first"], pictures), densenet_levels(size)
         if self.shared:
             self.decoder = SharedDecoder(levels, size["shared"], pictures)
         for head, outputs in HEADS.items():
@@ -141,7 +215,7 @@ class MGNet(nn.Module):
     def forward(self, image):
         height, width = image.shape[-2:]
         picture = with_logarithm(image) if self.shared else image
-        levels = self.encoder(picture)
+        levels = self.encoder(image if self.lite else picture)
         reads = (self.decoder(levels, picture),) if self.shared else (levels, height, width)
         raw = {head: getattr(self, f"decoder_{head}")(*reads) for head in HEADS}
         unit = lambda x: torch.clamp(1.01 * torch.sigmoid(x), 0, 1)

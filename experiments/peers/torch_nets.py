@@ -249,6 +249,7 @@ NETS = {
     "ResNet34 forward, 320x240, batch 4": resnet_job(4),
     "MGNet compact step, 160x120, batch 8": mgnet_job("compact", 8, 160, 128),
     "MGNet shared step, 160x120, batch 8": mgnet_job("shared", 8, 160, 128),
+    "MGNet lite step, 160x120, batch 8": mgnet_job("lite", 8, 160, 128),
     "MGNet paper step, 320x240, batch 2": mgnet_job("paper", 2, 320, 256),
     "light compact step, 160x120, batch 8": None,
     "LightNet's MLP, paper, both ways": lambda _: LightMlp(4096).both_ways,

@@ -251,6 +251,13 @@ InitialWeights read_initial_weights(const std::filesystem::path& path, States& s
   return {stored_history(file, where), moments.steps};
 }
 
+void read_encoder_weights(const std::filesystem::path& path, States& states,
+                          const std::map<std::string, Shape>& wanted) {
+  const TensorFile file = read_finite_safetensors(path);
+  for (const auto& [name, shape] : wanted)
+    if (name.starts_with("encoder.")) set_state(states, name, shape, file, path.string());
+}
+
 History read_history(const std::filesystem::path& path) {
   return stored_history(read_finite_safetensors(path), path.string());
 }

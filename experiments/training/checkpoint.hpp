@@ -82,6 +82,11 @@ struct InitialWeights {
 InitialWeights read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
                                     const std::map<std::string, Shape>& wanted);
 
+/// Sets the states of scope "encoder" from a file that holds them alone, learned on something else.
+/// Throws usage_error naming file, tensor, found and expected shape.
+void read_encoder_weights(const std::filesystem::path& path, States& states,
+                          const std::map<std::string, Shape>& wanted);
+
 /// What a weights file or checkpoint says of its training; without legs when it says nothing.
 History read_history(const std::filesystem::path& path);
 

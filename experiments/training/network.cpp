@@ -41,6 +41,7 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   options.batch = o.batch, options.height = padded_size(o.size.height), options.width = padded_size(o.size.width);
   options.weights = {o.w_albedo, o.w_normal,     o.w_material,  o.w_depth,
                      o.w_scale,  o.w_perceptual, o.w_log_depth, o.w_metallic};
+  options.encoder_rate = o.encoder_rate;
   options.adam.beta1 = o.beta1, options.adam.beta2 = o.beta2;
   state_->training = mgnet_training(state_->graph, o.net, options);
   states->initialise(state_->graph, o.seed);
@@ -167,36 +168,72 @@ std::map<std::string, Shape> inference_states(const MgnetSize& net) {
   return states;
 }
 
+namespace {
+
+std::string encoder_text(const DensenetSize& e) {
+  return fmt::format("growth {}, {} first channels, layers {}", e.growth, e.first, fmt::join(e.layers, "-"));
+}
+std::string encoder_text(const EfficientnetSize& e) {
+  return fmt::format("channels {}, layers {}", fmt::join(e.channels, "-"), fmt::join(e.layers, "-"));
+}
+
+}  // namespace
+
 std::string net_text(const MgnetSize& net) {
-  return fmt::format("growth {}, {} first channels, layers {}, {}decoder {}", net.encoder.growth, net.encoder.first,
-                     fmt::join(net.encoder.layers, "-"), net.shared() ? "shared " : "", fmt::join(net.steps(), "-"));
+  const std::string encoder = std::visit([](const auto& e) { return encoder_text(e); }, net.encoder);
+  return fmt::format("{}, {}decoder {}", encoder, net.shared() ? "shared " : "", fmt::join(net.steps(), "-"));
 }
 
 namespace {
 
+/// "6-12-24-16" into a list of that length, each from 1 to `most`; false if it is something else.
+bool read_list(const std::string& text, std::span<int> list, int most) {
+  std::istringstream in("-" + text);
+  char dash = 0;
+  for (int& number : list)
+    if (!(in >> dash >> number) || dash != '-' || number <= 0 || number > most) return false;
+  return in.eof() || in.peek() == std::istringstream::traits_type::eof();
+}
+
+bool read_encoder(const std::vector<std::string>& parts, DensenetSize& e) {
+  int read = 0;
+  if (parts.size() != 4 || !parts[2].starts_with("layers ")) return false;
+  const auto number = [&](const std::string& text, const char* form, int& value, int most) {
+    read = 0;
+    return std::sscanf(text.c_str(), form, &value, &read) == 1 && read == static_cast<int>(text.size()) && value > 0 &&
+           value <= most;
+  };
+  return number(parts[0], "growth %d%n", e.growth, 256) && number(parts[1], "%d first channels%n", e.first, 1024) &&
+         read_list(parts[2].substr(7), e.layers, 256);
+}
+bool read_encoder(const std::vector<std::string>& parts, EfficientnetSize& e) {
+  return parts.size() == 3 && parts[0].starts_with("channels ") && parts[1].starts_with("layers ") &&
+         read_list(parts[0].substr(9), e.channels, 4096) && read_list(parts[1].substr(7), e.layers, 256);
+}
+
 /// "decoder 128-64-32-16-16" or "shared decoder ..." into the net's steps; false if it is something else.
 bool read_steps(const std::string& text, MgnetSize& net) {
   const std::string name = net.shared() ? "shared decoder " : "decoder ";
-  if (!text.starts_with(name)) return false;
-  std::istringstream in("-" + text.substr(name.size()));
-  char dash = 0;
-  for (int& channels : net.steps())
-    if (!(in >> dash >> channels) || dash != '-' || channels <= 0 || channels > 4096) return false;
-  return in.eof() && net.steps_wanted().empty();
+  return text.starts_with(name) && read_list(text.substr(name.size()), net.steps(), 4096) && net.steps_wanted().empty();
+}
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t at = 0, comma = 0; comma != std::string::npos; at = comma + 2) {
+    comma = text.find(", ", at);
+    parts.push_back(text.substr(at, comma - at));
+  }
+  return parts;
 }
 
 }  // namespace
 
 MgnetSize net_from_text(const std::string& text, const std::string& where) {
-  MgnetSize net = mgnet_size(text.find("shared decoder") != std::string::npos ? "shared" : "compact");
-  auto& l = net.encoder.layers;
-  int decoder_at = 0;
-  const int read = std::sscanf(text.c_str(), "growth %d, %d first channels, layers %d-%d-%d-%d, %n",
-                               &net.encoder.growth, &net.encoder.first, &l[0], &l[1], &l[2], &l[3], &decoder_at);
-  bool sane = read == 6 && net.encoder.growth > 0 && net.encoder.growth <= 256 && net.encoder.first > 0 &&
-              net.encoder.first <= 1024;
-  for (const int n : l) sane = sane && n > 0 && n <= 256;
-  sane = sane && read_steps(text.substr(static_cast<std::size_t>(decoder_at)), net);
+  const bool shared = text.find("shared decoder") != std::string::npos;
+  MgnetSize net = mgnet_size(text.starts_with("channels ") ? "lite" : shared ? "shared" : "compact");
+  const std::vector<std::string> parts = parts_of(text);
+  const bool sane = std::visit([&](auto& encoder) { return read_encoder(parts, encoder); }, net.encoder) &&
+                    read_steps(parts.back(), net);
   if (!sane)
     throw usage_error("the shape of the net makes no sense", where + ": net", text, net_text(mgnet_size("compact")));
   return net;

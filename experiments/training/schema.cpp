@@ -25,11 +25,13 @@ Schema make_schema() {
 
   s.section("model", "The network.");
   s.text("model.kind", "maps", "what is trained: MGNet's maps, or the light", {"maps", "light"});
-  s.text("model.preset", "compact", "size of the net; shared: one decoder for all maps",
-         {"paper", "compact", "shared"});
+  s.text("model.preset", "compact", "size of the net; shared: one decoder for all maps; lite: and EfficientNet-Lite as its encoder",
+         {"paper", "compact", "shared", "lite"});
   s.integer("model.growth", 0, "channels that each dense layer adds; 0: the preset's", {0, 256});
   s.integer("model.first", 0, "channels of the first convolution; 0: the preset's", {0, 1024});
-  s.integers("model.layers", {}, "layers of the four dense blocks; empty: the preset's", {1, 256});
+  s.integers("model.layers", {}, "layers of the four dense blocks, or of lite's seven stages; empty: the preset's",
+             {1, 256});
+  s.integers("model.channels", {}, "channels of lite's seven stages; empty: the preset's", {1, 4096});
   s.integers("model.decoder", {},
              "channels of the decoders' five steps, multiples of 32, 16, 16, 8, 4, or of the shared one's six, of 8; "
              "empty: the preset's",
@@ -37,6 +39,9 @@ Schema make_schema() {
   s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
   s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
   s.text("model.init", "", "weights or checkpoint to start from; empty: random weights");
+  s.text("model.encoder", "imagenet",
+         "lite: what its encoder starts from where model.init is empty; imagenet: the weights that come with the program",
+         {"imagenet", "random"});
   s.text("model.gemm", "auto", "backend of convolutions", {"auto", "packed", "clblast"});
 
   s.section("data", "Views in InteriorVerse's layout (`clerestory generate` writes it).");
@@ -94,6 +99,7 @@ Schema make_schema() {
          "agree bit for bit",
          {0, 1e6});
   s.real("train.rate", 5e-4, "learning rate at the start", {0, 10});
+  s.real("train.encoder_rate", 1, "factor of the learning rate for the encoder (maps)", {0, 10});
   s.text("train.schedule", "cosine", "how the rate falls over the leg", {"cosine", "step", "constant"});
   s.real("train.rate_factor", 0.5, "step: what the rate is multiplied by", {0, 1});
   s.real("train.rate_every", 0.25, "step: after each such part of the leg", {1e-6, 1});
@@ -170,32 +176,42 @@ void forbid(bool bad, const Config& config, const std::string& key, const std::s
   if (bad) throw usage_error(what, key + " (" + config.origin(key) + ")", "", expected);
 }
 
-/// The preset's net with what the config changes.
-MgnetSize net_of(const Config& c) {
-  MgnetSize net = mgnet_size(c.text("model.preset"));
-  const auto replace = [&](const std::string& key, std::span<int> list) {
-    const auto& given = c.integers(key);
-    forbid(!given.empty() && given.size() != list.size(), c, key, "another number of values",
-           fmt::format("{}", list.size()));
-    for (std::size_t i = 0; i < given.size(); ++i) list[i] = static_cast<int>(given[i]);
-  };
-  if (c.integer("model.growth") > 0) net.encoder.growth = static_cast<int>(c.integer("model.growth"));
-  if (c.integer("model.first") > 0) net.encoder.first = static_cast<int>(c.integer("model.first"));
-  replace("model.layers", net.encoder.layers);
-  replace("model.decoder", net.steps());
-  forbid(!net.steps_wanted().empty(), c, "model.decoder", "channels do not divide into groups", net.steps_wanted());
-  return net;
-}
-
 int whole(const Config& c, const std::string& key, int otherwise) {
   const auto value = static_cast<int>(c.integer(key));
   return value > 0 ? value : otherwise;
 }
 
+/// The preset's net with what the config changes.
+MgnetSize net_of(const Config& c) {
+  MgnetSize net = mgnet_size(c.text("model.preset"));
+  const auto replace = [&](const char* key, std::span<int> list) {
+    const auto& given = c.integers(key);
+    forbid(!given.empty() && given.size() != list.size(), c, key, "another number of values",
+           fmt::format("{}", list.size()));
+    for (std::size_t i = 0; i < given.size(); ++i) list[i] = static_cast<int>(given[i]);
+  };
+  if (net.lite()) {
+    auto& encoder = std::get<EfficientnetSize>(net.encoder);
+    for (const char* key : {"model.growth", "model.first"})
+      forbid(c.integer(key) > 0, c, key, "EfficientNet-Lite has no such size", "0 where model.preset = lite");
+    replace("model.channels", encoder.channels), replace("model.layers", encoder.layers);
+  } else {
+    auto& encoder = std::get<DensenetSize>(net.encoder);
+    forbid(!c.integers("model.channels").empty(), c, "model.channels", "DenseNet has no such sizes",
+           "none unless model.preset = lite");
+    encoder.growth = whole(c, "model.growth", encoder.growth), encoder.first = whole(c, "model.first", encoder.first);
+    replace("model.layers", encoder.layers);
+  }
+  replace("model.decoder", net.steps());
+  forbid(!net.steps_wanted().empty(), c, "model.decoder", "channels do not divide into groups", net.steps_wanted());
+  return net;
+}
+
 /// The preset's light with what the config changes.
 LightSizes light_of(const Config& c) {
   const std::string& preset = c.text("model.preset");
-  forbid(preset == "shared", c, "model.preset", "the light's nets have no such preset", "paper or compact");
+  forbid(preset != "paper" && preset != "compact", c, "model.preset", "the light's nets have no such preset",
+         "paper or compact");
   LightSizes sizes = light_sizes(preset);
   LightNetSize& in_view = sizes.in_view;
   sizes.delta = delta_depth_of(c.text("light.delta"));
@@ -343,6 +359,7 @@ TrainingOptions training_options(const Config& c) {
   o.rate.initial = c.real("train.rate"), o.rate.factor = c.real("train.rate_factor"),
   o.rate.every = c.real("train.rate_every");
   o.rate.least = c.real("train.rate_least"), o.rate.warmup = c.integer("train.warmup");
+  o.encoder_rate = c.real("train.encoder_rate"), o.encoder = c.text("model.encoder");
   o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2");
   o.w_albedo = c.real("loss.albedo"), o.w_normal = c.real("loss.normal"), o.w_material = c.real("loss.material");
   o.w_depth = c.real("loss.depth"), o.w_scale = c.real("loss.scale");

@@ -55,6 +55,7 @@ struct TrainingOptions {
   std::int64_t steps = 0;
   double epochs = 0, minutes = 0;
   LearningRate rate;
+  double encoder_rate = 1;  // factor of the rate
   double beta1 = 0, beta2 = 0;
   Augmentation augmentation;
   double w_albedo = 1, w_normal = 1, w_material = 1, w_depth = 1, w_scale = 1, w_log_depth = 0, w_metallic = 0,
@@ -65,6 +66,7 @@ struct TrainingOptions {
   LightSampling sampling;
   std::string maps = "true";  // true | predicted | both
   std::string maps_weights;   // empty: the shipped ones
+  std::string encoder;        // imagenet | random: what lite's starts from
   std::string init, gemm, device, tile, root, experiment, variant;
   std::int64_t log_every = 0, validate_every = 0, checkpoint_every = 0;
   double checkpoint_minutes = 0;

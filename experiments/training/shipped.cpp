@@ -31,6 +31,15 @@ fs::path shipped_weights() {
   throw usage_error("there are no weights; name some with --weights or CLERESTORY_WEIGHTS", text_of(files));
 }
 
+fs::path imagenet_encoder() {
+  std::vector<fs::path> files = shipped_places("CLERESTORY_WEIGHTS");
+  for (fs::path& file : files) {
+    file = (file.extension() == ".safetensors" ? file.parent_path() : file) / "imagenet_lite0.safetensors";
+    if (fs::exists(file)) return file;
+  }
+  throw usage_error("the encoder's weights are not there; model.encoder = \"random\" does without", text_of(files));
+}
+
 fs::path weights_or_shipped(const fs::path& given) { return given.empty() ? shipped_weights() : given; }
 
 std::string text_of(const std::vector<fs::path>& places) {

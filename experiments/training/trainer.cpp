@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 
+#include "experiments/training/shipped.hpp"
 #include "experiments/training/task.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
@@ -57,6 +58,9 @@ class Trainer {
   /// The tile that this run had on this device, so that it goes on with the same; "auto" where there was none.
   std::string tile_before(const Device& device) const;
   void resume_or_begin();
+  bool begins_with_imagenet() const {
+    return options_.init.empty() && options_.kind == "maps" && options_.net.lite() && options_.encoder == "imagenet";
+  }
   void begin_leg(const History& earlier);
   void loop();
   void take_step();
@@ -186,6 +190,11 @@ void Trainer::resume_or_begin() {
                            earlier.views_seen(),
                            initial.moment_steps > 0 ? "with the second moments of its gradients"
                                                     : "which has no second moments: Adam finds them anew"));
+    } else if (begins_with_imagenet()) {
+      const std::filesystem::path encoder = imagenet_encoder();
+      read_encoder_weights(encoder, *states_, task_->weights());
+      provenance_.inputs.push_back(record_file(encoder));
+      run_.log(fmt::format("the encoder starts from {}", encoder.string()));
     }
     begin_leg(earlier);
   }
@@ -206,7 +215,8 @@ void Trainer::begin_leg(const History& earlier) {
   leg.preset = options_.preset, leg.width = options_.size.width, leg.height = options_.size.height,
   leg.batch = options_.batch;
   leg.seed = options_.seed;
-  const std::filesystem::path init = options_.init;  // a folder for a light, perhaps with a slash at its end
+  // A folder for a light, perhaps with a slash at its end.
+  const std::filesystem::path init = begins_with_imagenet() ? imagenet_encoder().string() : options_.init;
   leg.init = (init.has_filename() ? init : init.parent_path()).filename().string();
   leg.overrides = settings_of(config_);
   progress_.history.legs.push_back(std::move(leg));

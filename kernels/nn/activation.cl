@@ -13,6 +13,7 @@
 #define SOFTPLUS 5
 #define SQUARE 6
 #define LOG1P 7
+#define RELU6 8
 
 static inline lanes sigmoid(const lanes x) {
   const lanes e = exp(-fabs(x));
@@ -38,6 +39,9 @@ static inline lanes value_of(const lanes x) {
   return x * x;
 #elif FUNCTION == LOG1P
   return log1p(x);
+#elif FUNCTION == RELU6
+  const lanes y = WHERE(x < R(0), (lanes)(R(0)), x);
+  return WHERE(y > R(6), (lanes)(R(6)), y);
 #endif
 }
 
@@ -60,6 +64,8 @@ static inline lanes derivative_of(const lanes x) {
   return R(2) * x;
 #elif FUNCTION == LOG1P
   return R(1) / (R(1) + x);
+#elif FUNCTION == RELU6
+  return WHERE(x > R(0) && x < R(6), (lanes)(R(1)), (lanes)(R(0)));
 #endif
 }
 

@@ -65,10 +65,10 @@ TEST(TrainingOptions, LightsThatTrainButCannotBeAskedAreRefused) {
 }
 
 TEST(TrainingOptions, NetsSurviveTheirText) {
-  for (const char* preset : {"compact", "paper", "shared"}) {
+  for (const char* preset : {"compact", "paper", "shared", "lite"}) {
     const std::string text = net_text(mgnet_size(preset));
     EXPECT_EQ(net_text(net_from_text(text, "test")), text);
-    EXPECT_EQ(net_from_text(text, "test").shared(), std::string(preset) == "shared");
+    EXPECT_EQ(net_from_text(text, "test").shared(), mgnet_size(preset).shared());
     for (const char* more : {"-8", "-", " "}) EXPECT_THROW(net_from_text(text + more, "test"), Error) << text << more;
   }
   const std::string encoder = "growth 4, 16 first channels, layers 1-1-1-1, ";
@@ -91,6 +91,28 @@ TEST(TrainingOptions, SharedDecodersHaveSixStepsAndAreForMaps) {
   EXPECT_THAT(message("model.decoder=[8,8,8,8,8,12]"), testing::HasSubstr("multiples of 8"));
   EXPECT_THAT(message("model.kind=light"), testing::HasSubstr("model.preset"));
   EXPECT_THAT(message("model.kind=light"), testing::HasSubstr("paper or compact"));
+}
+
+TEST(TrainingOptions, LiteHasSizesOfItsOwn) {
+  const auto options = [](std::vector<std::string> more) {
+    more.insert(more.end(), {"train.steps=1"});
+    return training_options(Config(training_schema(), more));
+  };
+  const std::string lite = "model.preset=lite", channels = "model.channels=[8,8,16,16,16,24,32]";
+  const MgnetSize net = options({lite, channels, "model.layers=[1,1,1,1,1,1,2]"}).net;
+  EXPECT_EQ(std::get<EfficientnetSize>(net.encoder).channels[6], 32);
+  EXPECT_EQ(std::get<EfficientnetSize>(net.encoder).layers[6], 2);
+  EXPECT_EQ(net_text(net_from_text(net_text(net), "test")), net_text(net));
+  const auto message = [&](std::vector<std::string> more) { return message_of<Error>([&] { options(more); }); };
+  EXPECT_THAT(message({lite, "model.growth=16"}), testing::HasSubstr("model.growth"));
+  EXPECT_THAT(message({lite, "model.layers=[1,1,1,1]"}), testing::HasSubstr("model.layers"));
+  EXPECT_THAT(message({channels}), testing::HasSubstr("model.channels"));
+  EXPECT_THAT(message({lite, "model.kind=light"}), testing::HasSubstr("paper or compact"));
+  for (const char* text : {"channels 8-8-16-16-16-24, layers 1-1-1-1-1-1-2, shared decoder 8-8-8-8-8-8",
+                           "channels 8-8-16-16-16-24-0, layers 1-1-1-1-1-1-2, shared decoder 8-8-8-8-8-8",
+                           "channels 8-8-16-16-16-24-32, layers 1-1-1-1, shared decoder 8-8-8-8-8-8",
+                           "channels 8-8-16-16-16-24-32, shared decoder 8-8-8-8-8-8"})
+    EXPECT_THROW(net_from_text(text, "test"), Error) << text;
 }
 
 TEST(TrainingOptions, WhereARunGoesDoesNotRenameIt) {

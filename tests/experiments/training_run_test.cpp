@@ -11,6 +11,7 @@
 
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/evaluate.hpp"
+#include "experiments/training/shipped.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
 #include "host/cl/tile.hpp"
@@ -360,6 +361,34 @@ std::string message_of(const std::function<void()>& action, ErrorKind kind) {
   }
   ADD_FAILURE() << "no error";
   return "";
+}
+
+// A step at a rate of 0 for the encoder leaves it as the program's file has it.
+TEST_F(TrainingRun, LiteBeginsWithWhatItsEncoderLearnedOnImagenet) {
+  const auto lite = [&](const std::string& root, std::vector<std::string> more) {
+    more.insert(more.end(), {"model.preset=lite", "model.decoder=[8,8,8,8,8,8]", "model.width=32", "model.height=32",
+                             "train.batch=2", "train.steps=1", "train.encoder_rate=0", "data.validation_views=0",
+                             "run.root=" + (folder / root).string()});
+    return train(load_config(folder / "tiny.toml", training_schema(), more), {"clerestory", "train"});
+  };
+  const TensorFile learned = read_safetensors(imagenet_encoder());
+  const auto differing = [&](const TrainingOutcome& outcome) {
+    const TensorFile weights = read_safetensors(outcome.weights);
+    int count = 0;
+    for (const auto& [name, tensor] : learned.tensors)
+      count += weights.get(name, "weights").floats() != tensor.floats() ? 1 : 0;
+    return count;
+  };
+  const TrainingOutcome outcome = lite("imagenet", {});
+  EXPECT_EQ(differing(outcome), 0);
+  EXPECT_EQ(read_history(outcome.weights).legs[0].init, "imagenet_lite0.safetensors");
+  const TrainingOutcome random = lite("random", {"model.encoder=random"});
+  EXPECT_GT(differing(random), 40);
+  EXPECT_EQ(read_history(random.weights).legs[0].init, "");
+  const std::string said = message_of([&] { lite("other", {"model.channels=[16,24,48,80,112,192,320]"}); },
+                                      ErrorKind::Usage);
+  EXPECT_THAT(said, HasSubstr("imagenet_lite0.safetensors"));
+  EXPECT_THAT(said, HasSubstr("encoder.stage2.0.project"));
 }
 
 TEST_F(TrainingRun, WeightsOfAnotherShapeAreRefusedByName) {

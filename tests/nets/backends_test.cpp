@@ -26,7 +26,7 @@ using Results = std::map<std::string, std::vector<double>>;
 // has a gradient of exactly zero, and float's is nothing but rounding.
 constexpr int kBatch = 2, kHeight = 34, kWidth = 50, kSteps = 5, kMovedRuns = 3;
 constexpr double kMargin = 8, kRate = 2e-3;
-const MgnetSize kNet{{.growth = 4, .first = 16, .layers = {1, 2, 1, 1}}, DecoderSize{64, 32, 32, 16, 8}};
+const MgnetSize kNet{DensenetSize{.growth = 4, .first = 16, .layers = {1, 2, 1, 1}}, DecoderSize{64, 32, 32, 16, 8}};
 
 /// How a plan is run. `moved` numbers a choice of signs by which weights are moved; 0: not moved.
 struct Setting {

@@ -38,7 +38,7 @@ void expect_maps_of_size(const std::string& preset) {
 }
 
 TEST(Mgnet, MapsHaveTheImagesSizeWhateverItIs) {
-  for (const char* preset : {"compact", "shared"}) expect_maps_of_size(preset);
+  for (const char* preset : {"compact", "shared", "lite"}) expect_maps_of_size(preset);
 }
 
 TEST(Mgnet, EveryParameterHasAGradientOrIsFrozen) {
@@ -100,11 +100,39 @@ void expect_training_as_in_pytorch(const std::string& preset) {
     net.expect_elements(name, name, 0x1p-22);
     ++compared;
   }
-  EXPECT_GT(compared, preset == "shared" ? 50 : 80);  // one decoder in place of four
+  EXPECT_GT(compared, mgnet_size(preset).shared() ? 50 : 80);  // one decoder in place of four
 }
 
 TEST(Mgnet, TrainsAsInPytorchInDouble) { expect_training_as_in_pytorch("compact"); }
 TEST(Mgnet, SharedTrainsAsInPytorchInDouble) { expect_training_as_in_pytorch("shared"); }
+TEST(Mgnet, LiteTrainsAsInPytorchInDouble) { expect_training_as_in_pytorch("lite"); }
+
+// Adam's first step is as long as the rate, whatever the gradient.
+TEST(Mgnet, TheEncoderMovesAtARateOfItsOwn) {
+  const Device device = Device::open();
+  for (const double factor : {0.0, 0.25}) {
+    Graph graph;
+    const MgnetTraining training =
+        mgnet_training(graph, mgnet_size("lite"),
+                       {.batch = kBatch, .height = kHeight, .width = kWidth, .encoder_rate = factor});
+    const auto states = std::make_shared<States>(device);
+    states->initialise(graph, 7);
+    const std::vector<std::string> watched{"encoder.stage2.0.depthwise.bias", "decoder.c5.conv.weight"};
+    std::vector<Tensor> before;
+    for (const std::string& name : watched) before.push_back(states->get(name));
+    Executor run(compile(graph, {training.losses.front().second}, device, {}, true), states);
+    for (const auto& [name, tensor] : golden_batch()) run.feed(name, tensor);
+    run.run();
+    for (std::size_t k = 0; k < watched.size(); ++k) {
+      const double step = (k == 0 ? factor : 1) * 5e-4;
+      double moved = 0;
+      const Tensor after = states->get(watched[k]);
+      for (std::size_t i = 0; i < after.real.size(); ++i)
+        moved = std::max(moved, std::abs(after.real[i] - before[k].real[i]));
+      EXPECT_NEAR(moved, step, 1e-3 * step) << watched[k];
+    }
+  }
+}
 
 /// Steps in one go, and in two with states carried over, agree bit for bit; and the loss falls.
 TEST(Mgnet, GoesOnFromItsStatesBitForBit) {

@@ -31,8 +31,9 @@ struct ActivationOp : Op {
   std::string name() const override { return "activation"; }
   std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[0].shape(), Type::Real}}; }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
-    // The slope of ReLU can be read off its output, so that its input need not be kept.
-    const Value from = function == Function::Relu ? node.value() : node.inputs[0];
+    // These slopes can be read off the output, so that the input need not be kept.
+    const bool from_output = function == Function::Relu || function == Function::Relu6;
+    const Value from = from_output ? node.value() : node.inputs[0];
     return {from.graph().make<ActivationAdjointOp>({g[0], from}, function)};
   }
   void launch(Launch& l) const override {

@@ -4,7 +4,7 @@
 
 namespace clerestory {
 
-enum class Function { Relu, Unit, SignedUnit, Exp, Log, Softplus, Square, Log1p };
+enum class Function { Relu, Unit, SignedUnit, Exp, Log, Softplus, Square, Log1p, Relu6 };
 
 Value activate(Value x, Function function);
 inline Value relu(Value x) { return activate(x, Function::Relu); }

@@ -26,6 +26,7 @@ const std::vector<Named> kFunctions{
      [](double x) { return x > 0 ? x + std::log1p(std::exp(-x)) : std::log1p(std::exp(x)); }, -20, 20},
     {Function::Square, "square", [](double x) { return x * x; }, -2, 2},
     {Function::Log1p, "log1p", [](double x) { return std::log1p(x); }, 0, 5},
+    {Function::Relu6, "relu6", [](double x) { return std::clamp(x, 0.0, 6.0); }, -4, 10},
 };
 
 Tensor mapped(const Tensor& x, double (*f)(double)) {
