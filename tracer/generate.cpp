@@ -43,6 +43,14 @@ void check(const GenerateOptions& o) {
   if (!(o.clamp >= 0 && o.clamp <= 1e6)) {
     throw usage_error("out of range", "--clamp", fmt::format("{}", o.clamp), "0 to 1e6; 0 sets no bound");
   }
+  const auto real_range = [](const char* name, double value, double high) {
+    if (!(value >= 0 && value <= high))
+      throw usage_error("out of range", name, fmt::format("{}", value), fmt::format("0 to {}", high));
+  };
+  real_range("--roll", o.handling.roll, 45), real_range("--close-ups", o.handling.close_ups, 1);
+  if (!o.from_rooms.empty() && (o.handling.roll > 0 || o.handling.close_ups > 0))
+    throw usage_error("a file's rooms have their cameras", "--roll, --close-ups", o.from_rooms.string(),
+                      "neither beside --from-rooms");
   range("--shard (of)", o.shards, 1, 1000000);
   range("--shard", o.shard, 0, o.shards - 1);
   for (const char* s : {"auto", "train", "val", "test"}) {
@@ -67,6 +75,9 @@ json recipe(const GenerateOptions& o) {
            {"box_rooms", o.box_rooms}};
   if (!o.room_seeds.empty()) all["room_seeds"] = o.room_seeds;
   if (!o.from_rooms.empty()) all["from_rooms"] = file_hash(o.from_rooms);
+  // Left out where cameras are level and across the room, as in folders made before there were others.
+  if (o.handling.roll > 0) all["roll"] = o.handling.roll;
+  if (o.handling.close_ups > 0) all["close_ups"] = o.handling.close_ups;
   if (o.light) all["light_spp"] = o.light_spp, all["probes"] = o.probes;
   return all;
 }
@@ -130,7 +141,7 @@ class RoomSource {
                                                                  : make_room(seed, o.setting, assets_));
     if (!from_file())
       standing->cameras =
-          choose_views(standing->scene, standing->room, o.views, o.width, o.height, Random(seed).fork(100));
+          choose_views(standing->scene, standing->room, o.views, o.width, o.height, Random(seed).fork(100), o.handling);
     else
       standing->cameras = description(index).views(o.views, o.width, o.height);
     return standing;

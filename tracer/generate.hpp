@@ -11,6 +11,7 @@
 #include "host/cl/device.hpp"
 #include "tracer/room.hpp"
 #include "tracer/room_file.hpp"
+#include "tracer/views.hpp"
 
 namespace clerestory {
 
@@ -35,6 +36,7 @@ struct GenerateOptions {
   int light_spp = 16;    // samples of a texel of an environment map; a probe's takes four times as many
   int probes = 2;        // of a view; fewer where the view has no place for them
   Setting setting = Setting::Training;
+  Handling handling;               // of cameras that are chosen, not read from a file
   std::string split = "auto";    // auto: of ten rooms eight train, one val, one test; else all rooms go there
   std::filesystem::path assets;  // folder with hdri/ and models/; empty: default_assets()
   bool box_rooms = false;        // bare boxes instead of furnished rooms

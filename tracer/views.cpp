@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/constants.hpp>
+#include <numbers>
 #include <set>
 
 namespace clerestory {
@@ -9,6 +11,7 @@ namespace {
 
 constexpr int kCandidates = 24;
 constexpr double kGoodEnough = 1.0;
+constexpr std::uint64_t kRollStream = 1, kCloseUpStream = 2;  // leave a view's other numbers as they are
 
 double degrees_wide(Random& random) {
   const float kind = random.unit();  // most cameras lie between a phone's 50 and a wide lens's 85 degrees
@@ -45,9 +48,44 @@ Camera candidate(const Room& room, int width, int height, Random& random) {
   return camera;
 }
 
+/// From above at a piece of furniture, from where there is none. Without furniture, a candidate across the room.
+Camera close_up(const Room& room, int width, int height, Random& random) {
+  constexpr float kLeastHeight = 0.3f;
+  std::vector<Occupied> things = room.occupied;
+  std::erase_if(things, [](const Occupied& o) { return o.height < kLeastHeight; });
+  if (things.empty()) return candidate(room, width, height, random);
+  Camera camera = Camera::from_fov(width, height, static_cast<double>(random.between(35, 70)));
+  const Occupied& thing = random.one_of(things);
+  const glm::vec3 target{random.between(thing.x0, thing.x1), std::min(thing.height, 1.4f) * random.between(0.6f, 1.1f),
+                         random.between(thing.z0, thing.z1)};
+  const float x = room.size.x / 2 - 0.2f, z = room.size.z / 2 - 0.2f;
+  glm::vec3 eye(0);
+  for (int attempt = 0; attempt < 30; ++attempt) {
+    const float distance = random.between(0.6f, 1.6f), turn = random.between(0, glm::two_pi<float>());
+    const float above = glm::radians(random.between(5, 50)), along = distance * std::cos(above);
+    eye = target + glm::vec3(along * std::cos(turn), distance * std::sin(above), along * std::sin(turn));
+    const bool in_the_room = std::abs(eye.x) < x && std::abs(eye.z) < z && eye.y < room.size.y - 0.3f;
+    if (in_the_room && !is_inside(room.occupied, eye)) break;
+    eye = glm::clamp(eye, glm::vec3(-x, 0.5f, -z), glm::vec3(x, room.size.y - 0.3f, z));
+  }
+  look_at(camera, Vec3(eye), Vec3(target + glm::vec3(1e-3f, 0, 0)));
+  return camera;
+}
+
+/// Turned about its own axis: half of all views by less than a third of `most` degrees.
+void roll(Camera& camera, double most, Random random) {
+  const double part = static_cast<double>(random.between(-1, 1));
+  const double angle = most * part * std::abs(part) * std::numbers::pi / 180;
+  const double c = std::cos(angle), s = std::sin(angle);
+  for (std::size_t row = 0; row < 3; ++row) {
+    const double right = camera.camera_to_world[4 * row], up = camera.camera_to_world[4 * row + 1];
+    camera.camera_to_world[4 * row] = c * right + s * up, camera.camera_to_world[4 * row + 1] = c * up - s * right;
+  }
+}
+
 }  // namespace
 
-double judge_view(const TraceMaps& maps) {
+double judge_view(const TraceMaps& maps, Framing framing) {
   std::vector<float> depth;
   std::set<int> kinds;
   std::size_t emitting = 0;
@@ -78,9 +116,10 @@ double judge_view(const TraceMaps& maps) {
   const double same =
       static_cast<double>(*std::max_element(direction.begin(), direction.end())) / static_cast<double>(pixels);
   double score = 0;
-  if (quantile(0.02) < 0.35) score -= 2;
-  if (quantile(0.15) < 0.7) score -= 1;
-  if (quantile(0.5) < 1.2) score -= 1;
+  const double nearer = framing == Framing::CloseUp ? 0.4 : 1;
+  if (quantile(0.02) < 0.35 * nearer) score -= 2;
+  if (quantile(0.15) < 0.7 * nearer) score -= 1;
+  if (quantile(0.5) < 1.2 * nearer) score -= 1;
   if (glow > 0.12) score -= 1;
   if (same > 0.75) score -= 1;
   score += std::min(1.0, 0.04 * static_cast<double>(kinds.size()));
@@ -88,15 +127,19 @@ double judge_view(const TraceMaps& maps) {
   return score;
 }
 
-std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count, int width, int height, Random random) {
+std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count, int width, int height, Random random,
+                                 const Handling& handling) {
   std::vector<Camera> views;
   for (int v = 0; v < count; ++v) {
     Random own = random.fork(static_cast<std::uint64_t>(v));  // view v is the same however many are asked for
+    const bool close = own.fork(kCloseUpStream).chance(static_cast<float>(handling.close_ups));
     double best = -1e9;
     Camera chosen;
     for (int i = 0; i < kCandidates && best < kGoodEnough; ++i) {
-      const Camera camera = candidate(room, width, height, own);
-      const double score = judge_view(scene.maps(camera.resized(32, std::max(1, 32 * height / width))));
+      Camera camera = close ? close_up(room, width, height, own) : candidate(room, width, height, own);
+      if (handling.roll > 0) roll(camera, handling.roll, own.fork(kRollStream));
+      const double score = judge_view(scene.maps(camera.resized(32, std::max(1, 32 * height / width))),
+                                      close ? Framing::CloseUp : Framing::Room);
       if (score > best) best = score, chosen = camera;
     }
     views.push_back(chosen);

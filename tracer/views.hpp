@@ -7,12 +7,21 @@
 
 namespace clerestory {
 
+/// How cameras are held. As it is made, level and across the room.
+struct Handling {
+  double roll = 0;       // degrees: a view is turned about its axis by at most so much, mostly by less
+  double close_ups = 0;  // share of the views that look at a piece of furniture from 0.6 to 1.6 m
+};
+
 /// Cameras in a room: at 0.9 to 1.8 m, 35 to 120 degrees wide, pitched a little, looking across the room and not into a
 /// wall or a cupboard at arm's length. Candidates are judged by their maps; where none of a view's candidates is good
 /// the best one is taken. Equal arguments give equal cameras.
-std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count, int width, int height, Random random);
+std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count, int width, int height, Random random,
+                                 const Handling& handling = {});
 
+/// How far the camera stands from what it shows.
+enum class Framing { Room, CloseUp };
 /// What makes a candidate good, from maps of any size: higher is better, below 0 unfit.
-double judge_view(const TraceMaps& maps);
+double judge_view(const TraceMaps& maps, Framing framing = Framing::Room);
 
 }  // namespace clerestory

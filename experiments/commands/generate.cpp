@@ -168,6 +168,10 @@ void add_generate_command(CommandLine& line) {
               o.light_spp)
       .option("--probes", "K", "panoramas of each view at points in free air", o.probes)
       .option("--sheet", "FILE", "also one PNG with the pictures of all views", options->sheet)
+      .option("--roll", "DEGREES", "views are turned about their axis by at most so much, mostly by less; 0 by default",
+              o.handling.roll)
+      .option("--close-ups", "SHARE", "of the views that look at a piece of furniture from 0.6 to 1.6 m; 0 by default",
+              o.handling.close_ups)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
       .flag("--mitsuba",
             "also each room as a scene of Mitsuba 3, in its folder mitsuba/: scene.xml, PLY meshes, panorama",

@@ -77,6 +77,8 @@ Schema make_schema() {
          {"", "training", "held_out"});
   s.integer("stream.seed", 1, "rooms of different seeds share nothing", {0, 1e15});
   s.integer("stream.views", 2, "views of a room", {1, 100});
+  s.real("stream.roll", 0, "degrees: views are turned about their axis by at most so much, mostly by less", {0, 45});
+  s.real("stream.close_ups", 0, "share of the views that look at a piece of furniture from 0.6 to 1.6 m", {0, 1});
   s.integer("stream.spp", 8, "samples a pixel", {1, 4096});
   s.integer("stream.scale", 2, "maps: views are traced so many times as large as the net's, then filtered down",
             {1, 8});
@@ -265,6 +267,7 @@ StreamOptions stream_of(const Config& c, const TrainingOptions& o) {
   rooms.seed = static_cast<std::uint64_t>(c.integer("stream.seed"));
   rooms.views = number("stream.views"), rooms.spp = number("stream.spp"), rooms.clamp = c.real("stream.clamp");
   rooms.light = c.text("model.kind") == "light", rooms.split = "train";
+  rooms.handling = {c.real("stream.roll"), c.real("stream.close_ups")};
   rooms.light_spp = number("stream.light_spp"), rooms.probes = number("stream.probes");
   const int scale = rooms.light ? 1 : number("stream.scale");  // light lies at the pixels of its view
   rooms.width = scale * o.size.width, rooms.height = scale * o.size.height;

@@ -239,6 +239,38 @@ TEST(Room, BrightestMaterialsReflectAtMost95Percent) {
   }
 }
 
+// What is asked for changes nothing else: a level view across the room is the same camera as before.
+TEST(Views, AreRolledAndCloseAsAskedFor) {
+  const Room room = make_room(1, Setting::Training, assets_of(Setting::Training));
+  TraceScene scene(test_device(), room.scene);
+  constexpr int count = 40;
+  const auto views = [&](const Handling& handling) { return choose_views(scene, room, count, 32, 24, Random(1), handling); };
+  const auto roll_of = [](const Camera& camera) {  // of the right axis out of the horizon; the pitch is small
+    return std::asin(camera.camera_to_world[4]) * 180 / std::numbers::pi;
+  };
+  const auto median_depth = [&](const Camera& camera) {
+    std::vector<float> depth = scene.maps(camera).depth.data;
+    std::nth_element(depth.begin(), depth.begin() + static_cast<std::ptrdiff_t>(depth.size() / 2), depth.end());
+    return depth[depth.size() / 2];
+  };
+  const auto level = views({}), rolled = views({.roll = 5}), mixed = views({.close_ups = 0.25});
+  int turned = 0, nearer = 0, same = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    EXPECT_NEAR(roll_of(level[i]), 0, 1e-4);
+    EXPECT_LE(std::abs(roll_of(rolled[i])), 5);
+    turned += std::abs(roll_of(rolled[i])) > 1;
+    rolled[i].check("rolled");  // a rigid motion still
+    const bool kept = mixed[i].camera_to_world == level[i].camera_to_world;
+    same += kept;
+    nearer += !kept && median_depth(mixed[i]) < 2.2f;
+  }
+  EXPECT_GT(turned, count / 4);
+  EXPECT_LT(turned, 3 * count / 4);
+  EXPECT_EQ(same + nearer, count);
+  EXPECT_GE(nearer, 4);  // of 40 at a quarter: fewer one time in 400
+  EXPECT_LE(nearer, 18);
+}
+
 TEST(Balls, RestInTheOpenAndAreSeen) {
   const Room room = make_room(1, Setting::Training, assets_of(Setting::Training));
   TraceScene scene(test_device(), room.scene);
