@@ -1,6 +1,7 @@
 // The program: every command, in the order of --help.
 #include "experiments/commands/bench.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/data.hpp"
 #include "experiments/commands/devices.hpp"
 #include "experiments/commands/edit.hpp"
 #include "experiments/commands/evaluate.hpp"
@@ -21,6 +22,7 @@ int main(int argc, char** argv) {
   clerestory::add_edit_command(line);
   clerestory::add_light_command(line);
   clerestory::add_generate_command(line);
+  clerestory::add_data_commands(line);
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);
   clerestory::add_weights_commands(line);

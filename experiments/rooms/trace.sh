@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # Traces the lists of rooms that judge every leg into data/judge/NAME, where the configs of legs look for them.
 # usage: bash experiments/rooms/trace.sh [ROOMS [OPTION...]]
-# Of each list the first ROOMS, or all of 200, 100 and 64: two hours on two cores, with --no-light, enough for maps, one.
+# Of each list the first ROOMS, or all of 200, 100 and three times 64: hours on two cores; --no-light is enough for maps.
+# Those with a number were made by later rules: matt paint, cameras rolled, a quarter of the views close up.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
 cd "$root"
 install_packages
 build clerestory
 rooms=("${@:1:1}")
-for list in training held_out seen; do
+for list in training held_out seen training_2 held_out_2; do
   split=test
   [ $list != seen ] || split=train # these rooms are among those that a leg learns from
+  clamp=0
+  [[ $list != *_2 ]] || clamp=1 # photographs have no fireflies
   build/clerestory generate --from-rooms experiments/rooms/judge_$list.h5 --out data/judge/$list --split $split \
-    --size 160x120 --spp 64 "${rooms[@]/#/--rooms=}" "${@:2}"
+    --size 160x120 --spp 64 --clamp $clamp "${rooms[@]/#/--rooms=}" "${@:2}"
 done

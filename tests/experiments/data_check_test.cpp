@@ -1,0 +1,128 @@
+// `clerestory data check`: its figures on maps that are known, and that every kind of damage is named by its file.
+#include "experiments/evaluation/data_check.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "host/error.hpp"
+#include "host/io/files.hpp"
+#include "tests/experiments/program.hpp"
+#include "tests/experiments/synthetic_views.hpp"
+
+namespace clerestory {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+TEST(Histogram, QuantilesOfKnownNumbers) {
+  Histogram roughness(MapQuantity::Roughness), depth(MapQuantity::Depth);
+  EXPECT_TRUE(std::isnan(roughness.quantile(0.5)));
+  for (int i = 0; i < 1000; ++i) {
+    roughness.add((i + 0.5) / 1000);
+    depth.add(0.1 * std::pow(1000, (i + 0.5) / 1000));
+  }
+  for (const double q : {0.1, 0.5, 0.9}) {
+    EXPECT_NEAR(roughness.quantile(q), q, 1e-3);
+    EXPECT_NEAR(std::log(depth.quantile(q) / 0.1) / std::log(1000), q, 1e-3);
+  }
+  const Histogram::Shares shares = depth.shares(10);
+  for (const double share : shares.share) EXPECT_NEAR(share, 0.1, 2e-3);
+  EXPECT_NEAR(shares.at[0], 0.1 * std::pow(1000, 0.05), 1e-9);
+  depth.add(0), depth.add(1e9);  // beyond both ends
+  EXPECT_EQ(depth.count(), 1002);
+}
+
+/// A wall of one material whose depth grows by a factor from column to column.
+RoomView slope_view(double factor) {
+  constexpr int w = 12, h = 8;
+  RoomView view;
+  view.image = Image(w, h, 3, 0.5f), view.mask = Image(w, h, 1, 1), view.albedo = Image(w, h, 3, 0.25f);
+  view.depth = Image(w, h, 1), view.material = Image(w, h, 3, 0), view.normal = Image(w, h, 3, 0);
+  for (std::size_t i = 0; i < view.mask.pixels(); ++i) {
+    view.depth.data[i] = static_cast<float>(2 * std::pow(factor, static_cast<double>(i % w)));
+    view.material.plane(0)[i] = 0.75f, view.material.plane(1)[i] = 1;
+    view.normal.plane(0)[i] = 0.6f, view.normal.plane(2)[i] = 0.8f;
+  }
+  return view;
+}
+
+TEST(DataCheck, FiguresOfMapsThatAreKnown) {
+  const ScratchFolder folder("clerestory-data-check");
+  RoomView view = slope_view(1.1);
+  for (std::size_t i = 0; i < 24; ++i) view.mask.data[i] = 0;  // the first two rows
+  write_view(folder / "room", "000", view);
+  write_rooms(folder.path(), "val", {"room"});
+  const DataCheck check = check_data(folder.path(), 0);
+  EXPECT_TRUE(check.problems.empty());
+  EXPECT_EQ(check.rooms, 1);
+  EXPECT_EQ(check.views, 1);
+  EXPECT_EQ(check.usable, 1);
+  EXPECT_EQ(check.pixels, 96u);
+  EXPECT_EQ(check.valid, 72u);
+  const auto median = [&](MapQuantity q) { return check.histograms[static_cast<std::size_t>(q)].quantile(0.5); };
+  EXPECT_NEAR(median(MapQuantity::Albedo), 0.25, 1e-3);
+  EXPECT_NEAR(median(MapQuantity::Roughness), 0.75, 1e-3);
+  EXPECT_NEAR(median(MapQuantity::Metallic), 1, 1e-3);
+  EXPECT_NEAR(median(MapQuantity::Facing), std::acos(0.8) * 180 / std::acos(-1.0), 0.1);
+  EXPECT_NEAR(median(MapQuantity::DepthStep), std::log(1.1), 0.01 * std::log(1.1));
+  EXPECT_LT(median(MapQuantity::NormalStep), 0.1);
+  EXPECT_EQ(check.histograms[static_cast<std::size_t>(MapQuantity::DepthStep)].count(), 6u * 11u);
+}
+
+struct DamagedData : testing::Test {
+  ScratchFolder folder{"clerestory-damaged-data"};
+  void SetUp() override { write_synthetic_rooms(folder / "data", "train", 2, 2, 32, 24, 5); }
+  fs::path file(const char* what) const {
+    return view_file(folder / "data" / list_rooms(folder / "data", "train")[0], "000", what);
+  }
+  std::string only_problem() const {
+    const DataCheck check = check_data(folder / "data", 0);
+    EXPECT_EQ(check.problems.size(), 1u);
+    return check.problems.empty() ? "" : check.problems[0].file + ": " + check.problems[0].what;
+  }
+};
+
+TEST_F(DamagedData, WholeRoomsHaveNoProblem) {
+  const DataCheck check = check_data(folder / "data", 0);
+  EXPECT_TRUE(check.problems.empty());
+  EXPECT_EQ(check.usable, 4);
+  EXPECT_EQ(check_data(folder / "data", 3).views, 3);
+}
+
+TEST_F(DamagedData, MissingAndCutMapsAreNamed) {
+  const std::string whole = read_file(file("depth"), 1 << 20);
+  fs::remove(file("depth"));
+  EXPECT_THAT(only_problem(), HasSubstr(file("depth").string()));
+  std::ofstream(file("depth"), std::ios::binary) << whole.substr(0, whole.size() / 2);
+  EXPECT_THAT(only_problem(), HasSubstr(file("depth").string()));
+}
+
+TEST_F(DamagedData, SizesRangesAndBlackPicturesAreNamed) {
+  write_exr(file("normal"), Image(16, 12, 3, 1), ExrType::Float);
+  EXPECT_THAT(only_problem(), HasSubstr(file("normal").string()));
+  write_exr(file("normal"), Image(32, 24, 3, 1), ExrType::Float);
+  write_exr(file("albedo"), Image(32, 24, 3, 1.5f), ExrType::Half);
+  EXPECT_THAT(only_problem(), testing::AllOf(HasSubstr(file("albedo").string()), HasSubstr("1.5 at (0, 0)")));
+  write_exr(file("albedo"), Image(32, 24, 3, 0.5f), ExrType::Half);
+  write_exr(file("im"), Image(32, 24, 3, 0), ExrType::Half);
+  EXPECT_THAT(only_problem(), HasSubstr("black"));
+}
+
+TEST_F(DamagedData, TheProgramGoesOnAndSaysSoInTheEnd) {
+  fs::remove(file("material"));
+  Program program({"data", "check", (folder / "data").string(), "--json=" + (folder / "check.json").string()},
+                  folder / "log.txt");
+  EXPECT_EQ(program.wait(), 2);
+  EXPECT_THAT(text_of(folder / "log.txt"), HasSubstr(file("material").string()));
+  EXPECT_THAT(text_of(folder / "check.json"), HasSubstr("\"usable\": 3"));
+  Program nothing({"data", "check", folder.path().string()}, folder / "log.txt");
+  EXPECT_EQ(nothing.wait(), 2);
+  EXPECT_THAT(text_of(folder / "log.txt"), HasSubstr("train.txt, val.txt or test.txt"));
+}
+
+}  // namespace
+}  // namespace clerestory
