@@ -8,11 +8,11 @@
 #include "experiments/evaluation/light_errors.hpp"
 #include "experiments/studies/compare.hpp"
 #include "experiments/studies/known_light.hpp"
+#include "experiments/studies/trained_run.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/math/statistics.hpp"
-#include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -23,7 +23,6 @@ namespace fs = std::filesystem;
 constexpr int kRows = 64, kSamples = 64;                        // rays of a view
 constexpr std::uint64_t kRayKey = 0x61626c617465;               // the same rays for every training
 constexpr std::int64_t kLeastPixels = 16;                       // a view with fewer in a bin does not count there
-constexpr const char* kWeights = "artifacts/last.safetensors";  // "best" would have been chosen on the test views
 
 void clamp_picture(Image& picture) {
   for (float& v : picture.data) v = std::clamp(v, 0.f, 1.f);
@@ -51,7 +50,7 @@ Cell mean_cell(const std::vector<double>& values) {
 class Measuring {
  public:
   Measuring(const fs::path& run, const LightMeasuring& options, Device device)
-      : run_(run), options_(options), device_(std::move(device)), loaded_(load_light(run / kWeights, device_)) {}
+      : run_(run), options_(options), device_(std::move(device)), loaded_(load_light(run / kLastWeights, device_)) {}
 
   RunTables tables() {
     costs_ = costs();
@@ -65,12 +64,8 @@ class Measuring {
  private:
   LightCosts costs() {
     const RaySeconds rays = light_ray_seconds(device_, loaded_.net);
-    LightCosts costs{static_cast<double>(loaded_.history.legs.back().steps), NAN, rays.in_view, rays.out_of_view};
-    std::vector<double> seconds;
-    for (const double speed : curve_of(read_metrics(run_ / "metrics.jsonl"), "time/views_per_second").values)
-      if (std::isfinite(speed) && speed > 0) seconds.push_back(loaded_.history.legs.back().batch / speed);
-    if (!seconds.empty()) costs.step_seconds = median(std::span<const double>(seconds));
-    return costs;
+    const Leg& leg = loaded_.history.legs.back();
+    return {static_cast<double>(leg.steps), median_step_seconds(run_, leg.batch), rays.in_view, rays.out_of_view};
   }
 
   void judge() {
@@ -139,7 +134,7 @@ class Measuring {
   Table rerender_table() {
     RenderSettings settings;
     settings.light = "net", settings.spp = options_.spp;
-    load_light_nets(settings, run_ / kWeights, device_);
+    load_light_nets(settings, run_ / kLastWeights, device_);
     const std::vector<RoughnessBin>& bins = roughness_bins();
     std::vector<std::vector<double>> relmse(bins.size()), smape(bins.size()), psnr(bins.size());
     std::vector<double> seconds;

@@ -6,6 +6,7 @@
 
 #include "experiments/studies/differences.hpp"
 #include "experiments/studies/light_measures.hpp"
+#include "experiments/studies/map_measures.hpp"
 #include "experiments/studies/study.hpp"
 #include "experiments/training/trainer.hpp"
 #include "host/error.hpp"
@@ -20,6 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using Texts = std::vector<std::string>;
 
+bool trains_light(const Config& c) { return c.text("model.kind") == "light"; }
+
 fs::path data_folder(const Config& c, const std::string& split) { return fs::path(c.text("ablation.data")) / split; }
 
 GenerateOptions rooms_of(const Config& c, const std::string& split) {
@@ -31,7 +34,8 @@ GenerateOptions rooms_of(const Config& c, const std::string& split) {
   o.width = whole("model.width"), o.height = whole("model.height");
   o.spp = whole("ablation.picture_spp"), o.light_spp = whole("ablation.light_spp");
   o.clamp = 1;  // without it fireflies of few samples would be learned as lamps
-
+  o.light = trains_light(c);
+  o.setting = !training && c.text("ablation.judged_setting") == "held_out" ? Setting::HeldOut : Setting::Training;
   o.seed = static_cast<std::uint64_t>(c.integer("ablation.data_seed")) + (training ? 0 : 1);
   o.box_rooms = c.flag("ablation.box_rooms");
   o.interrupted = [] { return interrupted(); };
@@ -55,7 +59,7 @@ void make_rooms(const Config& config) {
 /// The rooms that trainings are judged on, and all seeds.
 void record_rooms(Provenance& provenance, const Config& config) {
   const GenerateOptions judged = rooms_of(config, "test");
-  provenance.rooms.setting = "training";
+  provenance.rooms.setting = config.text("ablation.judged_setting");
   for (int r = 0; r < judged.rooms; ++r) provenance.rooms.seeds.push_back(room_seed(judged, r));
   for (const char* key : {"ablation.data_seed", "ablation.seeds"})
     provenance.seeds[key] = static_cast<std::uint64_t>(config.integer(key));
@@ -79,6 +83,21 @@ void compile_kernels(const Config& config, const Texts& command) {
   fs::remove_all(train(brief, command).folder);
 }
 
+/// Names of the tables that judge a run.
+Texts tables_of(const Config& c) {
+  if (!trains_light(c)) return {"maps"};
+  Texts names = c.texts("ablation.measures");
+  names.insert(names.begin(), "light");
+  return names;
+}
+
+RunTables measured(const fs::path& run, const Config& c) {
+  if (trains_light(c)) return measure_light(run, measuring_of(c), Device::open(c.text("run.device")));
+  const Texts& frames = c.texts("data.frames");
+  return measure_maps(run, {data_folder(c, "test"), {frames.begin(), frames.end()}, c.text("run.device"),
+                            c.text("model.gemm")});
+}
+
 /// Trains and judges the runs of one sweep, one after another.
 class Ablation {
  public:
@@ -91,12 +110,10 @@ class Ablation {
     const bool begun = fs::exists(folder / "metrics.jsonl");
     if (!begun && compiled_.insert(config_hash(config)).second) compile_kernels(config, command_);
     train(config, command_);
-    const LightMeasuring measuring = measuring_of(config);
-    bool missing = !fs::exists(table_file(folder, "light"));
-    for (const std::string& name : measuring.measures) missing = missing || !fs::exists(table_file(folder, name));
-    if (!missing) return;
-    for (const auto& [name, table] : measure_light(folder, measuring, Device::open(config.text("run.device"))))
-      write_file(table_file(folder, name), table_json(table));
+    const Texts names = tables_of(config);
+    if (std::ranges::all_of(names, [&](const std::string& name) { return fs::exists(table_file(folder, name)); }))
+      return;
+    for (const auto& [name, table] : measured(folder, config)) write_file(table_file(folder, name), table_json(table));
   }
 
  private:
@@ -107,21 +124,22 @@ class Ablation {
 }  // namespace
 
 void add_ablation_keys(Schema& s) {
-  s.section("ablation", "Trainings of kind light, one for each variant and seed, and how they are judged.");
+  s.section("ablation", "Trainings, one for each variant and seed, and how they are judged.");
   s.integer("ablation.seeds", 3, "trainings of each variant, with the seeds 1, 2, ...; run.seed in their place",
             {1, 100})
       .aside();
-  s.texts("ablation.measures", {}, "tables beside the errors of the light", light_measures()).aside();
+  s.texts("ablation.measures", {}, "light: tables beside the errors of the light", light_measures()).aside();
   s.flag("ablation.clamped", false,
-         "judged nets read pictures clamped to [0, 1], as a photograph is; the truth is HDR");
-  s.integer("ablation.spp", 64, "samples a pixel of pictures rendered again", {2, 65536});
+         "light: judged nets read pictures clamped to [0, 1], as a photograph is; the truth is HDR");
+  s.integer("ablation.spp", 64, "light: samples a pixel of pictures rendered again", {2, 65536});
   s.text("ablation.data", "data/ablation", "folder of the rooms; made where they are missing").aside();
   s.integer("ablation.data_seed", 7300, "seed of the training rooms; the judged ones have the next", {0, 1e15});
   s.integer("ablation.rooms", 20, "training rooms", {1, 100000});
   s.integer("ablation.judged_rooms", 6, "rooms that no training sees", {1, 100000});
+  s.text("ablation.judged_setting", "training", "content of the judged rooms", {"training", "held_out"});
   s.integer("ablation.views", 3, "views of each room", {1, 1000});
   s.integer("ablation.picture_spp", 48, "samples a pixel of the pictures", {1, 65536});
-  s.integer("ablation.light_spp", 8, "samples a texel of the light", {1, 4096});
+  s.integer("ablation.light_spp", 8, "light: samples a texel of it", {1, 4096});
   s.flag("ablation.box_rooms", false, "bare boxes in place of furnished rooms");
 }
 
@@ -162,9 +180,10 @@ std::string training_study_hash(const fs::path& path, const Texts& words) {
 fs::path run_training_study(const fs::path& path, const Texts& words, const Texts& fixed, const Texts& command) {
   const Schema schema = training_study_schema();
   const Config config = load_config(path, schema, expand_sweep(words)[0]).with(fixed);
-  if (config.text("model.kind") != "light")
-    throw usage_error("this study trains the light", config.origin("model.kind") + ": model.kind",
-                      config.text("model.kind"), "light");
+  const Texts& measures = config.texts("ablation.measures");
+  if (!trains_light(config) && !measures.empty())
+    throw usage_error("are tables of the light", config.origin("ablation.measures") + ": ablation.measures",
+                      fmt::format("{}", fmt::join(measures, ", ")), "none where model.kind = maps");
   training_options(config);  // a mistake costs no rooms
   catch_interrupts();
   make_rooms(config);
@@ -174,9 +193,8 @@ fs::path run_training_study(const fs::path& path, const Texts& words, const Text
   // A training leaves tables of its own beside these.
   const auto results = [&](const fs::path& run) {
     RunTables tables = study_tables(run);
-    std::erase_if(tables, [&](const auto& table) {
-      return table.first != "light" && std::ranges::count(config.texts("ablation.measures"), table.first) == 0;
-    });
+    const Texts names = tables_of(config);
+    std::erase_if(tables, [&](const auto& table) { return std::ranges::count(names, table.first) == 0; });
     return tables;
   };
   return run_sweep(path, schema, all.words, all.fixed, command,

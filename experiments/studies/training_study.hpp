@@ -1,5 +1,5 @@
-// Ablations by short trainings: the light trained anew for each variant and seed of one config, at equal time, and
-// judged on rooms that no training saw.
+// Ablations by short trainings: maps or the light trained anew for each variant and seed of one config, at equal time,
+// and judged on rooms that no training saw.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -18,7 +18,7 @@ void add_ablation_keys(Schema& schema);
 /// list and each seed: trains (run.root/run.experiment/...), judges, and in the end writes and prints tables over all
 /// (run_sweep). Finished parts are skipped, an interrupted training goes on from its checkpoint. A variant that fails
 /// lets the others go on. Returns the folder of the tables. Throws what run_sweep() and generate() throw, usage_error
-/// when the config trains something else than a light.
+/// when maps are to be judged by tables of the light.
 std::filesystem::path run_training_study(const std::filesystem::path& config, const std::vector<std::string>& words,
                                          const std::vector<std::string>& fixed,
                                          const std::vector<std::string>& command);

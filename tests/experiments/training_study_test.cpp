@@ -102,7 +102,7 @@ TEST(LightMeasures, RoughnessBinsCoverEachPixelOnce) {
 TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
   const fs::path folder = fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs";
   for (const char* name : {"ablation_rerender_loss", "ablation_hdr", "ablation_light_output", "ablation_encoding",
-                           "mlp_width", "ablation_out_of_view_form"}) {
+                           "mlp_width", "ablation_out_of_view_form", "ablation_encoder"}) {
     const Config config = load_config(folder / (std::string(name) + ".toml"), training_study_schema());
     EXPECT_EQ(config.text("run.experiment"), name);
     EXPECT_GE(config.integer("ablation.seeds"), 3) << name;
@@ -112,7 +112,7 @@ TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
     for (const ConfigVariant& v : config.variants()) {
       const Config variant = config.variant(v.name);
       const TrainingOptions options = training_options(variant);
-      EXPECT_EQ(options.kind, "light");
+      EXPECT_EQ(options.kind, std::string(name) == "ablation_encoder" ? "maps" : "light");
       minutes += options.minutes * static_cast<double>(config.integer("ablation.seeds"));
       EXPECT_TRUE(hashes.insert(config_hash(variant)).second) << name << ": " << v.name << " is another's twin";
     }
@@ -240,6 +240,35 @@ TEST_F(TinyAblation, TrainsJudgesComparesAndSkipsWhatIsDone) {
   for (std::size_t row = 0; row < 6; ++row) EXPECT_EQ(text_at(same, row, 3), text_at(light, row, 3));
 }
 
+TEST_F(TinyAblation, MapsAreTrainedAndJudgedOnRoomsAndPhotographs) {
+  write_config("[[variant]]\nname = \"one\"\noverrides = []\n"
+               "[[variant]]\nname = \"two\"\noverrides = [\"train.steps=2\"]\n");
+  const std::string frame = std::string(CLERESTORY_SOURCE_DIR) + "/assets/real/office";
+  const fs::path place =
+      run({"model.kind=maps", "ablation.measures=[]", "ablation.data=" + (folder / "maps").string(), "model.growth=4",
+           "model.first=16", "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]", "data.frames=[\"" + frame + "\"]",
+           "loss.radiance=hdr", "ablation.judged_setting=held_out"});
+  EXPECT_FALSE(fs::exists(folder / "maps/train/room-s7300-00000/000_envmap.exr")) << "light that nobody reads";
+  EXPECT_THAT(read_file(folder / "maps/test/generate.json"), HasSubstr("held_out"));
+  EXPECT_THAT(read_file(folder / "maps/train/generate.json"), HasSubstr("\"training\""));
+  const Table maps = table(place, "maps");
+  // Of each variant the maps that the room has, their mean and one photograph.
+  std::vector<std::string> rows;
+  for (std::size_t row = 0; row < maps.rows.size(); ++row)
+    if (text_at(maps, row, 0) == "two") rows.push_back(text_at(maps, row, 2));
+  EXPECT_THAT(rows, testing::Contains("normals, degrees"));
+  EXPECT_THAT(rows, testing::Contains("all maps, geometric mean"));
+  EXPECT_EQ(rows.back(), "depth of office, rooted si-log");
+  EXPECT_EQ(maps.rows.size(), 2 * rows.size());
+  for (const auto& row : maps.rows) {
+    const auto& ratio = std::get<Measure>(row[5]);
+    EXPECT_TRUE(std::isfinite(ratio.mean));
+    EXPECT_EQ(ratio.count, 2);
+  }
+  EXPECT_EQ(std::get<Measure>(maps.rows.front()[7]).mean, 3);
+  EXPECT_EQ(std::get<Measure>(maps.rows.back()[7]).mean, 2) << "steps";
+}
+
 TEST_F(TinyAblation, ClampedTruthIsLearnedClamped) {
   GenerateOptions o;
   o.out = folder / "room", o.rooms = 1, o.views = 1, o.width = 32, o.height = 24, o.spp = 2;
@@ -274,7 +303,7 @@ TEST_F(TinyAblation, MistakesAreFoundBeforeRoomsAreMade) {
     return std::string();
   };
   const std::string elsewhere = "ablation.data=" + (folder / "elsewhere").string();
-  EXPECT_THAT(message({elsewhere, "model.kind=maps"}), HasSubstr("trains the light"));
+  EXPECT_THAT(message({elsewhere, "model.kind=maps"}), HasSubstr("ablation.measures: are tables of the light"));
   EXPECT_THAT(message({elsewhere, "light.widht=3"}), HasSubstr("nearest known one is light.width"));
   EXPECT_THAT(message({elsewhere, "train.steps=0"}), HasSubstr("the run has no end"));
   EXPECT_THAT(message({elsewhere, "ablation.measures=[sharpness]"}), HasSubstr("ablation.measures"));

@@ -1,0 +1,43 @@
+#include "experiments/studies/map_measures.hpp"
+
+#include <cmath>
+
+#include "experiments/studies/trained_run.hpp"
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/evaluate.hpp"
+
+namespace clerestory {
+
+RunTables measure_maps(const std::filesystem::path& run, const MapMeasuring& options) {
+  EvaluateOptions judging;
+  judging.weights = run / kLastWeights;
+  judging.data = options.test, judging.split = "test", judging.frames = options.frames;
+  judging.device = options.device, judging.gemm = options.gemm;
+  const EvaluateOutcome outcome = evaluate_weights(judging);
+  const History history = read_history(judging.weights);
+  const double steps = static_cast<double>(history.legs.back().steps);
+  const double step_seconds = median_step_seconds(run, history.legs.back().batch);
+
+  Table table;
+  table.title = fmt::format("Maps of {} views of unseen rooms and of {} photographs", outcome.views.size(),
+                            outcome.frames.size());
+  table.columns = {{"map", "", Best::None, 3},
+                   {"error", "", Best::Lowest, 4},
+                   {"ratio", "to the best trivial answer", Best::Lowest, 3},
+                   {"steps", "", Best::None, 4},
+                   {"step", "s", Best::None, 3}};
+  const auto add = [&](const std::string& name, const Cell& error, double ratio) {
+    table.add({name, error, std::isfinite(ratio) ? Cell(Measure{ratio}) : Cell(), Measure{steps},
+               std::isfinite(step_seconds) ? Cell(Measure{step_seconds}) : Cell()});
+  };
+  for (const MetricSummary& m : outcome.summary.metrics) {
+    const auto& metric = info(m.error);
+    add(fmt::format("{}, {}", metric.name, metric.unit), Measure{m.ours.mean}, m.ratio);
+  }
+  add("all maps, geometric mean", Cell(), outcome.summary.score());
+  for (const FrameResult& f : outcome.frames)
+    add(fmt::format("depth of {}, rooted si-log", f.frame), Measure{f.ours}, f.ours / f.constant);
+  return {{"maps", table}};
+}
+
+}  // namespace clerestory
