@@ -17,9 +17,12 @@ class Error : public std::runtime_error {
   /// The message reads "where: what (found X, expected Y)".
   Error(ErrorKind kind, const std::string& what, const std::string& where = {}, const std::string& found = {},
         const std::string& expected = {})
-      : std::runtime_error(text(what, where, found, expected)), kind_(kind) {}
+      : std::runtime_error(text(what, where, found, expected)), kind_(kind), where_(where) {}
 
   ErrorKind kind() const { return kind_; }
+  const std::string& where() const { return where_; }
+  /// The message without `where`.
+  std::string reason() const { return where_.empty() ? what() : std::string(what()).substr(where_.size() + 2); }
   int exit_code() const { return static_cast<int>(kind_); }
 
  private:
@@ -32,6 +35,7 @@ class Error : public std::runtime_error {
     return message;
   }
   ErrorKind kind_;
+  std::string where_;
 };
 
 /// Bad arguments, configuration or input files.

@@ -29,14 +29,13 @@ Value stem(const Scope& scope, Value image) {
   return relu6(conv_shift_layer(scope, pad_replicate(image, {top, bottom, left, right}), kStem, 3, 2, 0));
 }
 
-/// 1x1 to `expansion` times the channels, depthwise, 1x1; beside the identity where shapes agree.
+/// 1x1 to `expansion` times the channels, depthwise, 1x1; beside the identity where nothing changes in shape.
 Value inverted_residual(const Scope& scope, Value x, int channels, const Stage& stage, int stride) {
   Value y = x;
-  if (stage.expansion > 1)
-    y = relu6(conv_shift_layer(scope / "expand", y, stage.expansion * x.shape().c, 1, 1, 0));
+  if (stage.expansion > 1) y = relu6(conv_shift_layer(scope / "expand", y, stage.expansion * x.shape().c, 1, 1, 0));
   y = relu6(depthwise_layer(scope / "depthwise", y, stage.kernel, stride));
   y = conv_shift_layer(scope / "project", y, channels, 1, 1, 0);
-  return y.shape() == x.shape() ? add(y, x) : y;
+  return stride == 1 && channels == x.shape().c ? add(y, x) : y;
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
-// EfficientNet-Lite (Tan and Le 2019, arXiv 1905.11946; "Lite": ReLU6 and no squeeze-and-excitation) as a feature trunk:
-// inverted residuals of 1x1, depthwise and 1x1 convolutions. Batch normalisations are folded into the convolutions
-// before them, so that weights learned on ImageNet can be read (nets/weights/imagenet_lite0.safetensors) and a step has
-// no statistics.
+// EfficientNet-Lite (Tan and Le 2019, arXiv 1905.11946; "Lite": ReLU6 and no squeeze-and-excitation) as a feature
+// trunk: inverted residuals of 1x1, depthwise and 1x1 convolutions. Batch normalisations are folded into the
+// convolutions before them, so that weights learned on ImageNet can be read (nets/weights/imagenet_lite0.safetensors)
+// and a step has no statistics.
 #pragma once
 #include <array>
 

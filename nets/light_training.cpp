@@ -5,6 +5,7 @@
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/map_loss.hpp"
+#include "host/ops/nn/moving_average.hpp"
 #include "host/ops/shade/accumulate_samples.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/reduce.hpp"
@@ -147,7 +148,9 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   training.losses.insert(training.losses.begin(), {"loss", total});
   if (w.mixed == 0 && w.rerender == 0) training.frozen = {"local"};
   const std::vector<Value> parameters = trained_parameters(graph, training.frozen);
-  adam(parameters, gradient(total, parameters), graph.input("learning_rate", {}), graph.input("step", {}), o.adam);
+  const Value rate = graph.input("learning_rate", {}), step = graph.input("step", {});
+  adam(parameters, gradient(total, parameters), rate, step, o.adam);
+  if (o.average > 0) moving_average(parameters, step, o.average);
   return training;
 }
 

@@ -28,6 +28,7 @@ struct LightTrainingOptions {
   LightLossWeights weights{};
   RadianceLoss radiance = RadianceLoss::Hdr;
   AdamOptions adam{};
+  double average = 0;  // as in MgnetTrainingOptions
 };
 
 /// Inputs, with b a picture of the batch:

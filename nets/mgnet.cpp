@@ -28,9 +28,9 @@ Value display_coded(Value image) {
 }
 
 /// Features of `image`, at about 1/2, 1/4, 1/8, 1/16 and less.
-std::array<Value, 5> encoder_levels(const Scope& scope, Value image, const MgnetSize& size) {
+std::array<Value, 5> encoder_levels(const Scope& scope, Value image, Value six, const MgnetSize& size) {
   if (size.lite()) return efficientnet(scope, display_coded(image), std::get<EfficientnetSize>(size.encoder));
-  return densenet(scope, size.shared() ? with_logarithm(image) : image, std::get<DensenetSize>(size.encoder));
+  return densenet(scope, size.shared() ? six : image, std::get<DensenetSize>(size.encoder));
 }
 
 }  // namespace
@@ -64,12 +64,11 @@ std::string MgnetSize::steps_wanted() const {
 
 Maps mgnet(Graph& graph, Value image, const MgnetSize& size, bool training) {
   const Scope net{graph, training, ""};
-  const std::array<Value, 5> levels = encoder_levels(net / "encoder", image, size);
+  const Value six = size.shared() ? with_logarithm(image) : Value();
+  const std::array<Value, 5> levels = encoder_levels(net / "encoder", image, six, size);
   const int height = image.shape().h, width = image.shape().w;
   Value features;
-  if (size.shared())
-    features = shared_decoder(net / "decoder", levels, std::get<SharedDecoderSize>(size.decoder),
-                              with_logarithm(image));
+  if (size.shared()) features = shared_decoder(net / "decoder", levels, std::get<SharedDecoderSize>(size.decoder), six);
   const auto head = [&](const std::string& name, int channels) {
     if (size.shared()) return map_head(net / name, features, channels);
     return decoder(net / name, levels, std::get<DecoderSize>(size.decoder), channels, height, width);

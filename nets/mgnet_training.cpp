@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/ops/nn/moving_average.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "nets/builder.hpp"
 
@@ -55,6 +56,7 @@ MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTra
   if (encoder > 0)
     adam(all.first(encoder), slopes.first(encoder), scale(rate, options.encoder_rate), step, options.adam);
   adam(all.subspan(encoder), slopes.subspan(encoder), rate, step, options.adam);
+  if (options.average > 0) moving_average(all, step, options.average);
   return training;
 }
 

@@ -9,14 +9,15 @@ struct MgnetTrainingOptions {
   int batch = 8, height = 128, width = 160;  // as fed; sizes of 16 and above work, multiples of 32 need no resizing
   LossWeights weights{};
   AdamOptions adam{.beta1 = 0.5};
+  double average = 0;       // part of the moving average of parameters that a step keeps; 0: there is none
   double encoder_rate = 1;  // factor of the learning rate for the encoder
 };
 
 /// The inputs are named "image" {n,3,h,w}, "albedo" {n,3,h,w}, "normal" {n,3,h,w}, "material" {n,2,h,w}, "depth"
 /// {n,1,h,w}, "albedo_mask", "geometry_mask", "material_mask" {n,1,h,w}, "log_scale", "scale_mask" {n,1,1,1},
 /// "learning_rate" and "step" {1,1,1,1} (1 for the first). Compile with updates = true; states beside the parameters
-/// are moments "adam.m.<name>", "adam.v.<name>" and running statistics. With weights.perceptual > 0 there are also
-/// "vgg.features.*", which the caller sets from ImageNet's weights.
+/// are moments "adam.m.<name>", "adam.v.<name>", averages "average.<name>" and running statistics. With
+/// weights.perceptual > 0 there are also "vgg.features.*", which the caller sets from ImageNet's weights.
 struct MgnetTraining {
   Maps maps;
   NamedValues losses;               // "loss" first

@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "host/io/data_files.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/io/nesting.hpp"
@@ -48,9 +49,11 @@ void check(const GenerateOptions& o) {
       throw usage_error("out of range", name, fmt::format("{}", value), fmt::format("0 to {}", high));
   };
   real_range("--roll", o.handling.roll, 45), real_range("--close-ups", o.handling.close_ups, 1);
-  if (!o.from_rooms.empty() && (o.handling.roll > 0 || o.handling.close_ups > 0))
-    throw usage_error("a file's rooms have their cameras", "--roll, --close-ups", o.from_rooms.string(),
-                      "neither beside --from-rooms");
+  for (const auto& [name, value] :
+       {std::pair{"--roll", o.handling.roll}, std::pair{"--close-ups", o.handling.close_ups}})
+    if (!o.from_rooms.empty() && value > 0)
+      throw usage_error(fmt::format("the rooms of {} have their cameras", o.from_rooms.string()), name,
+                        fmt::format("{}", value), "left out beside --from-rooms");
   range("--shard (of)", o.shards, 1, 1000000);
   range("--shard", o.shard, 0, o.shards - 1);
   for (const char* s : {"auto", "train", "val", "test"}) {
@@ -58,6 +61,8 @@ void check(const GenerateOptions& o) {
   }
   throw usage_error("unknown split", "--split", o.split, "auto, train, val or test");
 }
+
+constexpr int kPilotSpp = 4, kPilotColumns = 160;  // a pilot asks for one number: a larger view has a smaller one
 
 /// What a folder's views depend on; a run with other values must not mix its views in. Without light its keys are left
 /// out, as in folders made before there was any.
@@ -78,6 +83,7 @@ json recipe(const GenerateOptions& o) {
   // Left out where cameras are level and across the room, as in folders made before there were others.
   if (o.handling.roll > 0) all["roll"] = o.handling.roll;
   if (o.handling.close_ups > 0) all["close_ups"] = o.handling.close_ups;
+  if (o.clamp > 0 && o.width > kPilotColumns) all["pilot"] = kPilotColumns;
   if (o.light) all["light_spp"] = o.light_spp, all["probes"] = o.probes;
   return all;
 }
@@ -202,7 +208,6 @@ void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
 }
 
-constexpr int kPilotSpp = 4, kPilotColumns = 160;  // a pilot asks for one number: a larger view has a smaller one
 constexpr std::uint32_t kLightStream = 0x119475u;  // parts light's random numbers from the picture's
 // A view has some nineteen texels of environment maps for one of a probe, which is looked at on its own.
 constexpr int kProbeSpp = 4;
@@ -332,21 +337,12 @@ class RoomWriter {
 }  // namespace
 
 std::filesystem::path default_assets() {
-  std::vector<fs::path> places;
-  if (const char* named = std::getenv("CLERESTORY_ASSETS"))
-    places = {named};
-  else {
-    std::error_code error;
-    places = {fs::path("assets")};
-    const fs::path binary = fs::read_symlink("/proc/self/exe", error);
-    if (!error) places.push_back(binary.parent_path().parent_path() / "assets");
-    if (!error) places.push_back(binary.parent_path().parent_path().parent_path() / "assets");
-  }
-  for (const fs::path& place : places) {
+  const char* named = std::getenv("CLERESTORY_ASSETS");
+  const std::vector<fs::path> places = named != nullptr ? std::vector<fs::path>{named} : data_places("assets");
+  for (const fs::path& place : places)
     if (fs::is_directory(place / "hdri")) return place;
-  }
   throw usage_error("no folder of panoramas and models was found; name it by --assets or CLERESTORY_ASSETS",
-                    places.front().string());
+                    text_of(places));
 }
 
 std::string room_name(const GenerateOptions& options, int index) {

@@ -36,7 +36,7 @@ struct GenerateOptions {
   int light_spp = 16;    // samples of a texel of an environment map; a probe's takes four times as many
   int probes = 2;        // of a view; fewer where the view has no place for them
   Setting setting = Setting::Training;
-  Handling handling;               // of cameras that are chosen, not read from a file
+  Handling handling;             // of cameras that are chosen, not read from a file
   std::string split = "auto";    // auto: of ten rooms eight train, one val, one test; else all rooms go there
   std::filesystem::path assets;  // folder with hdri/ and models/; empty: default_assets()
   bool box_rooms = false;        // bare boxes instead of furnished rooms
@@ -82,7 +82,7 @@ class RoomMaker {
 /// cameras are judged by. Throws as generate() does.
 RoomFile describe_rooms(const Device& device, const GenerateOptions& options);
 
-/// The folder of panoramas and models: CLERESTORY_ASSETS, else assets/ in the working folder or above the binary.
+/// The folder of panoramas and models: CLERESTORY_ASSETS, else `assets` where data_places() says.
 /// Throws usage_error when there is none.
 std::filesystem::path default_assets();
 

@@ -48,7 +48,8 @@ Camera candidate(const Room& room, int width, int height, Random& random) {
   return camera;
 }
 
-/// From above at a piece of furniture, from where there is none. Without furniture, a candidate across the room.
+/// From above at a piece of furniture, from where there is none. Without furniture, or where no eye is found near it, a
+/// candidate across the room.
 Camera close_up(const Room& room, int width, int height, Random& random) {
   constexpr float kLeastHeight = 0.3f;
   std::vector<Occupied> things = room.occupied;
@@ -59,20 +60,20 @@ Camera close_up(const Room& room, int width, int height, Random& random) {
   const glm::vec3 target{random.between(thing.x0, thing.x1), std::min(thing.height, 1.4f) * random.between(0.6f, 1.1f),
                          random.between(thing.z0, thing.z1)};
   const float x = room.size.x / 2 - 0.2f, z = room.size.z / 2 - 0.2f;
-  glm::vec3 eye(0);
   for (int attempt = 0; attempt < 30; ++attempt) {
     const float distance = random.between(0.6f, 1.6f), turn = random.between(0, glm::two_pi<float>());
     const float above = glm::radians(random.between(5, 50)), along = distance * std::cos(above);
-    eye = target + glm::vec3(along * std::cos(turn), distance * std::sin(above), along * std::sin(turn));
-    const bool in_the_room = std::abs(eye.x) < x && std::abs(eye.z) < z && eye.y < room.size.y - 0.3f;
-    if (in_the_room && !is_inside(room.occupied, eye)) break;
-    eye = glm::clamp(eye, glm::vec3(-x, 0.5f, -z), glm::vec3(x, room.size.y - 0.3f, z));
+    const glm::vec3 eye =
+        target + glm::vec3(along * std::cos(turn), distance * std::sin(above), along * std::sin(turn));
+    const bool in_the_room = std::abs(eye.x) < x && std::abs(eye.z) < z && eye.y > 0.5f && eye.y < room.size.y - 0.3f;
+    if (!in_the_room || is_inside(room.occupied, eye)) continue;
+    look_at(camera, Vec3(eye), Vec3(target + glm::vec3(1e-3f, 0, 0)));
+    return camera;
   }
-  look_at(camera, Vec3(eye), Vec3(target + glm::vec3(1e-3f, 0, 0)));
-  return camera;
+  return candidate(room, width, height, random);
 }
 
-/// Turned about its own axis: half of all views by less than a third of `most` degrees.
+/// Turned about its own axis: half of all views by less than a quarter of `most` degrees.
 void roll(Camera& camera, double most, Random random) {
   const double part = static_cast<double>(random.between(-1, 1));
   const double angle = most * part * std::abs(part) * std::numbers::pi / 180;
@@ -116,10 +117,10 @@ double judge_view(const TraceMaps& maps, Framing framing) {
   const double same =
       static_cast<double>(*std::max_element(direction.begin(), direction.end())) / static_cast<double>(pixels);
   double score = 0;
-  const double nearer = framing == Framing::CloseUp ? 0.4 : 1;
-  if (quantile(0.02) < 0.35 * nearer) score -= 2;
-  if (quantile(0.15) < 0.7 * nearer) score -= 1;
-  if (quantile(0.5) < 1.2 * nearer) score -= 1;
+  const double distance = framing == Framing::CloseUp ? 0.4 : 1;
+  if (quantile(0.02) < 0.35 * distance) score -= 2;
+  if (quantile(0.15) < 0.7 * distance) score -= 1;
+  if (quantile(0.5) < 1.2 * distance) score -= 1;
   if (glow > 0.12) score -= 1;
   if (same > 0.75) score -= 1;
   score += std::min(1.0, 0.04 * static_cast<double>(kinds.size()));

@@ -6,6 +6,7 @@
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/shipped.hpp"
 #include "host/error.hpp"
+#include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 #include "nets/constant_light.hpp"
 

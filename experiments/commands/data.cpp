@@ -24,14 +24,15 @@ struct DataArguments {
 Table folders_table(const std::vector<DataCheck>& checks) {
   Table table;
   table.title = "Rooms and views";
-  for (const char* name : {"folder", "rooms", "views", "usable", "size", "valid pixels", "with camera", "with emission",
-                           "problems"})
+  for (const char* name :
+       {"folder", "rooms", "views", "usable", "size", "valid pixels", "with camera", "with emission", "problems"})
     table.columns.push_back({name, std::string_view(name) == "valid pixels" ? "%" : "", Best::None, 3});
   for (const DataCheck& c : checks) {
     const std::string least = fmt::format("{}x{}", c.least_width, c.least_height),
                       most = fmt::format("{}x{}", c.most_width, c.most_height);
     const auto number = [](auto n) { return Cell(fmt::format("{}", n)); };
-    const Cell valid = c.pixels > 0 ? Cell(Measure{100 * static_cast<double>(c.valid) / static_cast<double>(c.pixels)}) : Cell();
+    const double percent = 100 * static_cast<double>(c.valid) / static_cast<double>(c.pixels);
+    const Cell valid = c.pixels > 0 ? Cell(Measure{percent}) : Cell();
     table.add({c.folder.string(), number(c.rooms), number(c.views), number(c.usable),
                least == most ? least : least + " to " + most, valid, number(c.with_camera), number(c.with_emission),
                number(c.problems.size())});
@@ -41,9 +42,10 @@ Table folders_table(const std::vector<DataCheck>& checks) {
 
 Table quantities_table(const std::vector<DataCheck>& checks) {
   Table table;
-  table.title = "Pixels: tenth, median and ninetieth of a hundred";
-  table.note = "Steps are between a valid pixel and its right neighbour. Depth's is of its logarithm.";
-  for (const char* name : {"quantity", "folder", "10 %", "50 %", "90 %"}) table.columns.push_back({name, "", Best::None, 3});
+  table.title = "Pixels: 10th, 50th and 90th percentile";
+  table.note = "Steps are between a valid pixel and its right neighbour. That of depth is of its logarithm.";
+  for (const char* name : {"quantity", "folder", "10 %", "50 %", "90 %"})
+    table.columns.push_back({name, "", Best::None, 3});
   for (int q = 0; q < kMapQuantities; ++q) {
     const MapQuantityInfo& what = info(static_cast<MapQuantity>(q));
     const std::string name = *what.unit ? fmt::format("{} ({})", what.name, what.unit) : what.name;
@@ -68,7 +70,8 @@ std::vector<Plot> plots(const std::vector<DataCheck>& checks) {
     plot.title = what.name, plot.x_label = what.unit, plot.y_label = "share of pixels", plot.log_x = what.logarithmic;
     for (const DataCheck& c : checks) {
       const Histogram::Shares shares = c.histograms[static_cast<std::size_t>(q)].shares(bins);
-      plot.series.push_back({.label = checks.size() > 1 ? c.folder.string() : "", .x = shares.at, .y = shares.share, .error = {}});
+      const std::string label = checks.size() > 1 ? c.folder.string() : "";
+      plot.series.push_back({.label = label, .x = shares.at, .y = shares.share, .error = {}});
     }
     all.push_back(std::move(plot));
   }
@@ -90,9 +93,14 @@ std::string problems_text(const std::vector<DataCheck>& checks) {
 std::string data_json(const std::vector<DataCheck>& checks) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (const DataCheck& c : checks) {
-    nlohmann::ordered_json one{{"folder", c.folder.string()}, {"rooms", c.rooms},           {"views", c.views},
-                               {"usable", c.usable},          {"pixels", c.pixels},         {"valid", c.valid},
-                               {"with_camera", c.with_camera}, {"with_emission", c.with_emission}};
+    nlohmann::ordered_json one{{"folder", c.folder.string()},
+                               {"rooms", c.rooms},
+                               {"views", c.views},
+                               {"usable", c.usable},
+                               {"pixels", c.pixels},
+                               {"valid", c.valid},
+                               {"with_camera", c.with_camera},
+                               {"with_emission", c.with_emission}};
     for (int q = 0; q < kMapQuantities; ++q) {
       const Histogram& histogram = c.histograms[static_cast<std::size_t>(q)];
       if (histogram.count() == 0) continue;
@@ -106,7 +114,8 @@ std::string data_json(const std::vector<DataCheck>& checks) {
     for (const DataProblem& p : c.problems) one["problems"].push_back({{"file", p.file}, {"what", p.what}});
     all.push_back(std::move(one));
   }
-  return nlohmann::ordered_json{{"folders", std::move(all)}}.dump(1);
+  return nlohmann::ordered_json{{"folders", std::move(all)}}.dump(1, ' ', false,
+                                                                  nlohmann::json::error_handler_t::replace);
 }
 
 void write_report(const std::vector<DataCheck>& checks, const DataArguments& arguments, const CommonOptions& common) {
@@ -130,7 +139,7 @@ void check(const DataArguments& arguments, const CommonOptions& common) {
     checks.push_back(check_data(folder, arguments.views, [&](int done, int total) {
       if (!bar) bar = std::make_unique<Progress>(folder, total, "views");
       bar->update(done);
-      stop_if_interrupted("nothing is written; the same command begins again");
+      give_up_if_interrupted(folder);
     }));
   }
   tried.reset();
@@ -140,7 +149,7 @@ void check(const DataArguments& arguments, const CommonOptions& common) {
                    .c_str(),
                stdout);
   if (!arguments.report.empty()) write_report(checks, arguments, common);
-  write_json_result(common, data_json(checks));
+  if (common.json) write_json_result(common, data_json(checks));
   std::size_t problems = 0;
   for (const DataCheck& c : checks) problems += c.problems.size();
   if (problems > 0)

@@ -19,11 +19,18 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ResultsArguments {
-  fs::path run, tree = CLERESTORY_SOURCE_DIR;
+  fs::path run, tree = ".";
   std::string name, title;
   PlottedColumn plotted;
   bool stale = false, names = false;
 };
+
+/// Results belong to a source tree: the docs that quote them, the scripts that make them.
+void must_be_tree(const fs::path& tree) {
+  if (!fs::is_directory(tree / "experiments/reproduce"))
+    throw usage_error("this is no source tree of the program", "--tree", fs::absolute(tree).lexically_normal().string(),
+                      "a folder with experiments/reproduce");
+}
 
 void write(const ResultsArguments& a) {
   const auto fit = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
@@ -100,24 +107,24 @@ void add_results_commands(CommandLine& line) {
       .option("--title", "TEXT", "What it shows", a->title)
       .option("--table", "NAME", "Table of the plot; default: the first whose best is marked", a->plotted.table)
       .option("--plot", "COLUMN", "Its column; default: the first whose best is marked", a->plotted.column)
-      .option("--tree", "DIR", "Source tree", a->tree)
-      .run([a](const CommonOptions&) { write(*a); });
+      .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
+      .run([a](const CommonOptions&) { must_be_tree(a->tree), write(*a); });
   line.add("results check", "Compares every table with its figures; says which results are missing or stale")
       .flag("--stale", "These count as failures too", a->stale)
-      .option("--tree", "DIR", "Source tree", a->tree)
+      .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
       .notes(
           "Stale: the figures were made with other weights, another config or other kernels than are here now. Exit "
           "code "
           "1 where a table, a .md or a .svg is not that of its JSON.")
-      .run([a](const CommonOptions&) { check(*a); });
+      .run([a](const CommonOptions&) { must_be_tree(a->tree), check(*a); });
   line.add("results list", "What there is to measure, minutes on two cores, and whether it is current")
       .flag("--stale", "Only what is missing or stale", a->stale)
       .flag("--names", "Names alone, one a line", a->names)
-      .option("--tree", "DIR", "Source tree", a->tree)
-      .run([a](const CommonOptions&) { list(*a); });
+      .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
+      .run([a](const CommonOptions&) { must_be_tree(a->tree), list(*a); });
   line.add("results refresh", "Makes .md, .svg and the tables of the docs anew from the figures")
-      .option("--tree", "DIR", "Source tree", a->tree)
-      .run([a](const CommonOptions&) { refresh(*a); });
+      .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
+      .run([a](const CommonOptions&) { must_be_tree(a->tree), refresh(*a); });
   line.add("results folder", "Where this program with these weights keeps the runs of results: for run.root")
       .run([](const CommonOptions&) { std::printf("%s\n", runs_folder().c_str()); });
 }

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <set>
 
 #include "host/error.hpp"
+#include "host/math/statistics.hpp"
 
 namespace clerestory {
 namespace {
@@ -15,19 +18,20 @@ namespace fs = std::filesystem;
 constexpr std::array<MapQuantityInfo, kMapQuantities> kInfo{{{"albedo", "luminance", 0, 1, false},
                                                              {"roughness", "", 0, 1, false},
                                                              {"metallic", "", 0, 1, false},
-                                                             {"normal to camera", "degrees", 0, 180, false},
+                                                             {"normal to the optical axis", "degrees", 0, 180, false},
                                                              {"depth", "m", 0.1, 100, true},
                                                              {"radiance", "white = 1", 1e-4, 1e3, true},
                                                              {"step of albedo", "luminance", 1e-4, 1, true},
                                                              {"step of normals", "degrees", 1e-2, 180, true},
                                                              {"step of depth", "ln", 1e-5, 10, true}}};
-constexpr double kTolerance = 1e-3;  // of ranges: maps are stored in half precision
-constexpr std::size_t kFewestValid = 10;  // one pixel in so many; fewer are a problem
+constexpr double kTolerance = 1e-3;                // of ranges: maps are stored in half precision
+constexpr double kLeastValid = 0.1;                // share of a view's pixels
+constexpr double kNearest = 0.1, kFarthest = 100;  // metres, of the median in a room
 
 double degrees_of(double cosine) { return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi; }
 
-double luminance(const Image& image, std::size_t i) {
-  return 0.2126 * image.plane(0)[i] + 0.7152 * image.plane(1)[i] + 0.0722 * image.plane(2)[i];
+double luminance_at(const Image& image, std::size_t i) {
+  return luminance(image.plane(0)[i], image.plane(1)[i], image.plane(2)[i]);
 }
 
 double cosine(const Image& normal, std::size_t i, std::size_t j) {
@@ -38,17 +42,20 @@ double cosine(const Image& normal, std::size_t i, std::size_t j) {
 
 /// Adds what the pixels of a view show to the folder's histograms.
 void count(const RoomView& view, std::vector<Histogram>& histograms) {
-  const auto add = [&](MapQuantity quantity, double value) { histograms[static_cast<std::size_t>(quantity)].add(value); };
-  for (int y = 0; y < view.mask.height; ++y)
-    for (int x = 0; x < view.mask.width; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.mask.width) + static_cast<std::size_t>(x);
+  const auto add = [&](MapQuantity quantity, double value) {
+    histograms[static_cast<std::size_t>(quantity)].add(value);
+  };
+  const auto width = static_cast<std::size_t>(view.mask.width), height = static_cast<std::size_t>(view.mask.height);
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t i = y * width + x;
       if (view.mask.data[i] == 0) continue;
-      add(MapQuantity::Albedo, luminance(view.albedo, i));
+      add(MapQuantity::Albedo, luminance_at(view.albedo, i));
       add(MapQuantity::Roughness, view.material.plane(0)[i]), add(MapQuantity::Metallic, view.material.plane(1)[i]);
       add(MapQuantity::Facing, degrees_of(view.normal.plane(2)[i]));
-      add(MapQuantity::Depth, view.depth.data[i]), add(MapQuantity::Radiance, luminance(view.image, i));
-      if (x + 1 == view.mask.width || view.mask.data[i + 1] == 0) continue;
-      add(MapQuantity::AlbedoStep, std::abs(luminance(view.albedo, i + 1) - luminance(view.albedo, i)));
+      add(MapQuantity::Depth, view.depth.data[i]), add(MapQuantity::Radiance, luminance_at(view.image, i));
+      if (x + 1 == width || view.mask.data[i + 1] == 0) continue;
+      add(MapQuantity::AlbedoStep, std::abs(luminance_at(view.albedo, i + 1) - luminance_at(view.albedo, i)));
       add(MapQuantity::NormalStep, degrees_of(cosine(view.normal, i, i + 1)));
       add(MapQuantity::DepthStep, std::abs(std::log(view.depth.data[i + 1]) - std::log(view.depth.data[i])));
     }
@@ -73,17 +80,24 @@ class Checker {
   void look_at(const fs::path& room, const std::string& id) {
     ++check_.views;
     try {
-      take(read_view(room, id), room, id);
+      UnfilledPixels unfilled;
+      const RoomView view = read_view(room, id, {}, &unfilled);
+      take(view);
+      judge(view, unfilled, [&](const char* what) { return view_file(room, id, what); });
     } catch (const Error& e) {
-      if (e.kind() != ErrorKind::Usage) throw;
-      problem(view_file(room, id, "im"), e.what());
+      problem(e);
     }
   }
 
   void problem(const fs::path& file, const std::string& what) { check_.problems.push_back({file.string(), what}); }
+  /// What cannot be read is a problem of its file; throws again what is none.
+  void problem(const Error& e) {
+    if (e.kind() != ErrorKind::Usage) throw e;
+    problem(e.where(), e.reason());
+  }
 
  private:
-  void take(const RoomView& view, const fs::path& room, const std::string& id) {
+  void take(const RoomView& view) {
     ++check_.usable;
     check_.with_camera += view.camera.has_value(), check_.with_emission += view.emission.has_value();
     const int w = view.image.width, h = view.image.height;
@@ -91,17 +105,44 @@ class Checker {
     check_.least_width = first ? w : std::min(check_.least_width, w);
     check_.least_height = first ? h : std::min(check_.least_height, h);
     check_.most_width = std::max(check_.most_width, w), check_.most_height = std::max(check_.most_height, h);
-    const auto valid = static_cast<std::size_t>(std::ranges::count_if(view.mask.data, [](float m) { return m != 0; }));
-    check_.pixels += view.mask.pixels(), check_.valid += valid;
-    if (valid * kFewestValid < view.mask.pixels())
-      problem(view_file(room, id, "mask"), fmt::format("{} of {} pixels are valid", valid, view.mask.pixels()));
-    if (std::ranges::all_of(view.image.data, [](float v) { return v == 0; }))
-      problem(view_file(room, id, "im"), "the picture is black");
-    if (const std::string text = out_of_range(view.albedo, view.mask, 3); !text.empty())
-      problem(view_file(room, id, "albedo"), "albedo is " + text);
-    if (const std::string text = out_of_range(view.material, view.mask, 2); !text.empty())
-      problem(view_file(room, id, "material"), "roughness or metallic is " + text);
+    check_.pixels += view.mask.pixels(), check_.valid += valid_pixels(view);
     count(view, check_.histograms);
+  }
+
+  template <class FileOf>
+  void judge(const RoomView& view, const UnfilledPixels& unfilled, FileOf file_of) {
+    const std::size_t pixels = view.mask.pixels(), valid = valid_pixels(view);
+    const auto some = [&](const char* map, std::size_t number, const char* what) {
+      if (number > 0)
+        problem(file_of(map), fmt::format("{} of {} pixels, valid by their mask, {}", number, pixels, what));
+    };
+    some("albedo", unfilled.albedo, "are not finite");
+    some("material", unfilled.material, "are not finite");
+    some("depth", unfilled.depth, "have no depth");
+    some("normal", unfilled.normal, "have no normal");
+    some("normal", unfilled.normal_length, "have a normal that is not of unit length");
+    if (static_cast<double>(valid) < kLeastValid * static_cast<double>(pixels))
+      problem(file_of("mask"), fmt::format("{} of {} pixels are valid", valid, pixels));
+    if (std::ranges::all_of(view.image.data, [](float v) { return v == 0; }))
+      problem(file_of("im"), "the picture is black");
+    if (const std::string text = out_of_range(view.albedo, view.mask, 3); !text.empty())
+      problem(file_of("albedo"), "albedo is " + text);
+    if (const std::string text = out_of_range(view.material, view.mask, 2); !text.empty())
+      problem(file_of("material"), "roughness or metallic is " + text);
+    if (const double depth = median_depth(view); valid > 0 && !(depth >= kNearest && depth <= kFarthest))
+      problem(file_of("depth"), fmt::format("the median depth is {:g} m; expected {:g} to {:g}, stored in millimetres",
+                                            depth, kNearest, kFarthest));
+  }
+
+  static std::size_t valid_pixels(const RoomView& view) {
+    return static_cast<std::size_t>(std::ranges::count_if(view.mask.data, [](float m) { return m != 0; }));
+  }
+
+  static double median_depth(const RoomView& view) {
+    std::vector<double> depth;
+    for (std::size_t i = 0; i < view.mask.pixels(); ++i)
+      if (view.mask.data[i] != 0) depth.push_back(view.depth.data[i]);
+    return depth.empty() ? 0 : median(depth);
   }
 
   DataCheck& check_;
@@ -112,25 +153,44 @@ struct NamedView {
   std::string id;
 };
 
-/// Views of every list that the folder has; lists and rooms that cannot be read become problems.
+/// Ids of the views that a room has any map of.
+std::set<std::string> begun_views(const fs::path& room) {
+  std::set<std::string> ids;
+  list_views(room);  // throws where the room cannot be read
+  for (const auto& entry : fs::directory_iterator(room)) {
+    const std::string name = entry.path().filename().string();
+    for (const std::string map : {"im", "mask", "albedo", "depth", "material", "normal"})
+      if (const std::string ending = "_" + map + ".exr"; name.ends_with(ending) && name[0] != '.')
+        ids.insert(name.substr(0, name.size() - ending.size()));
+  }
+  return ids;
+}
+
+/// Views of every list that the folder has; lists, lines and rooms that cannot be read become problems.
 std::vector<NamedView> listed_views(DataCheck& check, Checker& checker) {
   std::vector<NamedView> views;
+  std::map<std::string, fs::path> list_of;  // by room
   bool any = false;
   for (const char* split : {"train", "val", "test"}) {
     const fs::path list = check.folder / (std::string(split) + ".txt");
     if (!fs::exists(list)) continue;
     any = true;
-    try {
-      for (const std::string& name : list_rooms(check.folder, split)) {
-        const fs::path room = check.folder / name;
-        const std::vector<std::string> ids = list_views(room);
+    const std::vector<std::string> names = list_rooms(check.folder, split, [&](const Error& e) { checker.problem(e); });
+    if (names.empty()) checker.problem(list, "the list names no room");
+    for (const std::string& name : names) {
+      const fs::path room = check.folder / name;
+      if (const auto [before, added] = list_of.emplace(name, list); !added) {
+        checker.problem(list, fmt::format("{} is a room of {} too", name, before->second.string()));
+        continue;
+      }
+      ++check.rooms;
+      try {
+        const std::set<std::string> ids = begun_views(room);
         if (ids.empty()) checker.problem(room, "the room has no view");
         for (const std::string& id : ids) views.push_back({room, id});
-        ++check.rooms;
+      } catch (const Error& e) {
+        checker.problem(e);
       }
-    } catch (const Error& e) {
-      if (e.kind() != ErrorKind::Usage) throw;
-      checker.problem(list, e.what());
     }
   }
   if (!any)
@@ -169,7 +229,8 @@ double Histogram::quantile(double q) const {
 Histogram::Shares Histogram::shares(int bins) const {
   Shares out;
   for (int k = 0; k < bins; ++k) {
-    const std::size_t first = static_cast<std::size_t>(k * kBins / bins), last = static_cast<std::size_t>((k + 1) * kBins / bins);
+    const auto first = static_cast<std::size_t>(k * kBins / bins);
+    const auto last = static_cast<std::size_t>((k + 1) * kBins / bins);
     std::uint64_t sum = 0;
     for (std::size_t i = first; i < last; ++i) sum += bins_[i];
     out.at.push_back(value((k + 0.5) / bins));

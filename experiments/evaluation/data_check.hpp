@@ -16,7 +16,7 @@ enum class MapQuantity {
   Albedo,      // luminance
   Roughness,   //
   Metallic,    //
-  Facing,      // degrees between the normal and the way to the image plane
+  Facing,      // degrees between the normal and the optical axis, towards the camera
   Depth,       // metres
   Radiance,    // luminance; white is 1
   AlbedoStep,  // |difference of luminance|
@@ -67,9 +67,10 @@ struct DataCheck {
   std::vector<DataProblem> problems;    // in the order of the lists; a view with one may be usable
 };
 
-/// Looks at the rooms of every list in the folder; `most_views` of all their views, spread evenly, or all where it is 0.
-/// A view that cannot be read becomes a problem and is left out of the figures; so does a map out of its range, which is
-/// kept. `progress(done, total)` is called after each view. Throws usage_error where the folder has no list at all.
+/// Looks at the rooms of every list in the folder; `most_views` of all their views, spread evenly, or all where that is
+/// 0. A line of a list, a room or a view that cannot be read becomes a problem and is left out of the figures; so does
+/// a map that is beyond its range, has holes or is half there, but it is kept. A room of two lists counts once.
+/// `progress(done, total)` is called after each view. Throws usage_error where the folder has no list at all.
 DataCheck check_data(const std::filesystem::path& folder, int most_views,
                      const std::function<void(int, int)>& progress = {});
 

@@ -71,11 +71,12 @@ class InvertedResidual(nn.Module):
             self.expand = nn.Conv2d(inputs, inner, 1)
         self.depthwise = SameConv(inner, inner, kernel, stride, groups=inner)
         self.project = nn.Conv2d(inner, outputs, 1)
+        self.identity = stride == 1 and inputs == outputs
 
     def forward(self, x):
         y = F.relu6(self.expand(x)) if hasattr(self, "expand") else x
         y = self.project(F.relu6(self.depthwise(y)))
-        return x + y if x.shape == y.shape else y
+        return x + y if self.identity else y
 
 
 class LiteEncoder(nn.Module):

@@ -20,9 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kRows = 64, kSamples = 64;                        // rays of a view
-constexpr std::uint64_t kRayKey = 0x61626c617465;               // the same rays for every training
-constexpr std::int64_t kLeastPixels = 16;                       // a view with fewer in a bin does not count there
+constexpr int kRows = 64, kSamples = 64;           // rays of a view
+constexpr std::uint64_t kRayKey = 0x61626c617465;  // the same rays for every training
+constexpr std::int64_t kLeastPixels = 16;          // a view with fewer in a bin does not count there
 
 void clamp_picture(Image& picture) {
   for (float& v : picture.data) v = std::clamp(v, 0.f, 1.f);

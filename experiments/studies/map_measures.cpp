@@ -1,5 +1,6 @@
 #include "experiments/studies/map_measures.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "experiments/studies/trained_run.hpp"
@@ -36,7 +37,8 @@ RunTables measure_maps(const std::filesystem::path& run, const MapMeasuring& opt
   }
   add("all maps, geometric mean", Cell(), outcome.summary.score());
   for (const FrameResult& f : outcome.frames)
-    add(fmt::format("depth of {}, rooted si-log", f.frame), Measure{f.ours}, f.ours / f.constant);
+    add(fmt::format("depth of {}, rooted si-log", f.frame), Measure{f.ours},
+        f.ours / std::min(f.constant, f.mean_map.value_or(f.constant)));
   return {{"maps", table}};
 }
 

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "host/error.hpp"
+#include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
 #include "tracer/generate.hpp"
 #include "tracer/random.hpp"
@@ -14,13 +15,6 @@ namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path find_list(const fs::path& file) {
-  if (fs::exists(file)) return file;
-  const fs::path beside = default_assets().parent_path() / file;
-  if (!fs::exists(beside)) throw usage_error("there is no such list of rooms", "data.list", file.string());
-  return beside;
-}
 
 Setting setting_of(const std::string& name, const std::string& where) {
   if (name == "held_out") return Setting::HeldOut;
@@ -40,7 +34,8 @@ std::uint64_t seed_of(const std::string& text, const std::string& where) {
 
 RoomList read_room_list(const fs::path& file) {
   RoomList list;
-  list.file = find_list(file);
+  list.file = found_data(file);
+  if (!fs::exists(list.file)) throw usage_error("there is no such list of rooms", "data.list", file.string());
   std::istringstream lines(read_file(list.file, 1 << 20));
   std::string line;
   bool has_setting = false;

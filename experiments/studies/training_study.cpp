@@ -93,9 +93,9 @@ Texts tables_of(const Config& c) {
 
 RunTables measured(const fs::path& run, const Config& c) {
   if (trains_light(c)) return measure_light(run, measuring_of(c), Device::open(c.text("run.device")));
-  const Texts& frames = c.texts("data.frames");
-  return measure_maps(run, {data_folder(c, "test"), {frames.begin(), frames.end()}, c.text("run.device"),
-                            c.text("model.gemm")});
+  const Texts& frames = c.texts("ablation.frames");
+  return measure_maps(
+      run, {data_folder(c, "test"), {frames.begin(), frames.end()}, c.text("run.device"), c.text("model.gemm")});
 }
 
 /// Trains and judges the runs of one sweep, one after another.
@@ -131,6 +131,7 @@ void add_ablation_keys(Schema& s) {
   s.texts("ablation.measures", {}, "light: tables beside the errors of the light", light_measures()).aside();
   s.flag("ablation.clamped", false,
          "light: judged nets read pictures clamped to [0, 1], as a photograph is; the truth is HDR");
+  s.texts("ablation.frames", {}, "maps: folders of photographs with measured depth that judge beside the rooms");
   s.integer("ablation.spp", 64, "light: samples a pixel of pictures rendered again", {2, 65536});
   s.text("ablation.data", "data/ablation", "folder of the rooms; made where they are missing").aside();
   s.integer("ablation.data_seed", 7300, "seed of the training rooms; the judged ones have the next", {0, 1e15});
@@ -177,6 +178,17 @@ std::string training_study_hash(const fs::path& path, const Texts& words) {
   return sweep_hash(path, schema, all.words, all.fixed);
 }
 
+namespace {
+
+/// Rooms and tables are those of one kind.
+void one_kind(const Config& run, const Config& config) {
+  if (trains_light(run) != trains_light(config))
+    throw usage_error("the trainings of a study are of one kind", run.origin("model.kind") + ": model.kind",
+                      run.text("model.kind"), config.text("model.kind"));
+}
+
+}  // namespace
+
 fs::path run_training_study(const fs::path& path, const Texts& words, const Texts& fixed, const Texts& command) {
   const Schema schema = training_study_schema();
   const Config config = load_config(path, schema, expand_sweep(words)[0]).with(fixed);
@@ -185,6 +197,8 @@ fs::path run_training_study(const fs::path& path, const Texts& words, const Text
     throw usage_error("are tables of the light", config.origin("ablation.measures") + ": ablation.measures",
                       fmt::format("{}", fmt::join(measures, ", ")), "none where model.kind = maps");
   training_options(config);  // a mistake costs no rooms
+  for (const Texts& overrides : expand_sweep(words))
+    for (const ConfigVariant& v : config.variants()) one_kind(config.variant(v.name).with(overrides), config);
   catch_interrupts();
   make_rooms(config);
 

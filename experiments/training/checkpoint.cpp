@@ -254,8 +254,21 @@ InitialWeights read_initial_weights(const std::filesystem::path& path, States& s
 void read_encoder_weights(const std::filesystem::path& path, States& states,
                           const std::map<std::string, Shape>& wanted) {
   const TensorFile file = read_finite_safetensors(path);
-  for (const auto& [name, shape] : wanted)
-    if (name.starts_with("encoder.")) set_state(states, name, shape, file, path.string());
+  const std::string where = path.string();
+  const std::string way_out = "an encoder of the preset's layers and channels, or model.encoder = \"random\"";
+  std::size_t found = 0;
+  for (const auto& [name, shape] : wanted) {
+    if (!name.starts_with("encoder.")) continue;
+    const auto stored = file.tensors.find(name);
+    if (stored == file.tensors.end() || stored->second.shape != stored_shape(shape))
+      throw usage_error("the weights are of another encoder", where + ": " + name,
+                        stored == file.tensors.end() ? "none" : shape_text(stored->second.shape), way_out);
+    set_state(states, name, shape, file, where);
+    ++found;
+  }
+  if (found != file.tensors.size())
+    throw usage_error("the encoder has no use for all of its weights", where,
+                      fmt::format("{} tensors of which it takes {}", file.tensors.size(), found), way_out);
 }
 
 History read_history(const std::filesystem::path& path) {

@@ -131,14 +131,15 @@ CardText card_text(const std::string& kind) {
         "with the mean of pixels that do not emit) and the view's best constant.",
         "Trained on procedural rooms, under true maps unless a leg says light.maps. What lies outside of the picture "
         "is a guess at its colour and strength, without detail."};
-  return {"Weights of MGNet",
-          "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on "
-          "generated rooms alone, by the legs below; the first begins with random weights and, where `from` names it, an "
-          "encoder that has learned on ImageNet.",
-          "Conventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.",
-          "Trained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its "
-          "scale in metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are "
-          "read as surfaces."};
+  return {
+      "Weights of MGNet",
+      "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on "
+      "generated rooms alone, by the legs below; the first begins with random weights and, where `from` names it, an "
+      "encoder that has learned on ImageNet.",
+      "Conventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.",
+      "Trained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its "
+      "scale in metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are "
+      "read as surfaces."};
 }
 
 }  // namespace

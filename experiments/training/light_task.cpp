@@ -104,16 +104,16 @@ std::vector<std::string> light_conventions() {
 
 class LightTask : public TrainingTask {
  public:
-  LightTask(Device device, const TrainingOptions& options, std::shared_ptr<States> states)
+  LightTask(Device device, const TrainingOptions& options, const TrainingStates& states)
       : options_(options),
         store_(fixed_names(options), options.size.width, options.size.height, options.cache_bytes),
         validation_store_(name_views(options.validation_roots, options.validation_split), options.size.width,
                           options.size.height, 0),
-        network_(device, options, states),
-        predictor_(device, options.light, options.size.width, options.size.height, kJudgedRows, kJudgedSamples, states,
-                   options.gemm),
-        panorama_(device, options.light, options.size.width, options.size.height, probe_height, probe_width, states,
-                  options.gemm),
+        network_(device, options, states.trained),
+        predictor_(device, options.light, options.size.width, options.size.height, kJudgedRows, kJudgedSamples,
+                   states.judged, options.gemm),
+        panorama_(device, options.light, options.size.width, options.size.height, probe_height, probe_width,
+                  states.judged, options.gemm),
         device_(device) {
     for (const JudgingList& list : options.lists) lists_.emplace_back(list.name, all_views(list.folder), options.size);
   }
@@ -297,9 +297,8 @@ class LightTask : public TrainingTask {
 
 }  // namespace
 
-std::unique_ptr<TrainingTask> light_task(Device device, const TrainingOptions& options,
-                                         std::shared_ptr<States> states) {
-  return std::make_unique<LightTask>(std::move(device), options, std::move(states));
+std::unique_ptr<TrainingTask> light_task(Device device, const TrainingOptions& options, const TrainingStates& states) {
+  return std::make_unique<LightTask>(std::move(device), options, states);
 }
 
 }  // namespace clerestory

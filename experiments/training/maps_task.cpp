@@ -13,13 +13,13 @@ constexpr std::uint64_t kPhotoKey = 0x70686f746f;  // of the cameras through whi
 
 class MapsTask : public TrainingTask {
  public:
-  MapsTask(Device device, const TrainingOptions& options, std::shared_ptr<States> states)
+  MapsTask(Device device, const TrainingOptions& options, const TrainingStates& states)
       : options_(options),
         store_(fixed_names(options), options.size.width, options.size.height, options.cache_bytes),
         validation_store_(name_views(options.validation_roots, options.validation_split), options.size.width,
                           options.size.height, 0),
-        network_(device, options, states),
-        predictor_(device, options.net, states, std::min(8, options.batch), options.gemm),
+        network_(device, options, states.trained),
+        predictor_(device, options.net, states.judged, std::min(8, options.batch), options.gemm),
         device_name_(device.info().name) {}
 
   std::string net() const override { return net_text(options_.net); }
@@ -169,8 +169,8 @@ class MapsTask : public TrainingTask {
 
 }  // namespace
 
-std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options, std::shared_ptr<States> states) {
-  return std::make_unique<MapsTask>(std::move(device), options, std::move(states));
+std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options, const TrainingStates& states) {
+  return std::make_unique<MapsTask>(std::move(device), options, states);
 }
 
 }  // namespace clerestory

@@ -42,7 +42,7 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   options.weights = {o.w_albedo, o.w_normal,     o.w_material,  o.w_depth,
                      o.w_scale,  o.w_perceptual, o.w_log_depth, o.w_metallic};
   options.encoder_rate = o.encoder_rate;
-  options.adam.beta1 = o.beta1, options.adam.beta2 = o.beta2;
+  options.adam.beta1 = o.beta1, options.adam.beta2 = o.beta2, options.average = o.average;
   state_->training = mgnet_training(state_->graph, o.net, options);
   states->initialise(state_->graph, o.seed);
   if (o.w_perceptual > 0) set_frozen_features(o.perceptual_weights, *states);

@@ -25,7 +25,8 @@ Schema make_schema() {
 
   s.section("model", "The network.");
   s.text("model.kind", "maps", "what is trained: MGNet's maps, or the light", {"maps", "light"});
-  s.text("model.preset", "compact", "size of the net; shared: one decoder for all maps; lite: and EfficientNet-Lite as its encoder",
+  s.text("model.preset", "compact",
+         "size of the net; shared: one decoder for all maps; lite: and EfficientNet-Lite as its encoder",
          {"paper", "compact", "shared", "lite"});
   s.integer("model.growth", 0, "channels that each dense layer adds; 0: the preset's", {0, 256});
   s.integer("model.first", 0, "channels of the first convolution; 0: the preset's", {0, 1024});
@@ -38,10 +39,11 @@ Schema make_schema() {
              {1, 4096});
   s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
   s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
-  s.text("model.init", "", "weights or checkpoint to start from; empty: random weights");
-  s.text("model.encoder", "imagenet",
-         "lite: what its encoder starts from where model.init is empty; imagenet: the weights that come with the program",
-         {"imagenet", "random"});
+  s.text("model.init", "", "weights or checkpoint to start from; empty: random weights, of lite see model.encoder");
+  s.text(
+      "model.encoder", "imagenet",
+      "lite: what its encoder starts from where model.init is empty; imagenet: the weights that come with the program",
+      {"imagenet", "random"});
   s.text("model.gemm", "auto", "backend of convolutions", {"auto", "packed", "clblast"});
 
   s.section("data", "Views in InteriorVerse's layout (`clerestory generate` writes it).");
@@ -109,6 +111,10 @@ Schema make_schema() {
   s.integer("train.warmup", 0, "steps over which the rate rises from 0", {0, 1e9});
   s.real("train.beta1", 0.5, "Adam: decay of the mean gradient", {0, 0.999999});
   s.real("train.beta2", 0.999, "Adam: decay of the mean square", {0, 0.999999});
+  s.real("train.average", 0,
+         "part of a moving average of the weights that a step keeps; what is judged and kept is then that average; 0: "
+         "the weights themselves",
+         {0, 0.999999});
 
   s.section("loss", "Weights of the terms; their sum is minimised. A weight of 0 leaves the term's target unlearned.");
   s.real("loss.albedo", 1, "log-space squared error of albedo", {0, none});
@@ -254,7 +260,7 @@ LightTrainingOptions light_step_of(const Config& c, const TrainingOptions& o) {
     forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
   step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender")};
   step.radiance = radiance_loss_of(c.text("loss.radiance"));
-  step.adam.beta1 = o.beta1, step.adam.beta2 = o.beta2;
+  step.adam.beta1 = o.beta1, step.adam.beta2 = o.beta2, step.average = o.average;
   return step;
 }
 
@@ -363,7 +369,7 @@ TrainingOptions training_options(const Config& c) {
   o.rate.every = c.real("train.rate_every");
   o.rate.least = c.real("train.rate_least"), o.rate.warmup = c.integer("train.warmup");
   o.encoder_rate = c.real("train.encoder_rate"), o.encoder = c.text("model.encoder");
-  o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2");
+  o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2"), o.average = c.real("train.average");
   o.w_albedo = c.real("loss.albedo"), o.w_normal = c.real("loss.normal"), o.w_material = c.real("loss.material");
   o.w_depth = c.real("loss.depth"), o.w_scale = c.real("loss.scale");
   o.w_metallic = c.real("loss.metallic"), o.w_log_depth = c.real("loss.log_depth");

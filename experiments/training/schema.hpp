@@ -57,6 +57,7 @@ struct TrainingOptions {
   LearningRate rate;
   double encoder_rate = 1;  // factor of the rate
   double beta1 = 0, beta2 = 0;
+  double average = 0;  // part of the weights' moving average that a step keeps; 0: there is none
   Augmentation augmentation;
   double w_albedo = 1, w_normal = 1, w_material = 1, w_depth = 1, w_scale = 1, w_log_depth = 0, w_metallic = 0,
          w_perceptual = 0;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/training/averages.hpp"
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/network.hpp"
 #include "host/report/run_directory.hpp"
@@ -54,8 +55,8 @@ class TrainingTask {
                       const Provenance& provenance) = 0;
 };
 
-/// MGNet's maps; the light. Both make the states that `states` lacks. `options` must outlive the task.
-std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options, std::shared_ptr<States> states);
-std::unique_ptr<TrainingTask> light_task(Device device, const TrainingOptions& options, std::shared_ptr<States> states);
+/// MGNet's maps; the light. Both make the states that `states.trained` lacks. `options` must outlive the task.
+std::unique_ptr<TrainingTask> maps_task(Device device, const TrainingOptions& options, const TrainingStates& states);
+std::unique_ptr<TrainingTask> light_task(Device device, const TrainingOptions& options, const TrainingStates& states);
 
 }  // namespace clerestory

@@ -61,7 +61,8 @@ class Trainer {
   bool begins_with_imagenet() const {
     return options_.init.empty() && options_.kind == "maps" && options_.net.lite() && options_.encoder == "imagenet";
   }
-  void begin_leg(const History& earlier);
+  /// After those of `earlier`; `init` is the file or folder that it starts from.
+  void begin_leg(const History& earlier, const std::filesystem::path& init);
   void loop();
   void take_step();
   void log_losses();
@@ -80,9 +81,10 @@ class Trainer {
             options_.seed,   config_hash(config_), views_hash(task_->views())};
   }
   void save_weights(const std::string& artifact) const {
-    write_weights(run_.artifact(artifact), *states_, progress_.history, progress_.means,
+    update_judged(states_, task_->weights());
+    write_weights(run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
                   {options_.preset, task_->net(), options_.size, this_build().commit, task_->weights(),
-                   factored_moments(*states_, progress_.moment_steps + progress_.step)});
+                   factored_moments(*states_.trained, progress_.moment_steps + progress_.step)});
   }
 
   TrainingOptions options_;
@@ -91,7 +93,7 @@ class Trainer {
   bool fresh_;  // nothing was here before
   std::vector<std::string> command_;
   Provenance provenance_;
-  std::shared_ptr<States> states_;
+  TrainingStates states_;
   std::unique_ptr<TrainingTask> task_;
   std::unique_ptr<MetricsWriter> metrics_;
   LegLimits limits_;
@@ -135,7 +137,8 @@ void Trainer::prepare() {
   provenance_.seeds["run.seed"] = options_.seed;
   provenance_.hashes["kernels"] = kernels_hash();
   if (device.info().cpu) provenance_.facts["tile"] = device.tile().name;
-  states_ = std::make_shared<States>(device);
+  states_.trained = std::make_shared<States>(device);
+  states_.judged = options_.average > 0 ? std::make_shared<States>(device) : states_.trained;
   options_.stream.rooms.out = run_ / "stream";
   task_ = options_.kind == "light" ? light_task(device, options_, states_) : maps_task(device, options_, states_);
   const double views = static_cast<double>(task_->views().size());
@@ -177,12 +180,13 @@ std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
 void Trainer::resume_or_begin() {
   const auto checkpoint = whole_checkpoint();
   if (checkpoint) {
-    progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_, identity());
+    progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_.trained, identity());
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
   } else {
     History earlier;
+    std::filesystem::path init = options_.init;
     if (!options_.init.empty()) {
-      InitialWeights initial = read_initial_weights(options_.init, *states_, task_->net(), task_->weights());
+      InitialWeights initial = read_initial_weights(options_.init, *states_.trained, task_->net(), task_->weights());
       earlier = std::move(initial.history), progress_.moment_steps = initial.moment_steps;
       for (const std::filesystem::path& file : weights_files(options_.init))
         provenance_.inputs.push_back(record_file(file));
@@ -191,12 +195,13 @@ void Trainer::resume_or_begin() {
                            initial.moment_steps > 0 ? "with the second moments of its gradients"
                                                     : "which has no second moments: Adam finds them anew"));
     } else if (begins_with_imagenet()) {
-      const std::filesystem::path encoder = imagenet_encoder();
-      read_encoder_weights(encoder, *states_, task_->weights());
-      provenance_.inputs.push_back(record_file(encoder));
-      run_.log(fmt::format("the encoder starts from {}", encoder.string()));
+      init = imagenet_encoder();
+      read_encoder_weights(init, *states_.trained, task_->weights());
+      provenance_.inputs.push_back(record_file(init));
+      run_.log(fmt::format("the encoder starts from {}", init.string()));
     }
-    begin_leg(earlier);
+    begin_averages(*states_.trained);
+    begin_leg(earlier, init);
   }
   run_.resume_at(progress_.step);
   if (!checkpoint) cut_metrics(run_.metrics_path(), -1);  // an earlier try died before its first checkpoint
@@ -206,7 +211,7 @@ void Trainer::resume_or_begin() {
   metrics_ = std::make_unique<MetricsWriter>(run_.metrics_path());
 }
 
-void Trainer::begin_leg(const History& earlier) {
+void Trainer::begin_leg(const History& earlier, const std::filesystem::path& init) {
   progress_.history = earlier;
   Leg leg;
   leg.kind = options_.kind;
@@ -216,7 +221,6 @@ void Trainer::begin_leg(const History& earlier) {
   leg.batch = options_.batch;
   leg.seed = options_.seed;
   // A folder for a light, perhaps with a slash at its end.
-  const std::filesystem::path init = begins_with_imagenet() ? imagenet_encoder().string() : options_.init;
   leg.init = (init.has_filename() ? init : init.parent_path()).filename().string();
   leg.overrides = settings_of(config_);
   progress_.history.legs.push_back(std::move(leg));
@@ -290,6 +294,7 @@ void Trainer::log_losses() {
 
 void Trainer::validate() {
   const double before = clock_seconds();
+  update_judged(states_, task_->weights());
   Judgement judgement = task_->judge();
   metrics_->write(progress_.step, judgement.values);
   run_.log(fmt::format("step {}: {}", progress_.step, judgement.text));
@@ -308,7 +313,7 @@ void Trainer::checkpoint() {
   update_leg();
   TrainingProgress now = progress_;
   now.seconds = seconds();
-  write_checkpoint(run_.checkpoint_path(progress_.step), *states_, now, identity());
+  write_checkpoint(run_.checkpoint_path(progress_.step), *states_.trained, now, identity());
   run_.prune_checkpoints(2);
   last_checkpoint_ = clock_seconds();
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "host/io/config_values.hpp"
+#include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
 #include "host/io/nesting.hpp"
 
@@ -266,7 +267,7 @@ Config::Config(const Schema& schema, const std::vector<std::string>& overrides)
 
 Config load_config(const std::filesystem::path& path, const Schema& schema, const std::vector<std::string>& overrides) {
   Config config(schema);
-  Loader(schema, config.from_files_, config.variants_).load_file(path);
+  Loader(schema, config.from_files_, config.variants_).load_file(found_data(path));
   return config.with(overrides);
 }
 

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "host/error.hpp"
+#include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
 
 namespace clerestory {
@@ -42,31 +43,38 @@ void set_pixel(Image& image, std::size_t pixel, float value) {
   for (int c = 0; c < image.channels; ++c) image.plane(c)[pixel] = value;
 }
 
-// Makes a normal unit length; false where it has no direction.
-bool normalize(Image& normal, std::size_t pixel) {
-  if (!all_finite(normal, pixel)) return false;
+double length(const Image& normal, std::size_t pixel) {
   double squares = 0;
   for (int c = 0; c < 3; ++c) squares += std::pow(normal.plane(c)[pixel], 2.0);
-  if (!(squares > 0)) return false;
-  for (int c = 0; c < 3; ++c) normal.plane(c)[pixel] = static_cast<float>(normal.plane(c)[pixel] / std::sqrt(squares));
-  return true;
+  return std::sqrt(squares);
 }
 
-// The data set's own flaws (holes, NaN, normals of no length) become mask 0 and zeros.
-void clean(RoomView& view) {
+// The data set's own flaws (holes, NaN, normals of no length) become mask 0 and zeros; normals get unit length.
+UnfilledPixels clean(RoomView& view) {
+  UnfilledPixels unfilled;
   for (std::size_t i = 0; i < view.mask.pixels(); ++i) {
-    bool valid = view.mask.data[i] > 0.5f;
-    const auto require = [&](Image& image, bool good) {
+    const bool masked = view.mask.data[i] > 0.5f;
+    bool valid = masked;
+    const auto require = [&](Image& image, std::size_t& count, bool good) {
       if (good) return;
+      count += masked ? 1 : 0;
       set_pixel(image, i, 0);
       valid = false;
     };
-    if (view.depth.channels) require(view.depth, view.depth.data[i] > 0 && std::isfinite(view.depth.data[i]));
-    if (view.normal.channels) require(view.normal, normalize(view.normal, i));
-    if (view.albedo.channels) require(view.albedo, all_finite(view.albedo, i));
-    if (view.material.channels) require(view.material, all_finite(view.material, i));
+    if (view.depth.channels)
+      require(view.depth, unfilled.depth, view.depth.data[i] > 0 && std::isfinite(view.depth.data[i]));
+    if (view.normal.channels) {
+      const double l = length(view.normal, i);
+      require(view.normal, unfilled.normal, std::isfinite(l) && l > 0);
+      if (masked && std::abs(l - 1) > 0.01) ++unfilled.normal_length;
+      if (std::isfinite(l) && l > 0)
+        for (int c = 0; c < 3; ++c) view.normal.plane(c)[i] = static_cast<float>(view.normal.plane(c)[i] / l);
+    }
+    if (view.albedo.channels) require(view.albedo, unfilled.albedo, all_finite(view.albedo, i));
+    if (view.material.channels) require(view.material, unfilled.material, all_finite(view.material, i));
     view.mask.data[i] = valid ? 1 : 0;
   }
+  return unfilled;
 }
 
 void check_to_write(const Image& image, int channels, const Image& first, const fs::path& path) {
@@ -88,7 +96,8 @@ std::string trimmed(std::string line) {
 
 }  // namespace
 
-std::vector<std::string> list_rooms(const fs::path& root, const std::string& split) {
+std::vector<std::string> list_rooms(const fs::path& root, const std::string& split,
+                                    const std::function<void(const Error&)>& bad) {
   const fs::path list = root / (split + ".txt");
   std::istringstream lines(read_file(list, std::uint64_t{1} << 28, true));
   std::vector<std::string> rooms;
@@ -98,12 +107,20 @@ std::vector<std::string> list_rooms(const fs::path& root, const std::string& spl
     ++number;
     line = trimmed(std::move(line));
     if (line.empty()) continue;
-    const std::string where = fmt::format("{}:{}", list.string(), number);
+    const char* fault = nullptr;
     if (line == "." || line == ".." || line.find('/') != std::string::npos || line.find('\0') != std::string::npos)
-      throw usage_error("is no name of a room", where, line);
-    if (!seen.insert(line).second) throw usage_error("the room is listed twice", where, line);
-    if (!fs::is_directory(root / line)) throw usage_error("the room has no folder", where, line);
-    rooms.push_back(line);
+      fault = "is no name of a room";
+    else if (!seen.insert(line).second)
+      fault = "the room is listed twice";
+    else if (!fs::is_directory(root / line))
+      fault = "the room has no folder";
+    if (fault == nullptr) {
+      rooms.push_back(line);
+      continue;
+    }
+    const Error error = usage_error(fault, fmt::format("{}:{}", list.string(), number), line);
+    if (!bad) throw error;
+    bad(error);
   }
   return rooms;
 }
@@ -143,7 +160,7 @@ void metres_to_millimetres(Image& depth) {
   for (float& d : depth.data) d = d > 0 && std::isfinite(d) ? d * 1000 : std::numeric_limits<float>::infinity();
 }
 
-RoomView read_view(const fs::path& room, const std::string& id, const ViewParts& parts) {
+RoomView read_view(const fs::path& room, const std::string& id, const ViewParts& parts, UnfilledPixels* unfilled) {
   RoomView view;
   const Image* first = nullptr;
   const auto read = [&](Image& to, const char* what, bool wanted, int channels) {
@@ -166,7 +183,8 @@ RoomView read_view(const fs::path& room, const std::string& id, const ViewParts&
   if (parts.image) check_radiance(view.image, view_file(room, id, "im"));
   if (view.emission) check_radiance(*view.emission, view_file(room, id, "emission"));
   if (parts.depth) millimetres_to_metres(view.depth);
-  clean(view);
+  const UnfilledPixels found = clean(view);
+  if (unfilled != nullptr) *unfilled = found;
 
   const fs::path camera = view_file(room, id, "camera", "json");
   if (parts.camera && fs::exists(camera)) {
@@ -213,7 +231,8 @@ void write_view(const fs::path& room, const std::string& id, const RoomView& vie
   write(view.image, "im", 3, ExrType::Half);
 }
 
-RgbdFrame read_rgbd(const fs::path& folder) {
+RgbdFrame read_rgbd(const fs::path& named) {
+  const fs::path folder = found_data(named);
   RgbdFrame frame;
   const auto is_there = [&](const char* name) { return fs::exists(folder / name); };
   const char* picture = nullptr;

@@ -5,18 +5,22 @@
 // files of light (light_files.hpp). In memory depth is always metres with 0 for none.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host/error.hpp"
 #include "host/io/camera_file.hpp"
 #include "host/io/image.hpp"
 
 namespace clerestory {
 
-/// Rooms of a split ("train", "val", "test"), in the file's order. Throws usage_error when the list is missing, holds a
-/// name twice, a name that leaves the root, or a room without a folder.
-std::vector<std::string> list_rooms(const std::filesystem::path& root, const std::string& split);
+/// Rooms of a split ("train", "val", "test"), in the file's order. Throws usage_error when the list is missing, or
+/// holds a name twice, a name that leaves the root, or a room without a folder; such lines go to `bad` instead, if it
+/// is given.
+std::vector<std::string> list_rooms(const std::filesystem::path& root, const std::string& split,
+                                    const std::function<void(const Error&)>& bad = {});
 /// Writes <split>.txt.
 void write_rooms(const std::filesystem::path& root, const std::string& split, const std::vector<std::string>& rooms);
 /// Ids ("000") of the views of a room, sorted: every NNN_im.exr.
@@ -42,11 +46,18 @@ struct ViewParts {
        camera = true;
 };
 
+/// Pixels that a view's mask calls valid and that its maps do not fill: what reading took away.
+struct UnfilledPixels {
+  std::size_t albedo = 0, depth = 0, material = 0, normal = 0;
+  std::size_t normal_length = 0;  // normals with a length beyond 1 +- 0.01: they were made unit length
+};
+
 /// Reads a view and makes it clean: pixels whose depth, normal, albedo or material is not finite, whose normal has no
 /// length or whose depth is not positive have mask 0 (and 0 in the offending map); normals come out unit length;
 /// NaN or Inf in the image is an error, negative radiance becomes 0. Throws usage_error naming the file; missing files
-/// (but emission and camera) are errors.
-RoomView read_view(const std::filesystem::path& room, const std::string& id, const ViewParts& parts = {});
+/// (but emission and camera) are errors. `unfilled` gets what was at fault.
+RoomView read_view(const std::filesystem::path& room, const std::string& id, const ViewParts& parts = {},
+                   UnfilledPixels* unfilled = nullptr);
 /// The same for a path ROOM/NNN.
 RoomView read_view(const std::filesystem::path& room_and_id, const ViewParts& parts = {});
 /// Whether ROOM/NNN names a view: no folder of that name, but a file ROOM/NNN_im.exr or ROOM/NNN_depth.exr.

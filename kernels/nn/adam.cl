@@ -1,6 +1,7 @@
 // Adam [Kingma and Ba 2015, arXiv 1412.6980], in the form of PyTorch: with t counted from 1,
 //   m = b1 m + (1 - b1) g;  v = b2 v + (1 - b2) g^2;  p -= lr / (1 - b1^t) * m / (sqrt(v) / sqrt(1 - b2^t) + epsilon)
 #include "lib/lanes.clh"
+#include "lib/slots.clh"
 
 // schedule = (lr / (1 - b1^t), 1 / sqrt(1 - b2^t)). One work-item. 1 - b^t = -expm1(t ln b).
 kernel void adam_schedule(IN(rate), IN(step), OUT(schedule), const real log_beta1, const real log_beta2) {
@@ -10,24 +11,14 @@ kernel void adam_schedule(IN(rate), IN(step), OUT(schedule), const real log_beta
   AT(schedule, 0)[1] = R(1) / sqrt(-expm1(t * log_beta2));
 }
 
-// Parameters are many and mostly small, and a launch costs more than they do: one takes as many as its arguments hold.
-// Parameter k has `count` numbers in blocks of `block` from work-group `begin` on; a slot without one begins at INT_MAX.
-#define SLOT(k) IN(g##k), OUT(p##k), OUT(m##k), OUT(v##k), const int count##k, const int begin##k
-#define TAKE_IF_BEGUN(k)                                      \
-  if (group >= begin##k) {                                    \
-    g = AT(g##k, 0), p = AT(p##k, 0), m = AT(m##k, 0);        \
-    v = AT(v##k, 0), count = count##k, begin = begin##k;      \
-  }
+#define SLOT(k) IN(g##k), OUT(p##k), OUT(m##k), OUT(v##k), SLOT_RANGE(k)
+#define TAKE(k) g = AT(g##k, 0), p = AT(p##k, 0), m = AT(m##k, 0), v = AT(v##k, 0);
 
-kernel void adam_update(SLOT(0), SLOT(1), SLOT(2), SLOT(3), SLOT(4), SLOT(5), SLOT(6), SLOT(7), IN(schedule),
-                        const real beta1, const real beta2, const real epsilon, const int block) {
-  const int group = (int)get_group_id(0);
+kernel void adam_update(SLOTS(SLOT), IN(schedule), const real beta1, const real beta2, const real epsilon,
+                        const int block) {
   global const real *g = 0;
   global real *p = 0, *m = 0, *v = 0;
-  int count = 0, begin = 0;
-  TAKE_IF_BEGUN(0) TAKE_IF_BEGUN(1) TAKE_IF_BEGUN(2) TAKE_IF_BEGUN(3)
-  TAKE_IF_BEGUN(4) TAKE_IF_BEGUN(5) TAKE_IF_BEGUN(6) TAKE_IF_BEGUN(7)
-  const int first = (group - begin) * block, length = min(block, count - first);
+  FIND_SLOT(TAKE)
   const real rate = AT(schedule, 0)[0], unbias = AT(schedule, 0)[1];
   FOR_ROW(i, length) {
     const int left = length - i, at = first + i;

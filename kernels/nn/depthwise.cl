@@ -3,9 +3,13 @@
 //   y[n,c,j,i] = bias[c] + sum over ky, kx of w[c,ky,kx] x[n,c, STRIDE j + ky - pad_y, STRIDE i + kx - pad_x],
 // zeros around the picture. x {N,C,H,W}, w {C,1,K,K}, bias {1,C,1,1}. A work-group takes one tile of one plane: what the
 // tile reads lies in local memory as STRIDE x STRIDE pictures of every STRIDE-th pixel, so that neighbours in y are
-// neighbours there too. Taps and rows are summed in one order, whatever the tiles.
+// neighbours there too. Numbers of y and dx are summed in one order, whatever the tiles.
 #include "lib/lanes.clh"
 
+#ifndef K
+#define K 3
+#define STRIDE 1
+#endif
 #define HALO ((K - 1) / STRIDE)  // rows and columns that a tile reads beyond as many as it writes, of each picture
 #define PATCH 4096               // numbers of local memory; host/ops/nn/depthwise.cpp cuts tiles to fit
 #define UNROLL _Pragma("unroll")

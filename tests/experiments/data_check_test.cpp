@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
@@ -75,53 +76,97 @@ TEST(DataCheck, FiguresOfMapsThatAreKnown) {
 
 struct DamagedData : testing::Test {
   ScratchFolder folder{"clerestory-damaged-data"};
-  void SetUp() override { write_synthetic_rooms(folder / "data", "train", 2, 2, 32, 24, 5); }
-  fs::path file(const char* what) const {
-    return view_file(folder / "data" / list_rooms(folder / "data", "train")[0], "000", what);
-  }
-  std::string only_problem() const {
-    const DataCheck check = check_data(folder / "data", 0);
-    EXPECT_EQ(check.problems.size(), 1u);
-    return check.problems.empty() ? "" : check.problems[0].file + ": " + check.problems[0].what;
+  fs::path data = folder / "data";
+  void SetUp() override { write_synthetic_rooms(data, "train", 2, 2, 32, 24, 5); }
+  std::string room(std::size_t i) const { return list_rooms(data, "train")[i]; }
+  fs::path file(const char* what) const { return view_file(data / room(0), "000", what); }
+  /// Of `number` problems the first; its file is as expected.
+  std::string problem_of(const fs::path& expected, std::size_t number = 1) const {
+    const DataCheck check = check_data(data, 0);
+    EXPECT_EQ(check.problems.size(), number);
+    if (check.problems.empty()) return "";
+    EXPECT_EQ(check.problems[0].file, expected.string());
+    return check.problems[0].what;
   }
 };
 
 TEST_F(DamagedData, WholeRoomsHaveNoProblem) {
-  const DataCheck check = check_data(folder / "data", 0);
+  const DataCheck check = check_data(data, 0);
   EXPECT_TRUE(check.problems.empty());
   EXPECT_EQ(check.usable, 4);
-  EXPECT_EQ(check_data(folder / "data", 3).views, 3);
+  EXPECT_EQ(check_data(data, 3).views, 3);
 }
 
 TEST_F(DamagedData, MissingAndCutMapsAreNamed) {
-  const std::string whole = read_file(file("depth"), 1 << 20);
-  fs::remove(file("depth"));
-  EXPECT_THAT(only_problem(), HasSubstr(file("depth").string()));
-  std::ofstream(file("depth"), std::ios::binary) << whole.substr(0, whole.size() / 2);
-  EXPECT_THAT(only_problem(), HasSubstr(file("depth").string()));
+  for (const char* what : {"depth", "im"}) {
+    const std::string whole = read_file(file(what), 1 << 20);
+    fs::remove(file(what));
+    EXPECT_THAT(problem_of(file(what)), HasSubstr("cannot be opened"));
+    std::ofstream(file(what), std::ios::binary) << whole.substr(0, whole.size() / 2);
+    EXPECT_NE(problem_of(file(what)), "");
+    std::ofstream(file(what), std::ios::binary) << whole;
+  }
 }
 
 TEST_F(DamagedData, SizesRangesAndBlackPicturesAreNamed) {
   write_exr(file("normal"), Image(16, 12, 3, 1), ExrType::Float);
-  EXPECT_THAT(only_problem(), HasSubstr(file("normal").string()));
+  EXPECT_THAT(problem_of(file("normal")), HasSubstr("16x12"));
   write_exr(file("normal"), Image(32, 24, 3, 1), ExrType::Float);
+  EXPECT_THAT(problem_of(file("normal")),
+              HasSubstr("768 of 768 pixels, valid by their mask, have a normal that is not"));
+  write_exr(file("normal"), Image(32, 24, 3, std::sqrt(1.0f / 3)), ExrType::Float);
   write_exr(file("albedo"), Image(32, 24, 3, 1.5f), ExrType::Half);
-  EXPECT_THAT(only_problem(), testing::AllOf(HasSubstr(file("albedo").string()), HasSubstr("1.5 at (0, 0)")));
+  EXPECT_THAT(problem_of(file("albedo")), HasSubstr("1.5 at (0, 0)"));
   write_exr(file("albedo"), Image(32, 24, 3, 0.5f), ExrType::Half);
   write_exr(file("im"), Image(32, 24, 3, 0), ExrType::Half);
-  EXPECT_THAT(only_problem(), HasSubstr("black"));
+  EXPECT_THAT(problem_of(file("im")), HasSubstr("black"));
+}
+
+TEST_F(DamagedData, HolesAndDepthInMetresAreNamed) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const char* what : {"albedo", "material", "normal"}) {
+    const Image whole = read_map(file(what), 3);
+    Image holes = whole;
+    for (std::size_t i = 0; i < 5; ++i) holes.plane(1)[i] = nan;
+    write_exr(file(what), holes, ExrType::Float);
+    EXPECT_THAT(problem_of(file(what)), HasSubstr("5 of 768 pixels, valid by their mask"));
+    write_exr(file(what), whole, ExrType::Float);
+  }
+  write_exr(file("depth"), Image(32, 24, 1, 2.5f), ExrType::Float);
+  EXPECT_THAT(problem_of(file("depth")), HasSubstr("0.0025 m"));
+  write_exr(file("depth"), Image(32, 24, 1, nan), ExrType::Float);
+  EXPECT_THAT(problem_of(file("depth"), 2), HasSubstr("768 of 768 pixels, valid by their mask, have no depth"));
+}
+
+TEST_F(DamagedData, ListsAndRoomsAtFaultHideNoOthers) {
+  const std::string rooms = room(0) + "\n" + room(1) + "\n";
+  const fs::path list = data / "train.txt";
+  write_file(list, "nowhere\n" + rooms);
+  EXPECT_THAT(problem_of(list.string() + ":1"), HasSubstr("no folder"));
+  EXPECT_EQ(check_data(data, 0).usable, 4);
+  write_file(list, rooms);
+  write_file(data / "test.txt", rooms.substr(0, room(0).size()) + "\n");
+  EXPECT_THAT(problem_of(data / "test.txt"), HasSubstr("train.txt"));
+  EXPECT_EQ(check_data(data, 0).usable, 4) << "a room of two lists counts once";
+  write_file(data / "test.txt", "\n");
+  EXPECT_THAT(problem_of(data / "test.txt"), HasSubstr("names no room"));
 }
 
 TEST_F(DamagedData, TheProgramGoesOnAndSaysSoInTheEnd) {
   fs::remove(file("material"));
-  Program program({"data", "check", (folder / "data").string(), "--json=" + (folder / "check.json").string()},
-                  folder / "log.txt");
+  const fs::path json = folder / "check.json", page = folder / "check.html", log = folder / "log.txt";
+  Program program({"data", "check", data.string(), data.string(), "--json=" + json.string(), "--report", page.string()},
+                  log);
   EXPECT_EQ(program.wait(), 2);
-  EXPECT_THAT(text_of(folder / "log.txt"), HasSubstr(file("material").string()));
-  EXPECT_THAT(text_of(folder / "check.json"), HasSubstr("\"usable\": 3"));
-  Program nothing({"data", "check", folder.path().string()}, folder / "log.txt");
+  EXPECT_THAT(text_of(log), HasSubstr(file("material").string()));
+  EXPECT_THAT(text_of(json), HasSubstr("\"usable\": 3"));
+  EXPECT_THAT(text_of(page), HasSubstr("10th, 50th and 90th percentile"));
+  Program nothing({"data", "check", folder.path().string()}, log);
   EXPECT_EQ(nothing.wait(), 2);
-  EXPECT_THAT(text_of(folder / "log.txt"), HasSubstr("train.txt, val.txt or test.txt"));
+  EXPECT_THAT(text_of(log), HasSubstr("train.txt, val.txt or test.txt"));
+  Program unwritable({"data", "check", data.string(), "--report", (folder / "nowhere/check.html").string()}, log);
+  EXPECT_EQ(unwritable.wait(), 2);
+  EXPECT_THAT(text_of(log), testing::AllOf(HasSubstr("nowhere"), testing::Not(HasSubstr("percentile"))));
 }
 
 }  // namespace

@@ -234,7 +234,8 @@ TEST_F(LightTask, OfStreamedRoomsItEndsInTheSameBitsAndIsJudgedByLists) {
 /// Losses of the first `steps` of a leg behind legs that saw `before` views; nothing is learned.
 std::vector<double> losses_of_leg(const TrainingOptions& options, std::int64_t before, int steps) {
   const Device device = Device::open();
-  const auto task = light_task(device, options, std::make_shared<States>(device));
+  const auto states = std::make_shared<States>(device);
+  const auto task = light_task(device, options, {states, states});
   TrainingProgress progress;
   progress.history.legs.resize(2);
   progress.history.legs[0].views_seen = before;

@@ -17,6 +17,7 @@
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
+#include "host/ops/nn/moving_average.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
@@ -122,7 +123,8 @@ TEST_F(TrainingRun, GoesOnInTheTileThatItBeganWith) {
 }
 
 TEST_F(TrainingRun, InterruptedAndKilledItEndsInTheSameBits) {
-  const std::vector<std::string> settings{"train.steps=240", "log.checkpoint_every=10", "log.validate_every=25"};
+  const std::vector<std::string> settings{"train.steps=240", "log.checkpoint_every=10", "log.validate_every=25",
+                                          "train.average=0.9"};
   Program whole = start("runs", settings);
   ASSERT_EQ(whole.wait(), 0) << output_of("runs");
   const std::string name = run_below("runs").filename();
@@ -292,7 +294,8 @@ TEST_F(TrainingRun, ASecondLegOfOneSeedGoesOnWithTheBatchesOfTheFirst) {
   const TrainingOptions options = training_options(config("legs", {"train.steps=4", "data.flip=false"}));
   const auto views_of_leg = [&](std::int64_t before, int steps) {
     const Device device = Device::open();
-    const auto task = maps_task(device, options, std::make_shared<States>(device));
+    const auto states = std::make_shared<States>(device);
+    const auto task = maps_task(device, options, {states, states});
     TrainingProgress progress;
     progress.history.legs.resize(2);
     progress.history.legs[0].views_seen = before;
@@ -329,6 +332,33 @@ TEST_F(TrainingRun, WeightsCarryWhereTheNextLegBegins) {
   ASSERT_EQ(both.legs.size(), 2u);
   EXPECT_EQ(both.views_seen_before(), seen);
   EXPECT_EQ(both.views_seen(), seen + 2);
+}
+
+TEST_F(TrainingRun, AveragesOfTheWeightsAreJudgedAndKept) {
+  const TrainingOutcome first = run("first", {"train.steps=20", "train.average=0.9"});
+  const TensorFile kept = read_safetensors(first.weights),
+                   checkpoint = read_safetensors(first.folder / "checkpoints/step-00000020.safetensors");
+  int averages = 0, apart = 0;
+  for (const auto& [name, tensor] : kept.tensors) {
+    if (checkpoint.tensors.count(average_name(name)) == 0) continue;
+    ++averages;
+    const std::vector<float> average = checkpoint.get(average_name(name), "checkpoint").floats(),
+                             parameter = checkpoint.get(name, "checkpoint").floats(), stored = tensor.floats();
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+      ASSERT_NEAR(stored[i], average[i], 0x1p-11 * std::abs(average[i]) + 0x1p-24) << name;  // half precision
+      apart += std::abs(parameter[i] - average[i]) > 0.01 * std::abs(average[i]) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(averages, 40);
+  EXPECT_GT(apart, 1000) << "the average is the parameters";
+
+  const TrainingOutcome second =
+      run("second", {"train.steps=1", "train.rate=0", "train.average=0.9", "model.init=" + first.weights.string()});
+  const TensorFile again = read_safetensors(second.weights);
+  for (const auto& [name, tensor] : kept.tensors) {
+    if (checkpoint.tensors.count(average_name(name)) == 0) continue;
+    EXPECT_EQ(again.get(name, "weights").floats(), tensor.floats()) << name;
+  }
 }
 
 TEST_F(TrainingRun, LearnsItsOwnViews) {
@@ -383,10 +413,10 @@ TEST_F(TrainingRun, LiteBeginsWithWhatItsEncoderLearnedOnImagenet) {
   EXPECT_EQ(differing(outcome), 0);
   EXPECT_EQ(read_history(outcome.weights).legs[0].init, "imagenet_lite0.safetensors");
   const TrainingOutcome random = lite("random", {"model.encoder=random"});
-  EXPECT_GT(differing(random), 40);
+  EXPECT_EQ(differing(random), static_cast<int>(learned.tensors.size()));
   EXPECT_EQ(read_history(random.weights).legs[0].init, "");
-  const std::string said = message_of([&] { lite("other", {"model.channels=[16,24,48,80,112,192,320]"}); },
-                                      ErrorKind::Usage);
+  const std::string said =
+      message_of([&] { lite("other", {"model.channels=[16,24,48,80,112,192,320]"}); }, ErrorKind::Usage);
   EXPECT_THAT(said, HasSubstr("imagenet_lite0.safetensors"));
   EXPECT_THAT(said, HasSubstr("encoder.stage2.0.project"));
 }

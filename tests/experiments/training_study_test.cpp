@@ -241,13 +241,14 @@ TEST_F(TinyAblation, TrainsJudgesComparesAndSkipsWhatIsDone) {
 }
 
 TEST_F(TinyAblation, MapsAreTrainedAndJudgedOnRoomsAndPhotographs) {
-  write_config("[[variant]]\nname = \"one\"\noverrides = []\n"
-               "[[variant]]\nname = \"two\"\noverrides = [\"train.steps=2\"]\n");
+  write_config(
+      "[[variant]]\nname = \"one\"\noverrides = []\n"
+      "[[variant]]\nname = \"two\"\noverrides = [\"train.steps=2\"]\n");
   const std::string frame = std::string(CLERESTORY_SOURCE_DIR) + "/assets/real/office";
   const fs::path place =
       run({"model.kind=maps", "ablation.measures=[]", "ablation.data=" + (folder / "maps").string(), "model.growth=4",
-           "model.first=16", "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]", "data.frames=[\"" + frame + "\"]",
-           "loss.radiance=hdr", "ablation.judged_setting=held_out"});
+           "model.first=16", "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]",
+           "ablation.frames=[\"" + frame + "\"]", "loss.radiance=hdr", "ablation.judged_setting=held_out"});
   EXPECT_FALSE(fs::exists(folder / "maps/train/room-s7300-00000/000_envmap.exr")) << "light that nobody reads";
   EXPECT_THAT(read_file(folder / "maps/test/generate.json"), HasSubstr("held_out"));
   EXPECT_THAT(read_file(folder / "maps/train/generate.json"), HasSubstr("\"training\""));

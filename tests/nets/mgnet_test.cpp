@@ -112,9 +112,8 @@ TEST(Mgnet, TheEncoderMovesAtARateOfItsOwn) {
   const Device device = Device::open();
   for (const double factor : {0.0, 0.25}) {
     Graph graph;
-    const MgnetTraining training =
-        mgnet_training(graph, mgnet_size("lite"),
-                       {.batch = kBatch, .height = kHeight, .width = kWidth, .encoder_rate = factor});
+    const MgnetTraining training = mgnet_training(
+        graph, mgnet_size("lite"), {.batch = kBatch, .height = kHeight, .width = kWidth, .encoder_rate = factor});
     const auto states = std::make_shared<States>(device);
     states->initialise(graph, 7);
     const std::vector<std::string> watched{"encoder.stage2.0.depthwise.bias", "decoder.c5.conv.weight"};

@@ -244,7 +244,9 @@ TEST(Views, AreRolledAndCloseAsAskedFor) {
   const Room room = make_room(1, Setting::Training, assets_of(Setting::Training));
   TraceScene scene(test_device(), room.scene);
   constexpr int count = 40;
-  const auto views = [&](const Handling& handling) { return choose_views(scene, room, count, 32, 24, Random(1), handling); };
+  const auto views = [&](const Handling& handling) {
+    return choose_views(scene, room, count, 32, 24, Random(1), handling);
+  };
   const auto roll_of = [](const Camera& camera) {  // of the right axis out of the horizon; the pitch is small
     return std::asin(camera.camera_to_world[4]) * 180 / std::numbers::pi;
   };
@@ -267,7 +269,7 @@ TEST(Views, AreRolledAndCloseAsAskedFor) {
   EXPECT_GT(turned, count / 4);
   EXPECT_LT(turned, 3 * count / 4);
   EXPECT_EQ(same + nearer, count);
-  EXPECT_GE(nearer, 4);  // of 40 at a quarter: fewer one time in 400
+  EXPECT_GE(nearer, 4);  // of 40 at a quarter: fewer one time in 200
   EXPECT_LE(nearer, 18);
 }
 

@@ -1,12 +1,8 @@
 #include "host/ops/nn/adam.hpp"
 
-#include <array>
 #include <cmath>
-#include <limits>
-#include <tuple>
-#include <utility>
 
-#include "host/ops/tensor/rows.hpp"
+#include "host/ops/nn/parameter_slots.hpp"
 
 namespace clerestory {
 namespace {
@@ -29,13 +25,6 @@ struct ScheduleOp : NotDifferentiable {  // learning rate, step -> {1, 1, 1, 2}
   }
 };
 
-/// One run of numbers of a parameter: all of it, or one item of a gradient that is a slice of something.
-struct Slot {
-  TensorView gradient, parameter, first_moment, second_moment;
-  int count = 0;
-};
-constexpr std::size_t kSlots = 8;  // as kernels/nn/adam.cl has them
-
 TensorView item_of(TensorView view, int n) {
   view.offset += static_cast<std::uint64_t>(n) * static_cast<std::uint64_t>(view.stride);
   return view;
@@ -55,46 +44,23 @@ struct AdamOp : NotDifferentiable {  // gradient, parameter, first moment, secon
     return {};
   }
 
-  std::vector<Slot> slots(const Launch& l) const {
-    std::vector<Slot> slots;
+  /// Of each parameter all, or one item at a time where its gradient is a slice of something.
+  std::vector<Slot<4>> slots(const Launch& l) const {
+    std::vector<Slot<4>> slots;
     for (int i = 0; i < parameters; ++i) {
       const TensorView &g = l.in(4 * i), &p = l.in(4 * i + 1), &m = l.in(4 * i + 2), &v = l.in(4 * i + 3);
       const Shape& s = g.shape;
       const bool one_run = s.n == 1 || g.stride == s.item();  // states always are
       const int items = one_run ? 1 : s.n, count = static_cast<int>(one_run ? s.count() : s.item());
       for (int n = 0; n < items; ++n)
-        slots.push_back({item_of(g, n), item_of(p, n), item_of(m, n), item_of(v, n), count});
+        slots.push_back({{item_of(g, n), item_of(p, n), item_of(m, n), item_of(v, n)}, count});
     }
     return slots;
   }
 
   void launch(Launch& l) const override {
-    const std::vector<Slot> all = slots(l);
-    for (std::size_t first = 0; first < all.size(); first += kSlots)
-      update(l, std::span(all).subspan(first, std::min(kSlots, all.size() - first)),
-             std::make_index_sequence<kSlots>{});
-  }
-
-  template <std::size_t... k>
-  void update(Launch& l, std::span<const Slot> slots, std::index_sequence<k...>) const {
-    const int block = row_blocks(l.device, std::numeric_limits<int>::max()).length;
-    std::array<int, kSlots> begin;
-    begin.fill(std::numeric_limits<int>::max());
-    int groups = 0;
-    for (std::size_t i = 0; i < slots.size(); ++i) {
-      begin[i] = groups;
-      groups += (slots[i].count + block - 1) / block;
-    }
-    const auto slot = [&](std::size_t i) -> const Slot& { return slots[std::min(i, slots.size() - 1)]; };
-    const auto arguments = std::tuple_cat(std::tie(slot(k).gradient, slot(k).parameter, slot(k).first_moment,
-                                                   slot(k).second_moment, slot(k).count, begin[k])...);
-    std::apply(
-        [&](const auto&... argument) {
-          l.run_with(row_defines(l.device), kFile, "adam_update", row_range(l.device, groups), argument...,
-                     l.inputs.back(), Launch::Real{options.beta1}, Launch::Real{options.beta2},
-                     Launch::Real{options.epsilon}, block);
-        },
-        arguments);
+    run_slots<4>(l, kFile, "adam_update", slots(l), l.inputs.back(), Launch::Real{options.beta1},
+                 Launch::Real{options.beta2}, Launch::Real{options.epsilon});
   }
 
   std::vector<int> writes() const override {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "host/error.hpp"
+#include "host/math/integers.hpp"
 
 namespace clerestory {
 namespace {
@@ -18,9 +19,6 @@ constexpr int wanted_groups = 16;  // of backward weights, whatever the device: 
 // counted).
 constexpr double copying = 16, reading = 4;
 constexpr int under_a_tile = 128;  // rows of a panel, so that what all outputs read of them stays in the first cache
-
-int ceil_div(int a, int b) { return (a + b - 1) / b; }
-int round_up(int a, int b) { return ceil_div(a, b) * b; }
 
 // Rows of the panel are grid_w - 1 + columns wide, where `columns` are the taps of one residue. The last entries of a
 // row may be the first of the next where both are padding.

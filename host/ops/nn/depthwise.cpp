@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/math/integers.hpp"
 #include "host/ops/nn/conv.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
@@ -13,21 +14,19 @@ namespace {
 constexpr auto kFile = "nn/depthwise.cl";
 constexpr int kPatch = 4096;  // PATCH of the kernels
 
-int strided(int size, int stride) { return (size + stride - 1) / stride; }
-
 /// Tiles of a plane that a group's local memory holds, as the kernels take them.
 struct Tiling {
   int height = 0, width = 0, pitch = 0, across = 0, tiles = 0;
 
   /// `pictures` of every stride-th pixel lie in local memory, `halo` larger than the tile each; the widest tile is as
-  /// wide as lets 16 rows of a picture fit beside it.
+  /// wide as lets 15 rows of a picture fit beside it.
   Tiling(int out_height, int out_width, int halo, int pictures) {
     constexpr int lanes = 16, widest = 112;
     width = std::min(out_width, pictures > 1 ? widest / 2 : widest);
-    pitch = (width + lanes - 1) / lanes * lanes + halo;
+    pitch = round_up(width, lanes) + halo;
     height = std::min(out_height, kPatch / (pictures * pitch) - halo);
-    across = (out_width + width - 1) / width;
-    tiles = across * ((out_height + height - 1) / height);
+    across = ceil_div(out_width, width);
+    tiles = across * ceil_div(out_height, height);
   }
 };
 
@@ -38,7 +37,7 @@ Defines defines(const Launch& l, int kernel, int stride) {
 /// The plane that is read, the kernel over it and the plane that comes out.
 struct Geometry {
   int height, width, kernel, stride;
-  int out_height = strided(height, stride), out_width = strided(width, stride);
+  int out_height = ceil_div(height, stride), out_width = ceil_div(width, stride);
   int pad_y = same_padding(height, kernel, stride), pad_x = same_padding(width, kernel, stride);
   int halo = (kernel - 1) / stride;
 
@@ -62,7 +61,8 @@ struct DepthwiseDataOp : NotDifferentiable {  // dy, w -> dx
   Cost cost(const Node& node) const override { return depthwise_cost(x, node.in_shape(1), stride); }
   void launch(Launch& l) const override {
     const Geometry g = geometry(x, l.in(1).shape, stride);
-    const int rows = strided(g.height + g.pad_y % stride, stride), columns = strided(g.width + g.pad_x % stride, stride);
+    const int rows = ceil_div(g.height + g.pad_y % stride, stride),
+              columns = ceil_div(g.width + g.pad_x % stride, stride);
     const Tiling t(rows, columns, g.halo, 1);
     l.run_with(defines(l, g.kernel, stride), kFile, "depthwise_data", row_range(l.device, x.c, x.n, t.tiles), l.in(0),
                l.in(1), l.out(), g.height, g.width, g.out_height, g.out_width, rows, columns, g.pad_y, g.pad_x,
@@ -106,7 +106,7 @@ struct DepthwiseOp : Op {  // x, w, bias -> y
     const Shape bias{1, x.c, 1, 1};
     if (!(in[2].shape() == bias))
       throw Error(ErrorKind::Failed, "a bias of another shape", "depthwise", in[2].shape().text(), bias.text());
-    return {{{x.n, x.c, strided(x.h, stride), strided(x.w, stride)}, Type::Real}};
+    return {{{x.n, x.c, ceil_div(x.h, stride), ceil_div(x.w, stride)}, Type::Real}};
   }
 
   std::vector<Value> adjoint(const Node& node, std::span<const Value> dy) const override {
@@ -114,8 +114,8 @@ struct DepthwiseOp : Op {  // x, w, bias -> y
     const Value x = node.inputs[0], w = node.inputs[1];
     const Shape& s = w.shape();
     const Value each = graph.make<DepthwiseWeightsOp>({x, dy[0]}, stride, s);
-    return {graph.make<DepthwiseDataOp>({dy[0], w}, stride, x.shape()),
-            reshape(sum_to(each, {1, s.n, s.h, s.w}), s), conv_bias_gradient(dy[0])};
+    return {graph.make<DepthwiseDataOp>({dy[0], w}, stride, x.shape()), reshape(sum_to(each, {1, s.n, s.h, s.w}), s),
+            conv_bias_gradient(dy[0])};
   }
 
   Cost cost(const Node& node) const override { return depthwise_cost(node.in_shape(0), node.in_shape(1), stride); }
@@ -132,11 +132,9 @@ struct DepthwiseOp : Op {  // x, w, bias -> y
 }  // namespace
 
 int same_padding(int size, int kernel, int stride) {
-  return std::max((strided(size, stride) - 1) * stride + kernel - size, 0) / 2;
+  return std::max((ceil_div(size, stride) - 1) * stride + kernel - size, 0) / 2;
 }
 
-Value depthwise(Value x, Value w, Value bias, int stride) {
-  return x.graph().make<DepthwiseOp>({x, w, bias}, stride);
-}
+Value depthwise(Value x, Value w, Value bias, int stride) { return x.graph().make<DepthwiseOp>({x, w, bias}, stride); }
 
 }  // namespace clerestory

@@ -1,5 +1,5 @@
-// Convolution of each channel with a kernel of its own (kernels/nn/depthwise.cl): the depthwise convolution of MobileNets
-// (Howard et al. 2017).
+// Convolution of each channel with a kernel of its own (kernels/nn/depthwise.cl): the depthwise convolution of
+// MobileNets (Howard et al. 2017).
 #pragma once
 #include "host/graph/graph.hpp"
 
@@ -10,8 +10,8 @@ namespace clerestory {
 /// rounded up. Zeros lie around the picture, those of `same_padding` above and left of it.
 Value depthwise(Value x, Value w, Value bias, int stride);
 
-/// Zeros before the first of `size` pixels, where a kernel's outputs are size/stride, rounded up: half of all there are,
-/// rounded down (TensorFlow's SAME).
+/// Zeros before the first of `size` pixels, where a kernel's outputs are size/stride, rounded up: half of all there
+/// are, rounded down (TensorFlow's SAME).
 int same_padding(int size, int kernel, int stride);
 
 }  // namespace clerestory
