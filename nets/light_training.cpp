@@ -35,6 +35,11 @@ Value inverse_size(Value y) {
   return activate(scale(activate(squares, Function::Log), -0.5), Function::Exp);
 }
 
+/// 1 / (y + floor), through which no gradient goes.
+Value inverse_of_prediction(Value y, double floor) {
+  return detach(activate(scale(activate(affine(y, 1, floor), Function::Log), -1), Function::Exp));
+}
+
 /// {1, 1, pixels, samples}: 1 for the first half of a pixel's samples, -1 for the second.
 Tensor half_signs(int pixels, int samples) {
   Tensor signs(Shape{1, 1, pixels, samples}, 1);
@@ -88,9 +93,7 @@ Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool r
 }  // namespace
 
 Value hdr_loss(Value prediction, Value truth, Value mask) {
-  constexpr double floor = 1e-3;
-  const Value inverse =
-      detach(activate(scale(activate(affine(prediction, 1, floor), Function::Log), -1), Function::Exp));
+  const Value inverse = inverse_of_prediction(prediction, 1e-3);
   return squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3);
 }
 
@@ -101,6 +104,15 @@ Value relative_loss(Value prediction, Value truth, Value mask) {
              squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3), 0.25);
 }
 
+Value irradiance_loss(Value prediction, Value truth) {
+  const Shape& s = prediction.shape();
+  const auto means = [&](Value v) { return plane_mean(reshape(v, {1, s.c * s.h, s.w, 1})); };
+  const Value predicted = means(prediction);
+  const Value inverse = inverse_of_prediction(predicted, kFloor);
+  return squared_loss(multiply(predicted, inverse), multiply(means(truth), inverse), prediction.graph().fill({}, 1),
+                      1.0 / (s.c * s.h));
+}
+
 RadianceLoss radiance_loss_of(const std::string& name) {
   if (name == "hdr") return RadianceLoss::Hdr;
   if (name == "relative") return RadianceLoss::Relative;
@@ -109,7 +121,7 @@ RadianceLoss radiance_loss_of(const std::string& name) {
 
 LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightTrainingOptions& o) {
   const LightLossWeights& w = o.weights;
-  if (w.mixed + w.out_of_view + w.rerender == 0)
+  if (w.mixed + w.out_of_view + w.rerender + w.irradiance == 0)
     throw usage_error("every term has a weight of zero: nothing to train", "loss");
   const std::vector<LitPicture> pictures =
       lit_pictures(graph, lit_inputs(graph, o.batch, o.height, o.width), sizes, true);
@@ -117,14 +129,14 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
 
   const bool relative = o.radiance == RadianceLoss::Relative;
   const auto radiance_loss = relative ? relative_loss : hdr_loss;
-  std::vector<Value> mixed, far, rerender;
+  std::vector<Value> mixed, far, irradiance, rerender;
   for (int b = 0; b < o.batch; ++b) {
     graph.draws(static_cast<std::uint32_t>(b) + 1);  // each picture its own directions
     const LitPicture& picture = pictures[static_cast<std::size_t>(b)];
     const auto ask = [&](Value points, Value directions, Value skip) {
       return ask_light(graph, picture, sizes, points, directions, skip);
     };
-    if (w.mixed > 0 || w.out_of_view > 0) {
+    if (w.mixed > 0 || w.out_of_view > 0 || w.irradiance > 0) {
       const auto rays = [&](const char* name, int channels, Type type = Type::Real) {
         return graph.input(name + std::to_string(b), {1, channels, o.rows, o.samples}, type);
       };
@@ -132,6 +144,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
       const LightAnswer answer = ask(rays("points", 3), rays("directions", 3), rays("skip", 1, Type::Int));
       mixed.push_back(radiance_loss(answer.mixed, truth, known_hits(known, answer.hits, picture)));
       far.push_back(radiance_loss(answer.out_of_view, truth, known));
+      irradiance.push_back(irradiance_loss(answer.mixed, truth));
     }
     if (w.rerender > 0) rerender.push_back(rerender_loss(graph, shading, b, o.shade_samples, relative, ask));
   }
@@ -144,9 +157,10 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
     training.losses.emplace_back(name, scale(mean_of(values), weight));
     total = total ? add(total, training.losses.back().second) : training.losses.back().second;
   };
-  term("mixed", mixed, w.mixed), term("out_of_view", far, w.out_of_view), term("rerender", rerender, w.rerender);
+  term("mixed", mixed, w.mixed), term("out_of_view", far, w.out_of_view);
+  term("irradiance", irradiance, w.irradiance), term("rerender", rerender, w.rerender);
   training.losses.insert(training.losses.begin(), {"loss", total});
-  if (w.mixed == 0 && w.rerender == 0) training.frozen = {"local"};
+  if (w.mixed + w.rerender + w.irradiance == 0) training.frozen = {"local"};
   const std::vector<Value> parameters = trained_parameters(graph, training.frozen);
   const Value rate = graph.input("learning_rate", {}), step = graph.input("step", {});
   adam(parameters, gradient(total, parameters), rate, step, o.adam);

@@ -12,6 +12,7 @@ struct LightLossWeights {
   double mixed = 1;        // both parts mixed by u (Eq. 6), on the rays that hit
   double out_of_view = 1;  // the out-of-view part alone, on all rays
   double rerender = 0.1;   // the picture rendered again, squared error
+  double irradiance = 0;   // the mean of each row of rays, both parts mixed
 };
 
 /// How radiance is compared. Hdr: RawNeRF's loss, as in the paper; its optimum is the mean of what may be. Relative:
@@ -51,6 +52,10 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
 /// RawNeRF's loss of radiance (Mildenhall et al. 2022): <((y' - y) / (sg(y') + 0.001))^2>_m over mask and channels.
 /// prediction and truth {1,3,rows,samples}, mask {1,1,...}.
 Value hdr_loss(Value prediction, Value truth, Value mask);
+/// <((E' - E) / (sg(E') + 0.01))^2> with E' and E the means of prediction and truth {1,3,rows,samples} over each row.
+/// What is relative to the prediction has the mean for its optimum, where logarithms and what is relative to the truth
+/// have less: light that is right ray by ray in those shades a surface too dark.
+Value irradiance_loss(Value prediction, Value truth);
 /// <ln((y' + e) / (y + e))^2>_m + <(y' - y)^2 / (y^2 + e)>_m / 4 with e = 0.01; y' at least 0.
 Value relative_loss(Value prediction, Value truth, Value mask);
 

@@ -130,6 +130,8 @@ Schema make_schema() {
 
   s.real("loss.mixed", 1, "light: radiance of rays that hit, both nets mixed by their uncertainty", {0, none});
   s.real("loss.out_of_view", 1, "light: radiance of all rays, the out-of-view net alone", {0, none});
+  s.real("loss.irradiance", 0, "light: relative error of the mean radiance of each row of rays, both nets mixed",
+         {0, none});
   s.real("loss.rerender", 0.1, "light: squared error of the picture rendered again", {0, none});
 
   s.text("loss.radiance", "hdr",
@@ -258,7 +260,7 @@ LightTrainingOptions light_step_of(const Config& c, const TrainingOptions& o) {
   step.shade_samples = number("light.shade_samples");
   for (const char* key : {"light.samples", "light.shade_samples"})
     forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
-  step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender")};
+  step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender"), c.real("loss.irradiance")};
   step.radiance = radiance_loss_of(c.text("loss.radiance"));
   step.adam.beta1 = o.beta1, step.adam.beta2 = o.beta2, step.average = o.average;
   return step;

@@ -7,6 +7,7 @@
 
 #include "host/math/camera.hpp"
 #include "host/ops/light/ssrt.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "tests/nets/golden.hpp"
 
 namespace clerestory {
@@ -41,6 +42,53 @@ TEST(LightTraining, HdrLossAgainstItsDefinitionAndGradient) {
   EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
   for (std::size_t i = 0; i < slope.size(); ++i)
     EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
+}
+
+TEST(LightTraining, IrradianceLossAgainstItsDefinitionAndGradient) {
+  constexpr Shape kRays{1, 3, 4, 16};
+  constexpr std::size_t rows = 12, samples = 16;  // rows of every channel
+  Tensor prediction = formula("prediction", kRays), truth = formula("truth", kRays);
+  for (double& x : prediction.real) x = std::exp(20 * x);  // 5e-5 to 2e4
+  for (double& x : truth.real) x = std::exp(20 * x);
+  for (std::size_t i = 0; i < samples; ++i) prediction.real[i] = truth.real[samples + i] = 0;  // a dark row of each
+  double loss = 0;
+  std::vector<double> slope(rows * samples);
+  for (std::size_t r = 0; r < rows; ++r) {
+    double ours = 0, theirs = 0;
+    for (std::size_t i = r * samples; i < (r + 1) * samples; ++i)
+      ours += prediction.real[i] / samples, theirs += truth.real[i] / samples;
+    const double e = (ours - theirs) / (ours + 0.01);
+    loss += e * e / rows;
+    for (std::size_t i = 0; i < samples; ++i) slope[r * samples + i] = 2 * e / (ours + 0.01) / (rows * samples);
+  }
+  Graph graph;
+  const Value p = graph.input("prediction", kRays);
+  const Value value = irradiance_loss(p, graph.constant(truth));
+  const std::vector<Tensor> results =
+      evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
+               {{"prediction", prediction}}, {.precision = Precision::Double});
+  EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
+  for (std::size_t i = 0; i < slope.size(); ++i)
+    EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
+}
+
+// Of light that may be one or the other the loss of logarithms prefers the geometric mean, this one the mean.
+TEST(LightTraining, IrradianceIsRightInTheMean) {
+  const Shape rays{1, 3, 2, 16};
+  Tensor truth(rays, 0.1);  // one row dark, one bright
+  for (int c = 0; c < 3; ++c)
+    for (int s = 0; s < 16; ++s) truth.at(0, c, 1, s) = 10;
+  const auto slope_at = [&](double level) {
+    Graph graph;
+    const Value p = graph.input("level", {});
+    const Value value = irradiance_loss(expand(p, rays), graph.constant(truth));
+    return evaluate(graph, {gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
+                    {{"level", Tensor({}, level)}}, {.precision = Precision::Double})[0]
+        .real[0];
+  };
+  EXPECT_LT(slope_at(1), 0);  // the geometric mean is too dark
+  EXPECT_NEAR(slope_at(5.05), 0, 1e-12);
+  EXPECT_GT(slope_at(6), 0);
 }
 
 TEST(LightTraining, RelativeLossAgainstItsDefinitionAndDifferences) {
