@@ -58,6 +58,24 @@ std::vector<Layer> compact_encoder(int batch, int height, int width) {
   return layers;
 }
 
+// Of preset lite the 1x1 convolutions of every stage's first wide block, and the steps of the shared decoder.
+std::vector<Layer> lite(int batch, int height, int width) {
+  constexpr int channels[] = {16, 24, 40, 80, 112, 192, 320}, scales[] = {2, 4, 8, 16, 16, 32, 32};
+  std::vector<Layer> layers{{"project 0", {batch, 32, height / 2, width / 2}, {16, 32, 1, 1}, 1, 0}};
+  for (int s = 1; s < 7; ++s) {
+    const int in = channels[s - 1], out = channels[s], wide = 6 * in, before = scales[s - 1], after = scales[s];
+    layers.push_back(
+        {fmt::format("expand {}", s), {batch, in, height / before, width / before}, {wide, in, 1, 1}, 1, 0});
+    layers.push_back(
+        {fmt::format("project {}", s), {batch, wide, height / after, width / after}, {out, wide, 1, 1}, 1, 0});
+  }
+  constexpr int in[] = {320, 240, 168, 120, 80, 38}, steps[] = {128, 128, 96, 64, 32, 24};
+  for (int i = 0; i < 6; ++i)
+    layers.push_back(
+        decoder_step(fmt::format("c{}", i + 1), batch, in[i], steps[i], height >> (5 - i), width >> (5 - i)));
+  return layers;
+}
+
 std::vector<Group> groups() {
   const auto compact = [](int batch, int height, int width) {
     std::vector<Layer> layers = compact_encoder(batch, height, width);
@@ -68,7 +86,8 @@ std::vector<Group> groups() {
   // Pictures are padded to a multiple of 32; the paper's layers are taken at their own size.
   return {{"paper, 320x240, batch 1", decoder_steps(1, {512, 256, 128, 64}, {512, 256, 128, 64, 64}, 1024, 240, 320)},
           {"compact, 160x128, batch 8", compact(8, 128, 160)},
-          {"compact, 320x256, batch 1", compact(1, 256, 320)}};
+          {"compact, 320x256, batch 1", compact(1, 256, 320)},
+          {"lite, 160x128, batch 8", lite(8, 128, 160)}};
 }
 
 enum class Pass { Forward, Data, Weights };

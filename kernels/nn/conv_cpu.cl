@@ -270,16 +270,25 @@ static void pack_target(local real *to, global const real *target, bool exists, 
   fill_zeros(to + f, b.positions - f);
 }
 
-// Group (block of source channels, partial). Partial s sums the bands s, s + partials, ... of all batch items into
-// gradient[s][outputs][depth], `stack` of them at a time; conv_sum_partials adds the partials in order.
-// Scratch: panel stack*channel_block*plane, rows stack*chunk*positions, lanes 3*8*16 or, where a stretch is not all, as many for every
-// three columns, offset channel_block*taps_y*taps_x.
+// Row `row` of n elements of an item among those of a stack that lie end to end in to[0, size): zeros follow the last.
+static void pack_item(local real *to, global const real *row, int n, int item, bool last, int size, bool mapped,
+                      const SourceMap map) {
+  copy_padded(to + item * n, row, 0, n, n, mapped, map);
+  if (last) fill_zeros(to + (item + 1) * n, size - (item + 1) * n);
+}
+
+// Group (block of source channels, partial, share of outputs). Partial s sums the bands s, s + partials, ... of all batch
+// items into gradient[s][outputs][depth], `stack` of them at a time; conv_sum_partials adds the partials in order. Where
+// b.item is not 0 the bands are whole items of one row, and those of a stack lie end to end as one.
+// Scratch: panel strips*channel_block*plane, rows strips*chunk*positions, where strips is 1 or, without b.item, the stack;
+// lanes 3*8*16 or, where a stretch is not all, as many for every three columns; offset channel_block*taps_y*taps_x.
 kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(source), SOURCE_MAP_PARAMS
                                                                             IN(target), OUT(gradient),
                                                                             const ConvGeometry g, const ConvBlocking b,
                                                                             local real *panel, local real *rows,
                                                                             local real *lanes, local int *offset) {
   const int c0 = (int)get_group_id(0) * b.channel_block, s = get_group_id(1);
+  const int begin = (int)get_group_id(2) * b.share, end = min(begin + b.share, g.outputs);
   const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
   const int channels = min(b.channel_block, g.channels - c0), columns = channels * taps;
   const int panel_pitch = b.channel_block * b.plane, rows_pitch = b.chunk * b.positions;
@@ -289,20 +298,31 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(s
     const int count = min(b.stack, (b.bands * b.batch - first + b.partials - 1) / b.partials);
     for (int i = 0; i < count; ++i) {
       const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
-      for (int c = 0; c < channels; ++c)
-        pack_plane(panel + i * panel_pitch + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h,
-                   SOURCE_MAP(c0 + c), band_start(band, b), g, b);
+      for (int c = 0; c < channels; ++c) {
+        global const real *from = AT(source, n) + (ulong)(c0 + c) * g.source_plane;
+        if (b.item > 0)
+          pack_item(panel + c * b.plane, from, b.item, i, i + 1 == count, b.plane, true, SOURCE_MAP(c0 + c));
+        else
+          pack_plane(panel + i * panel_pitch + c * b.plane, from, source_h, SOURCE_MAP(c0 + c), band_start(band, b), g, b);
+      }
     }
-    for (int m0 = 0; m0 < g.outputs; m0 += b.chunk) {
-      const int outputs = min(b.chunk, g.outputs - m0);
+    for (int m0 = begin; m0 < end; m0 += b.chunk) {
+      const int outputs = min(b.chunk, end - m0);
       for (int i = 0; i < count; ++i) {
         const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
-        for (int m = 0; m < (outputs + PANEL - 1) / PANEL * PANEL; ++m)
-          pack_target(rows + i * rows_pitch + m * b.positions, AT(target, n) + (ulong)(m0 + m) * g.target_plane,
-                      m < outputs, band_start(band, b), g, b);
+        for (int m = 0; m < (outputs + PANEL - 1) / PANEL * PANEL; ++m) {
+          global const real *from = AT(target, n) + (ulong)(m0 + m) * g.target_plane;
+          local real *row = rows + m * b.positions;
+          if (b.item == 0)
+            pack_target(row + i * rows_pitch, from, m < outputs, band_start(band, b), g, b);
+          else if (m < outputs)
+            pack_item(row, from, b.item, i, i + 1 == count, b.positions, false, SOURCE_MAP_NONE);
+          else if (i == 0)
+            fill_zeros(row, b.positions);
+        }
       }
       dot_band(to + (ulong)m0 * depth, depth, outputs, columns, rows, rows_pitch, panel, panel_pitch, offset, lanes, b,
-               count, first == s);
+               b.item > 0 ? 1 : count, first == s);
     }
   }
 }

@@ -18,6 +18,8 @@ constexpr int wanted_groups = 16;  // of backward weights, whatever the device: 
 // Of sixteen elements of a panel and of the weights, in multiplications of sixteen positions (measured, memory
 // counted).
 constexpr double copying = 16, reading = 4;
+// Of the lanes of one element of a partial sum, in the same.
+constexpr double adding = 12;
 constexpr int under_a_tile = 128;  // rows of a panel, so that what all outputs read of them stays in the first cache
 
 // Rows of the panel are grid_w - 1 + columns wide, where `columns` are the taps of one residue. The last entries of a
@@ -90,11 +92,37 @@ double time_of(const ConvGeometry& g, const ConvBlocking& b, int batch, int unit
 // Source channels of a backward-weights group at most: few, since its work grows with the outputs too.
 int channels_at_once(const ConvGeometry& g) { return std::max(1, 256 / g.taps()); }
 
+// What the groups of a backward-weights pass share: blocks of source channels, shares of the outputs, partial sums over
+// bands. Every block copies the target's rows for itself, every share the panels, and every partial has its lanes added
+// up. Of all that make the wanted groups the one of the least such work.
+struct WeightsCut {
+  int blocks = 1, shares = 1, partials = 1;
+};
+
+WeightsCut cut_weights(const ConvGeometry& g, const ConvBlocking& b) {
+  const int bands = b.bands * b.batch, panels = ceil_div(g.outputs, conv_tile);
+  const int fewest = ceil_div(g.channels, channels_at_once(g)), most = std::min(most_partials(g), bands);
+  WeightsCut best;
+  double least = 0;
+  for (int partials = 1; partials <= most; partials = partials < most ? std::min(2 * partials, most) : most + 1)
+    for (int shares = 1; shares <= std::min(panels, wanted_groups); shares *= 2) {
+      const int blocks = std::clamp(ceil_div(wanted_groups, partials * shares), fewest, g.channels);
+      const double rows = static_cast<double>(blocks) * g.outputs * b.positions,
+                   planes = static_cast<double>(shares) * g.channels * b.plane;
+      const double idle = std::max(1.0, static_cast<double>(wanted_groups) / (blocks * shares * partials));
+      const double product = static_cast<double>(g.outputs) * g.depth() * b.positions / 16 * bands;
+      const double work =
+          idle * (product + copying / 16 * (rows + planes) * bands + adding * partials * g.outputs * g.depth());
+      if (least == 0 || work < least) least = work, best = {blocks, shares, partials};
+    }
+  return best;
+}
+
 std::size_t lanes_of(int columns) { return static_cast<std::size_t>(round_up(columns, 3)) * conv_tile * 16; }
 
 void check_fits(const ConvGeometry& g, const ConvBlocking& b, std::size_t lanes, std::size_t local_elements) {
-  const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.stack * b.plane + g.taps()) +
-                             static_cast<std::size_t>(b.chunk) * b.stack * b.positions + lanes;
+  const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.strips() * b.plane + g.taps()) +
+                             static_cast<std::size_t>(b.chunk) * b.strips() * b.positions + lanes;
   if (needed > local_elements)
     throw Error(ErrorKind::Device, "convolution does not fit into the device's local memory", "conv",
                 fmt::format("{} elements for one channel of {} positions", needed, b.positions),
@@ -180,27 +208,36 @@ ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elem
 int most_partials(const ConvGeometry& g) { return ceil_div(wanted_groups, ceil_div(g.channels, channels_at_once(g))); }
 
 std::size_t lane_elements(const ConvGeometry& g, const ConvBlocking& b) {
-  return lanes_of(b.stretch < b.stack * b.positions ? b.channel_block * g.taps() : 1);
+  return lanes_of(b.stretch < b.strips() * b.positions ? b.channel_block * g.taps() : 1);
 }
 
 ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements, int stretch) {
-  const int panels = ceil_div(g.outputs, conv_tile);
+  const bool one_row = g.grid_h == 1 && g.taps() == 1 && g.source_step == 1;
   for (int wanted = weights_positions;; wanted /= 2) {
     ConvBlocking b = cut_bands(g, batch, wanted, true);
-    const int all = b.bands * batch;
-    b.partials = std::min(most_partials(g), all);
-    b.stack = std::clamp(wanted / b.positions, 1, ceil_div(all, b.partials));
-    b.stretch = stretch;
+    const WeightsCut cut = cut_weights(g, b);
+    b.partials = cut.partials, b.stretch = stretch;
+    const int items = ceil_div(b.bands * batch, b.partials);  // of a partial sum
+    if (one_row && b.bands == 1) {
+      // Positions of one item after those of the other: none is padding but behind the last.
+      b.item = g.grid_w, b.stack = std::clamp(wanted / b.item, 1, items);
+      b.positions = round_up(b.stack * b.item, position_tile);
+      b.plane = b.subplane = b.positions + (b.positions % 64 == 0 ? 16 : 0);
+    } else {
+      b.stack = std::clamp(wanted / b.positions, 1, items);
+    }
     // Half of the scratch for target rows, the rest for the panel and the tiles' lanes.
-    const std::size_t row = static_cast<std::size_t>(b.stack) * b.positions;
+    const std::size_t row = static_cast<std::size_t>(b.strips()) * b.positions;
+    const int panels = ceil_div(ceil_div(g.outputs, conv_tile), cut.shares);
+    b.share = panels * conv_tile;
     b.chunk = even_share(panels, static_cast<int>(local_elements / 2 / (row * conv_tile))) * conv_tile;
     const bool split = stretch < static_cast<int>(row);
     const std::size_t lanes = split ? static_cast<std::size_t>(g.taps()) * conv_tile * 16 : 0;
-    const std::size_t channel = static_cast<std::size_t>(b.stack) * b.plane + g.taps() + lanes,
+    const std::size_t channel = static_cast<std::size_t>(b.strips()) * b.plane + g.taps() + lanes,
                       rows = b.chunk * row + lanes_of(split ? 2 : 1);
     if (rows + channel <= local_elements)
-      b.channel_block =
-          even_share(g.channels, std::min(static_cast<int>((local_elements - rows) / channel), channels_at_once(g)));
+      b.channel_block = even_share(
+          g.channels, std::min(static_cast<int>((local_elements - rows) / channel), ceil_div(g.channels, cut.blocks)));
     if (rows + channel <= local_elements || wanted <= position_tile) {
       check_fits(g, b, lane_elements(g, b), local_elements);
       return b;

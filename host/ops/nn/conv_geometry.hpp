@@ -29,8 +29,12 @@ struct ConvBlocking {
   int channel_block = 1, chunk = 8;
   int partials = 1, stack = 1, batch = 1;
   int stretch = 0;
+  int share = 0, item = 0;
+
+  /// Pieces of local memory that a stack takes: items that lie end to end are one.
+  int strips() const { return item > 0 ? 1 : stack; }
 };
-static_assert(sizeof(ConvBlocking) == 56);
+static_assert(sizeof(ConvBlocking) == 64);
 
 /// Outputs per panel of packed weights.
 constexpr int conv_tile = 8;

@@ -104,11 +104,13 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
     });
   } else {
     const std::size_t real = real_size(l.precision);
-    const Range range{{blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), 1}, {1, 1, 1}};
+    const Range range{
+        {blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), blocks(g.outputs, b.share)},
+        {1, 1, 1}};
     with_source(norm, [&](const Defines& defines, const auto&... map) {
       l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", "conv_weights_cpu", range, source, map..., target,
-                 sums, g, b, Arg::local(static_cast<std::size_t>(b.stack) * b.channel_block * b.plane * real),
-                 Arg::local(static_cast<std::size_t>(b.stack) * b.chunk * b.positions * real),
+                 sums, g, b, Arg::local(static_cast<std::size_t>(b.strips()) * b.channel_block * b.plane * real),
+                 Arg::local(static_cast<std::size_t>(b.strips()) * b.chunk * b.positions * real),
                  Arg::local(lane_elements(g, b) * real),
                  Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
     });

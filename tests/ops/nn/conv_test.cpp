@@ -300,9 +300,9 @@ TEST(Conv, BlocksFitTheirScratch) {
         if (i + 1 == passes.size())
           for (const int stretch : {16, 512, 1 << 30}) blockings.push_back(block_weights(g, 2, scratch, stretch));
         for (const ConvBlocking& b : blockings) {
-          const std::size_t panel = static_cast<std::size_t>(b.channel_block) * (b.stack * b.plane + g.taps());
+          const std::size_t panel = static_cast<std::size_t>(b.channel_block) * (b.strips() * b.plane + g.taps());
           const std::size_t lanes = b.stretch > 0 ? lane_elements(g, b) : 0;
-          EXPECT_LE(panel + static_cast<std::size_t>(b.chunk) * b.stack * b.positions + lanes, scratch);
+          EXPECT_LE(panel + static_cast<std::size_t>(b.chunk) * b.strips() * b.positions + lanes, scratch);
           EXPECT_GE(b.bands / b.bands_x * b.band_rows, g.grid_h);
           EXPECT_GE(b.bands_x * b.band_columns, g.grid_w);
           EXPECT_EQ(b.positions % 16, 0);
