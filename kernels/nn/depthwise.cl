@@ -20,19 +20,39 @@ typedef lanes loose_lanes;
 #endif
 #define PATCH_LANES(at) (*(local const loose_lanes *)(patch + (at)))
 
+// to[c] = row[left + step c] for every c below n, or 0 beyond the row's ends; `step` is 1 or 2.
+static inline void copy_row(local real *to, global const real *row, const int left, const int step, const int width,
+                            const int n) {
+#if GROUP == 1
+  const int begin = clamp((step - 1 - left) / step, 0, n), end = clamp((width - left + step - 1) / step, begin, n);
+  global const real *from = row + left;
+  int c = 0;
+  for (; c < begin; ++c) to[c] = R(0);
+  if (step == 1)
+    for (; c + 16 <= end; c += 16) vstore16(vload16(0, from + c), 0, to + c);
+  else  // the odd ones are read, too: of the last one there may be none
+    for (; c + 16 < end; c += 16)
+      vstore16((real16)(vload16(0, from + 2 * c).even, vload16(0, from + 2 * c + 16).even), 0, to + c);
+  for (; c < end; ++c) to[c] = from[step * c];
+  for (; c < n; ++c) to[c] = R(0);
+#else
+  for (int c = (int)get_local_id(0); c < n; c += GROUP) {
+    const int column = left + step * c;
+    to[c] = column >= 0 && column < width ? row[column] : R(0);
+  }
+#endif
+}
+
 // patch[(a step + b) rows + r][c] = x[top + step r + a][left + step c + b], or 0 beyond the picture.
 static inline void load_patch(local real *patch, global const real *x, const int height, const int width, const int top,
                               const int left, const int rows, const int pitch, const int step) {
   for (int a = 0; a < step; ++a)
     for (int b = 0; b < step; ++b)
       for (int r = 0; r < rows; ++r) {
-        local real *to = patch + ((a * step + b) * rows + r) * pitch;
         const int y = top + step * r + a;
-        global const real *from = x + (ulong)(clamp(y, 0, height - 1)) * width;
-        for (int c = (int)get_local_id(0); c < pitch; c += GROUP) {
-          const int column = left + step * c + b;
-          to[c] = y >= 0 && y < height && column >= 0 && column < width ? from[column] : R(0);
-        }
+        const bool inside = y >= 0 && y < height;
+        copy_row(patch + ((a * step + b) * rows + r) * pitch, x + (inside ? (ulong)y * width : 0), left + b, step,
+                 inside ? width : 0, pitch);
       }
 }
 
