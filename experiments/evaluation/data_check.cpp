@@ -216,6 +216,7 @@ void Histogram::add(double value) {
   const double at = std::clamp(position(value), 0.0, 1.0);
   ++bins_[static_cast<std::size_t>(std::min(at * kBins, kBins - 1.0))];
   ++count_;
+  least_ = std::min(least_, value), most_ = std::max(most_, value);
 }
 
 double Histogram::quantile(double q) const {
@@ -223,7 +224,7 @@ double Histogram::quantile(double q) const {
   double left = q * static_cast<double>(count_);
   std::size_t bin = 0;
   while (bin + 1 < kBins && left > static_cast<double>(bins_[bin])) left -= static_cast<double>(bins_[bin++]);
-  return value((static_cast<double>(bin) + 0.5) / kBins);
+  return std::clamp(value((static_cast<double>(bin) + 0.5) / kBins), least_, most_);
 }
 
 Histogram::Shares Histogram::shares(int bins) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,7 @@ class Histogram {
   explicit Histogram(MapQuantity quantity) : info_(&info(quantity)) {}
   void add(double value);
   std::uint64_t count() const { return count_; }
-  /// To half a bin: the value below which a part q of the numbers lies; NaN of none.
+  /// To half a bin, and among the numbers: the value below which a part q of the numbers lies; NaN of none.
   double quantile(double q) const;
   /// Middles of `bins` wider bins, and the share of the numbers in each.
   struct Shares {
@@ -51,6 +52,7 @@ class Histogram {
   const MapQuantityInfo* info_;
   std::array<std::uint64_t, kBins> bins_{};
   std::uint64_t count_ = 0;
+  double least_ = std::numeric_limits<double>::infinity(), most_ = -least_;  // of the numbers
 };
 
 struct DataProblem {

@@ -33,6 +33,9 @@ TEST(Histogram, QuantilesOfKnownNumbers) {
   const Histogram::Shares shares = depth.shares(10);
   for (const double share : shares.share) EXPECT_NEAR(share, 0.1, 2e-3);
   EXPECT_NEAR(shares.at[0], 0.1 * std::pow(1000, 0.05), 1e-9);
+  Histogram metallic(MapQuantity::Metallic);
+  metallic.add(0);
+  EXPECT_EQ(metallic.quantile(0.5), 0);
   depth.add(0), depth.add(1e9);  // beyond both ends
   EXPECT_EQ(depth.count(), 1002);
 }
