@@ -45,6 +45,10 @@ void check_options(const InvertOptions& options) {
   if (options.depth_scale && !(*options.depth_scale > 0 && *options.depth_scale < 1e4))
     throw usage_error("not a length", "--depth-scale", fmt::format("{}", *options.depth_scale),
                       "metres between 0 and 10000");
+  if (options.goal && !options.only.empty())
+    throw usage_error("nothing is rendered again, so that nothing has an error", "--target-error, --seconds",
+                      "beside --only", "one of them");
+  if (options.goal) check_goal(options.render, *options.goal);
   if (options.fov && !options.camera.empty())
     throw usage_error("two ways to set the camera", "--fov and --camera", "both", "one of them");
 }
@@ -161,6 +165,16 @@ void record_render(const Rendering& r, const RenderSettings& settings, Provenanc
   for (const auto& [part, rays] : r.answered) record.figures["rays answered " + part] = rays;
   record.facts["samples"] = fmt::format("{} a pixel, {}, {}", settings.spp, settings.sampler, settings.points);
   for (const std::string& what : r.left_out) record.left_out.push_back({what, "", ""});
+}
+
+/// What was reached, and where that is less than what was asked for.
+std::string error_text(const RenderGoal& goal, const RenderedUntil& reached) {
+  const RenderRound& last = reached.rounds.back();
+  std::string text = fmt::format("root relMSE {:.4f} after {} samples a pixel in {} rounds, {:.1f} s", last.error,
+                                 last.spp, reached.rounds.size(), last.seconds);
+  if (goal.error > 0)
+    text += fmt::format(" (asked: {:g}{})", goal.error, last.error <= goal.error ? "" : "; it ended before");
+  return text;
 }
 
 /// For the plan: how many rays each part of a learned light was asked for.
@@ -306,7 +320,7 @@ class Inversion {
     settings.profile = true, settings.after_chunk = chunk_progress("re-render");
     take_light(settings, options_.lit_by, *device_, scene_, record_);
     lap("light");
-    const Rendering r = render_scene(*device_, scene_, settings);
+    const Rendering r = options_.goal ? render_to_goal(settings) : render_scene(*device_, scene_, settings);
     rerender_ = Rerender{r.radiance, r.standard_error, r.uncertainty};
     lap("re-render");
     record_render(r, settings, record_);
@@ -314,6 +328,20 @@ class Inversion {
     say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped", r.rays * 1e-6,
                     100 * r.hits / std::max(r.rays, 1.0), r.dropped));
     if (!r.first_dropped.empty()) say("re-render: first dropped sample at " + r.first_dropped);
+  }
+
+  /// `settings` get the samples that it took.
+  Rendering render_to_goal(RenderSettings& settings) {
+    RenderedUntil reached = render_until(*device_, scene_, settings, *options_.goal);
+    settings.spp = reached.rounds.back().spp;
+    record_.figures["samples a pixel"] = settings.spp;
+    record_.figures["root relMSE, measured"] = reached.error();
+    record_.facts["error of the re-render"] = error_text(*options_.goal, reached);
+    say("re-render: " + record_.facts["error of the re-render"]);
+    for (const RenderRound& round : reached.rounds)
+      plan_ += fmt::format("re-render: {} samples a pixel, {:.2f} s, root relMSE {:.4f}\n", round.spp, round.seconds,
+                           round.error);
+    return std::move(reached.rendering);
   }
 
   void write() {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "experiments/applications/light_weights.hpp"
-#include "nets/render_scene.hpp"
+#include "nets/render_until.hpp"
 
 namespace clerestory {
 
@@ -29,6 +29,7 @@ struct InvertOptions {
   bool force = false;              // give up what `out` holds besides a run's own files
   std::string preset = "compact";  // paper: says what it will cost, and wants weights of that preset
   RenderSettings render;
+  std::optional<RenderGoal> goal;  // rounds of render.spp samples and more, in place of so many
   std::string device, gemm = "auto", tile = "auto";
   std::vector<std::string> command;  // argv, for provenance
 };

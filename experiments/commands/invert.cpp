@@ -6,9 +6,21 @@
 #include "host/report/progress.hpp"
 
 namespace clerestory {
+namespace {
+
+constexpr int kFirstRound = 16;  // samples a pixel
+
+double goal_of(const std::optional<double>& given, const char* name) {
+  if (given && !(*given > 0))
+    throw usage_error("is no goal of a re-render", name, fmt::format("{}", *given), "above 0");
+  return given.value_or(0);
+}
+
+}  // namespace
 
 void add_invert_command(CommandLine& line) {
   const auto options = std::make_shared<InvertOptions>();
+  const auto error = std::make_shared<std::optional<double>>(), seconds = std::make_shared<std::optional<double>>();
   Command command = line.add("invert", "Take a photograph of a room apart and render it again");
   command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
       .option("--fov", "DEGREES",
@@ -39,6 +51,9 @@ void add_invert_command(CommandLine& line) {
               options->render.delta, {"linear", "window"})
       .option("--thickness", "METRES", "How far behind a surface a ray passes unseen; 0: surfaces have no back",
               options->render.thickness)
+      .option("--target-error", "E", "Samples in rounds until the re-render's root relMSE is measured below this",
+              *error)
+      .option("--seconds", "S", "Samples in rounds for so long", *seconds)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Tile,
                Common::Quiet})
@@ -46,12 +61,16 @@ void add_invert_command(CommandLine& line) {
           "The camera looks along -z, x right, y up; depth is axial, in metres. See docs/guide.md for the RUN "
           "folder.\n" +
           lights_note());
-  command.run([options](const CommonOptions& common) {
+  command.run([options, error, seconds](const CommonOptions& common) {
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
     options->preset = common.preset, options->weights = common.weights;
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
+    if (*error || *seconds) {
+      options->goal = RenderGoal{goal_of(*error, "--target-error"), goal_of(*seconds, "--seconds")};
+      options->render.spp = kFirstRound;
+    }
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     const std::filesystem::path out = invert(*options);

@@ -434,6 +434,28 @@ TEST_F(RunFolder, SamplesAreRefusedBeforeTheWork) {
   EXPECT_THAT(said(), Not(HasSubstr("camera:"))) << "nothing was read";
 }
 
+TEST_F(RunFolder, AnErrorIsAskedForAndRecorded) {
+  const fs::path out = folder_ / "new";
+  Words words = taken_apart(photo(), out);
+  const auto spp = std::ranges::find(words, std::string("--spp"));
+  words.erase(spp, spp + 2);
+  Words bad = words;
+  bad.insert(bad.end(), {"--target-error", "0"});
+  expect_refused(bad, "--target-error");
+  bad.back() = "0.1", bad.insert(bad.end(), {"--spp", "20"});
+  expect_refused(bad, "--spp");
+  bad = words, bad.insert(bad.end(), {"--seconds", "5", "--only", "depth"});
+  expect_refused(bad, "--only");
+  words.insert(words.end(), {"--target-error", "0.2"});
+  ASSERT_EQ(start(words), 0) << said();
+  EXPECT_THAT(said(), HasSubstr("(asked: 0.2)"));
+  const auto provenance = record(out / "provenance.json");
+  EXPECT_LE(provenance["figures"]["root relMSE, measured"].get<double>(), 0.2);
+  EXPECT_GE(provenance["figures"]["samples a pixel"].get<double>(), 32);
+  EXPECT_THAT(text_of(out / "plan.txt"), HasSubstr("re-render: 16 samples a pixel"));
+  EXPECT_THAT(text_of(out / "report.html"), HasSubstr("root relMSE"));
+}
+
 TEST_F(RunFolder, WeightsInsideAreNotReplacedByAnEdit) {
   const fs::path weights = run() / "edit";
   fs::create_directory(weights);
