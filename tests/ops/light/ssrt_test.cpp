@@ -7,10 +7,10 @@
 #include <cmath>
 #include <random>
 
+#include "checks/light/brute_force.hpp"
 #include "checks/light/ssrt_scenes.hpp"
 #include "checks/op_case.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
-#include "checks/light/brute_force.hpp"
 #include "tests/ops/test_device.hpp"
 
 namespace clerestory {
