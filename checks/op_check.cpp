@@ -10,6 +10,7 @@
 #include "host/error.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/slice.hpp"
 
 namespace clerestory {
@@ -66,9 +67,10 @@ class Run {
   };
 
   Run(const OpCase& c, const CheckedDevices& devices, Precision precision, OpFindings& findings, How how)
-      : case_(c), wrap_(how.wrap), findings_(findings) {
+      : case_(c), precision_(precision), wrap_(how.wrap), findings_(findings) {
     Values values;
     for (const auto& [name, tensor] : c.inputs) values[name] = input(name, tensor);
+    if (wrap_) add_canaries();
     outputs_ = c.build(graph_, values);
     for (const auto& [name, tensor] : c.states) values[name] = graph_.state(name, tensor.shape, Init::fixed(0));
     if (how.with_gradients) add_gradients(values);
@@ -129,13 +131,28 @@ class Run {
     return out;
   }
 
+  /// A channel before and one behind each output. Made by kernels that run before those of the case, so that all three
+  /// are written in place into one buffer, and what the case writes beside its output stays there to be seen.
+  void add_canaries() {
+    for (const Shape& s : output_shapes(case_)) {
+      const auto canary = [&] { return affine(graph_.fill({s.n, 1, s.h, s.w}, kCanary), 1, 0); };
+      canaries_.push_back({canary(), canary()});
+    }
+  }
+
+  static std::vector<Shape> output_shapes(const OpCase& c) {
+    Graph graph;
+    Values values;
+    for (const auto& [name, tensor] : c.inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
+    std::vector<Shape> shapes;
+    for (const Value& v : c.build(graph, values)) shapes.push_back(v.shape());
+    return shapes;
+  }
+
   void wrap_outputs() {
-    for (Value& v : outputs_) {
-      if (v.type() == Type::Int) continue;
-      const Shape& s = v.shape();
-      const Value canary = graph_.fill({s.n, 1, s.h, s.w}, kCanary);
-      const std::vector<Value> parts{canary, v, canary};
-      v = concat(parts);
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      if (outputs_[i].type() == Type::Int) continue;
+      outputs_[i] = concat(std::vector<Value>{canaries_[i].before, outputs_[i], canaries_[i].behind});
     }
   }
 
@@ -156,8 +173,8 @@ class Run {
   void expect_canaries(std::vector<double>::const_iterator begin, long count, const char* where, int item) const {
     const auto end = begin + count, written = std::find_if(begin, end, [](double x) { return x != kCanary; });
     if (written != end)
-      findings_.faults.push_back(
-          fmt::format("{}: written {} the output, item {}, element {}", case_.name(), where, item, written - begin));
+      findings_.faults.push_back(fmt::format("{} in {}: written {} the output, item {}, element {}", case_.name(),
+                                             text(precision_), where, item, written - begin));
   }
 
   /// Appends the gradients of sum(outputs * cotangents); the cotangents are constants.
@@ -177,9 +194,14 @@ class Run {
   }
 
   const OpCase& case_;
+  Precision precision_;
   bool wrap_;
   OpFindings& findings_;
   Graph graph_;
+  struct Canaries {
+    Value before, behind;
+  };
+  std::vector<Canaries> canaries_;
   std::vector<Value> outputs_;
   std::vector<Tensor> cotangents_;
   Tensors moved_;
@@ -420,9 +442,9 @@ class Check {
     const Tensor base = case_.inputs.count(name) ? case_.inputs.at(name) : case_.states.at(name);
     const double scale = std::max(largest(adjoint), 1e-30);
     const std::size_t count = base.real.size();
-    if (count == 0) return fault("{}: {} has no elements", name_, name);
-    std::mt19937_64 random(seed);
     const std::size_t moves = std::min(count, static_cast<std::size_t>(case_.differences));
+    if (moves == 0) return fault("{}: no element of {} is moved", name_, name);
+    std::mt19937_64 random(seed);
     double worst = 0;
     std::string at;
     for (std::size_t m = 0; m < moves; ++m) {

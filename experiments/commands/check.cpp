@@ -154,7 +154,9 @@ void check(const std::vector<std::string>& only, const CommonOptions& common) {
   for (const auto& [stem, report] : reports)
     if (!report.findings.faults.empty()) wrong.push_back(stem);
   if (!wrong.empty())
-    throw Error(ErrorKind::Failed, fmt::format("{} faults in {}", count_faults(reports), fmt::join(wrong, ", ")),
+    throw Error(ErrorKind::Failed,
+                fmt::format("{} wrong: {}", wrong.size() == 1 ? "one op is" : fmt::format("{} ops are", wrong.size()),
+                            fmt::join(wrong, ", ")),
                 devices.single.info().name);
 }
 

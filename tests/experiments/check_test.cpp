@@ -25,6 +25,18 @@ struct CheckCommand : testing::Test {
     arguments.insert(arguments.begin(), "check");
     return Program(arguments, log, around).wait();
   }
+
+  /// The kernels with the first `right` in one file replaced.
+  Surroundings with_kernel(const std::string& file, const std::string& right, const std::string& wrong) const {
+    const fs::path kernels = folder / "kernels";
+    fs::copy(fs::path(CLERESTORY_SOURCE_DIR) / "kernels", kernels,
+             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    std::string source = read_file(kernels / file);
+    const std::size_t at = source.find(right);
+    EXPECT_NE(at, std::string::npos) << file;
+    std::ofstream(kernels / file) << source.replace(at, right.size(), wrong);
+    return {{}, {{"CLERESTORY_KERNELS", kernels.string()}}};
+  }
 };
 
 TEST_F(CheckCommand, RightOpsAreOkWithTheirErrors) {
@@ -49,30 +61,33 @@ TEST_F(CheckCommand, RightOpsAreOkWithTheirErrors) {
 }
 
 TEST_F(CheckCommand, OneWrongConstantIsNamedByItsOp) {
-  const fs::path kernels = folder / "kernels";
-  fs::copy(fs::path(CLERESTORY_SOURCE_DIR) / "kernels", kernels, fs::copy_options::recursive);
-  std::string source = read_file(kernels / "nn/unit_vector.cl");
-  const std::string right = "? R(1e-6) :", wrong = "? R(1e-5) :";
-  const std::size_t at = source.find(right);
-  ASSERT_NE(at, std::string::npos);
-  std::ofstream(kernels / "nn/unit_vector.cl") << source.replace(at, right.size(), wrong);
-  const Surroundings changed{{}, {{"CLERESTORY_KERNELS", kernels.string()}}};
+  const Surroundings changed = with_kernel("nn/unit_vector.cl", "? R(1e-6) :", "? R(1e-5) :");
   EXPECT_EQ(check({"--only", "unit_vector,pad", "--json=" + json.string()}, changed), 1) << text_of(log);
   EXPECT_THAT(text_of(log), HasSubstr("unit_vector/tiny in float against the reference"));
-  EXPECT_THAT(text_of(log), HasSubstr("faults in unit_vector\n"));
+  EXPECT_THAT(text_of(log), HasSubstr("one op is wrong: unit_vector\n"));
   const auto found = nlohmann::json::parse(text_of(json));
   EXPECT_GT(found["faults"], 0);
   EXPECT_TRUE(found["ops"][0]["faults"].empty());  // pad
   EXPECT_EQ(found["ops"][1]["faults"].size(), found["faults"]);
 }
 
+TEST_F(CheckCommand, AWriteBesideTheOutputIsSeenOnBothSides) {
+  // Of a case of two pictures of 5x7, into the other picture: where there is nothing between them, into memory it has.
+  const std::string last = "to[2 * plane] = inverse * z;";
+  const std::map<std::string, std::string> wrong{{"behind", " if (plane == 35 && i == 0 && n == 0) to[3 * plane] = 0;"},
+                                                 {"before", " if (plane == 35 && i == 0 && n == 1) to[-1] = 0;"}};
+  for (const auto& [where, write] : wrong) {
+    const Surroundings changed = with_kernel("nn/unit_vector.cl", last, last + write);
+    EXPECT_EQ(check({"--only", "unit_vector"}, changed), 1) << where;
+    EXPECT_THAT(text_of(log), HasSubstr("unit_vector/usual in float: written " + where + " the output"));
+  }
+}
+
 TEST_F(CheckCommand, AKernelThatDoesNotBuildIsAFaultAndTheOthersGoOn) {
-  const fs::path kernels = folder / "kernels";
-  fs::copy(fs::path(CLERESTORY_SOURCE_DIR) / "kernels", kernels, fs::copy_options::recursive);
-  std::ofstream(kernels / "nn/unit_vector.cl", std::ios::app) << "\nthis is no kernel\n";
-  const Surroundings changed{{}, {{"CLERESTORY_KERNELS", kernels.string()}}};
+  const Surroundings changed = with_kernel("nn/unit_vector.cl", "kernel void", "no kernel void");
   EXPECT_EQ(check({"--only", "unit_vector,pad", "-q", "--json"}, changed), 1);
   EXPECT_THAT(text_of(log), HasSubstr("unit_vector/usual: "));
+  EXPECT_THAT(text_of(log), HasSubstr("\"stem\": \"pad\""));
 }
 
 TEST_F(CheckCommand, AnOpThatThereIsNotIsBadUsage) {
