@@ -70,7 +70,7 @@ class Run {
       : case_(c), precision_(precision), wrap_(how.wrap), findings_(findings) {
     Values values;
     for (const auto& [name, tensor] : c.inputs) values[name] = input(name, tensor);
-    if (wrap_) add_canaries();
+    if (wrap_) add_canaries(how.with_gradients);
     outputs_ = c.build(graph_, values);
     for (const auto& [name, tensor] : c.states) values[name] = graph_.state(name, tensor.shape, Init::fixed(0));
     if (how.with_gradients) add_gradients(values);
@@ -90,7 +90,8 @@ class Run {
     for (const auto& [name, tensor] : case_.states) states_->set(name, moved_.count(name) ? moved_[name] : tensor);
     executor_->run(case_.seed);
     std::vector<Tensor> results;
-    for (const Value& v : outputs_) results.push_back(unwrapped(executor_->fetch(v)));
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+      results.push_back(unwrapped(executor_->fetch(outputs_[i]), name_of(i)));
     if (!graph_.updates().empty())
       for (const auto& [name, tensor] : case_.states) results.push_back(states_->get(name));
     return results;
@@ -131,10 +132,14 @@ class Run {
     return out;
   }
 
-  /// A channel before and one behind each output. Made by kernels that run before those of the case, so that all three
-  /// are written in place into one buffer, and what the case writes beside its output stays there to be seen.
-  void add_canaries() {
-    for (const Shape& s : output_shapes(case_)) {
+  /// A channel before and one behind each output and gradient. Made by kernels that run before those of the case, so
+  /// that all three are written in place into one buffer, and what the case writes beside its output stays there to be
+  /// seen.
+  void add_canaries(bool with_gradients) {
+    std::vector<Shape> shapes = output_shapes(case_);
+    if (with_gradients)
+      for (const std::string& name : case_.differentiate) shapes.push_back(all_tensors(case_).at(name).shape);
+    for (const Shape& s : shapes) {
       const auto canary = [&] { return affine(graph_.fill({s.n, 1, s.h, s.w}, kCanary), 1, 0); };
       canaries_.push_back({canary(), canary()});
     }
@@ -156,24 +161,30 @@ class Run {
     }
   }
 
-  Tensor unwrapped(Tensor t) const {
+  std::string name_of(std::size_t i) const {
+    const std::size_t outputs = outputs_.size() - gradients_;
+    return i < outputs ? fmt::format("output {}", i) : "the gradient of " + case_.differentiate[i - outputs];
+  }
+
+  Tensor unwrapped(Tensor t, const std::string& name) const {
     if (!wrap_ || t.type() == Type::Int) return t;
     Shape s = t.shape;
     s.c -= 2;
     Tensor inner(s);
     for (int n = 0; n < s.n; ++n) {
       const auto begin = t.real.begin() + n * t.shape.item(), behind = begin + s.plane() + s.item();
-      expect_canaries(begin, s.plane(), "before", n);
-      expect_canaries(behind, s.plane(), "behind", n);
+      expect_canaries(begin, s.plane(), "before " + name, n);
+      expect_canaries(behind, s.plane(), "behind " + name, n);
       std::copy_n(begin + s.plane(), s.item(), inner.real.begin() + n * s.item());
     }
     return inner;
   }
 
-  void expect_canaries(std::vector<double>::const_iterator begin, long count, const char* where, int item) const {
+  void expect_canaries(std::vector<double>::const_iterator begin, long count, const std::string& where,
+                       int item) const {
     const auto end = begin + count, written = std::find_if(begin, end, [](double x) { return x != kCanary; });
     if (written != end)
-      findings_.faults.push_back(fmt::format("{} in {}: written {} the output, item {}, element {}", case_.name(),
+      findings_.faults.push_back(fmt::format("{} in {}: written {}, item {}, element {}", case_.name(),
                                              text(precision_), where, item, written - begin));
   }
 
@@ -189,7 +200,7 @@ class Run {
     for (const std::string& name : case_.differentiate) wrt.push_back(values.at(name));
     for (std::size_t i = 0; const Value& g : gradient(from, seeds, wrt)) {
       if (!g) throw Error(ErrorKind::Failed, "no gradient reaches " + case_.differentiate[i]);
-      outputs_.push_back(g), ++i;
+      outputs_.push_back(g), ++gradients_, ++i;
     }
   }
 
@@ -202,7 +213,8 @@ class Run {
     Value before, behind;
   };
   std::vector<Canaries> canaries_;
-  std::vector<Value> outputs_;
+  std::vector<Value> outputs_;  // and gradients behind them
+  std::size_t gradients_ = 0;
   std::vector<Tensor> cotangents_;
   Tensors moved_;
   std::shared_ptr<States> states_;
@@ -310,7 +322,8 @@ class Check {
       const auto run_in_tile = [&](const std::string& name) {
         const InTile tile(device_of(devices_, precision), name);
         std::vector<Tensor> values = run(precision, {.with_gradients = differentiates()})();
-        for (Tensor& t : run(precision, {.wrap = true})()) values.push_back(std::move(t));
+        for (Tensor& t : run(precision, {.wrap = true, .with_gradients = differentiates()})())
+          values.push_back(std::move(t));
         return values;
       };
       const std::vector<Tensor> own = run_in_tile("auto");
@@ -359,7 +372,7 @@ class Check {
       if (!seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);
     if (precision == Precision::Single) findings_.launched.merge(seen);
 
-    same_bits(run(precision, {.wrap = true})(), without_gradients(results),
+    same_bits(run(precision, {.wrap = true, .with_gradients = differentiates()})(), results.values,
               fmt::format("{} in {}, as slices of bigger tensors", name_, text(precision)));
   }
 

@@ -42,9 +42,9 @@ struct OpFindings {
 ///  - float and double plans against the reference, and float against double;
 ///  - the adjoint with random cotangents against central differences in double;
 ///  - two runs, and runs with every pass of compile() off: equal bits;
-///  - inputs and outputs as channel slices of bigger tensors: equal bits, and nothing written beside the output;
+///  - inputs, outputs and gradients as channel slices of bigger tensors: equal bits, and nothing written beside them;
 ///  - ops of tensors and nets: a NaN in an input makes every output NaN that a number in its place would change.
-/// In tiles: every tile gives the bits of the device's own and writes nothing beside the output.
+/// In tiles: every tile gives the bits of the device's own and writes nothing beside them.
 /// Without a device with doubles all that needs double is left out. An error of the device or of the graph is a fault.
 OpFindings check_op(const OpCase& op_case, const CheckedDevices& devices, Bodies bodies = Bodies::OfDevice);
 

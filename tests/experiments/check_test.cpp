@@ -73,13 +73,16 @@ TEST_F(CheckCommand, OneWrongConstantIsNamedByItsOp) {
 
 TEST_F(CheckCommand, AWriteBesideTheOutputIsSeenOnBothSides) {
   // Of a case of two pictures of 5x7, into the other picture: where there is nothing between them, into memory it has.
-  const std::string last = "to[2 * plane] = inverse * z;";
-  const std::map<std::string, std::string> wrong{{"behind", " if (plane == 35 && i == 0 && n == 0) to[3 * plane] = 0;"},
-                                                 {"before", " if (plane == 35 && i == 0 && n == 1) to[-1] = 0;"}};
-  for (const auto& [where, write] : wrong) {
-    const Surroundings changed = with_kernel("nn/unit_vector.cl", last, last + write);
-    EXPECT_EQ(check({"--only", "unit_vector"}, changed), 1) << where;
-    EXPECT_THAT(text_of(log), HasSubstr("unit_vector/usual in float: written " + where + " the output"));
+  const std::string value = "to[2 * plane] = inverse * z;", slope = "to[2 * plane] = inverse * (c - along * z);",
+                    first = " if (plane == 35 && i == 0 && n == 0) to[3 * plane] = 0;",
+                    second = " if (plane == 35 && i == 0 && n == 1) to[-1] = 0;";
+  for (const auto& [line, write, seen] : {std::tuple{value, first, "behind output 0"},
+                                          {value, second, "before output 0"},
+                                          {slope, first, "behind the gradient of t"},
+                                          {slope, second, "before the gradient of t"}}) {
+    const Surroundings changed = with_kernel("nn/unit_vector.cl", line, line + write);
+    EXPECT_EQ(check({"--only", "unit_vector"}, changed), 1) << seen;
+    EXPECT_THAT(text_of(log), HasSubstr(std::string("unit_vector/usual in float: written ") + seen));
   }
 }
 
