@@ -1,5 +1,6 @@
 // The program: every command, in the order of --help.
 #include "experiments/commands/bench.hpp"
+#include "experiments/commands/check.hpp"
 #include "experiments/commands/cli.hpp"
 #include "experiments/commands/data.hpp"
 #include "experiments/commands/devices.hpp"
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
   clerestory::add_bench_command(line);
   clerestory::add_run_command(line);
   clerestory::add_results_commands(line);
+  clerestory::add_check_command(line);
   clerestory::add_devices_command(line);
   return line.run(argc, argv);
 }

@@ -126,7 +126,7 @@ class Op {
  public:
   virtual ~Op() = default;
 
-  /// The op's stem: "conv" for kernels/nn/conv.cl, host/ops/nn/conv.cpp, tests/ops/nn/conv_test.cpp.
+  /// The op's stem: "conv" for kernels/nn/conv.cl, host/ops/nn/conv.cpp, checks/nn/conv.cpp.
   virtual std::string name() const = 0;
   /// Shapes and types of the outputs; throws Error when the inputs do not fit, naming both shapes.
   virtual std::vector<Signature> infer(std::span<const Value> inputs) const = 0;

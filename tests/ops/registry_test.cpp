@@ -9,8 +9,8 @@
 #include <regex>
 #include <set>
 
+#include "checks/op_case.hpp"
 #include "host/cl/device.hpp"
-#include "tests/ops/op_check.hpp"
 
 namespace clerestory {
 namespace {

@@ -1,85 +1,23 @@
-// Painted spheres in one kernel: against their definition and against the ops that it puts together.
+// Painted spheres in one kernel, beside the ops that it puts together.
 #include "host/ops/light/ask_shells.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "checks/light/ask_shells_reference.hpp"
+#include "checks/light/listed_rays.hpp"
+#include "checks/light/shell_reference.hpp"
+#include "checks/op_case.hpp"
 #include "host/ops/light/composite.hpp"
 #include "host/ops/light/shells.hpp"
 #include "host/ops/tensor/slice.hpp"
-#include "tests/ops/light/listed_rays.hpp"
-#include "tests/ops/light/shell_reference.hpp"
+#include "tests/ops/light/net.hpp"
 
 namespace clerestory {
 namespace {
 
-/// `reach`: how far rays start from the camera, in scales; density from 0 to `dense`, the outermost opaque.
-Tensors shell_inputs(int rows, int samples, double reach, double dense, const Shape& map, bool point_per_row = false) {
-  Tensors t{{"shells", random_tensor({3, 4, map.h, map.w}, 1, 0, 2)},
-            {"points", random_tensor({1, 3, rows, point_per_row ? 1 : samples}, 2, -2 * reach, 2 * reach)},
-            {"direction", random_tensor({1, 3, rows, samples}, 3)},
-            {"range", Tensor({1, 3, 1, 1}, std::vector<double>{2, 1, 2})}};
-  for (int k = 0; k < 3; ++k)
-    for (int y = 0; y < map.h; ++y)
-      for (int x = 0; x < map.w; ++x) {
-        double& density = t["shells"].at(k, 3, y, x);
-        density = k == 2 ? 1000 : 0.5 * dense * density;
-      }
-  return t;
-}
-
-/// `list` empty: all rays.
-Tensor plain_answer(const Tensors& t, const std::vector<int>& list) {
-  const std::vector<Tensor> seen = looked_up_shells(t);
-  const Shape& rays = t.at("direction").shape;
-  Tensor radiance(Shape{1, 3, rays.h, rays.w});
-  for (int ray = 0; ray < rays.plane(); ++ray) {
-    if (!list.empty() && std::find(list.begin(), list.end(), ray) == list.end()) continue;
-    const int p = ray / rays.w, s = ray % rays.w;
-    double through = 1;
-    for (int k = 0; k < seen[0].shape.n; ++k) {
-      const double passes = std::exp(-seen[0].at(k, 3, p, s));
-      for (int c = 0; c < 3; ++c) radiance.at(0, c, p, s) += through * (1 - passes) * seen[0].at(k, c, p, s);
-      through *= passes;
-    }
-  }
-  return radiance;
-}
-
-Value ask(const Values& v, const RayList& list) {
-  return ask_shells(v.at("shells"), v.at("points"), v.at("direction"), v.at("range"), list, kShellRadii);
-}
-
-/// A place on the map is off by a few units in the last place of the start's distance, times the columns: so is a
-/// colour, and the light by as much for each sphere's colour and density.
-double roundings_of(double reach, const Shape& map) { return 6 * 64.0 * map.w * (1 + reach); }
-
-OpCase ask_case(const std::string& label, double reach, const Shape& map, Tensors inputs,
-                const std::vector<int>& list = {}) {
-  OpCase c{.stem = "ask_shells", .label = label, .kernels = {"pack_shells", "ask_shells"}, .inputs = std::move(inputs)};
-  const Shape rays = c.inputs.at("direction").shape;
-  c.build = [=](Graph& g, const Values& v) {
-    return std::vector{ask(v, list.empty() ? RayList{} : list_of(g, list, rays))};
-  };
-  c.reference = [=](const Tensors& t) { return std::vector{plain_answer(t, list)}; };
-  c.roundings = roundings_of(reach, map), c.magnitude = 2;
-  c.no_gradient = "for inference: throws";
-  return c;
-}
-
-OP_CASES(ask_shells) {
-  const Shape fine{1, 1, 8, 16}, odd{1, 1, 5, 12}, least{1, 1, 2, 2};
-  return {ask_case("inside", 0.2, fine, shell_inputs(6, 32, 0.2, 1, fine)),
-          ask_case("around", 1.2, odd, shell_inputs(6, 32, 1.2, 1, odd)),
-          ask_case("outside", 5, least, shell_inputs(4, 16, 5, 1, least)),
-          ask_case("point_per_row", 0.2, fine, shell_inputs(5, 16, 0.2, 1, fine, true)),
-          ask_case("listed", 0.2, fine, shell_inputs(7, 16, 0.2, 1, fine), every(3, 112)),
-          ask_case("one_ray", 0.2, fine, shell_inputs(2, 16, 0.2, 1, fine), {17}),
-          ask_case("clear", 0.2, fine, shell_inputs(2, 16, 0.2, 0, fine)),
-          ask_case("thin", 0.2, fine, shell_inputs(2, 16, 0.2, 1e-7, fine)),
-          ask_case("solid", 0.2, fine, shell_inputs(2, 16, 0.2, 1e6, fine))};
-}
+using namespace ask_shells_reference;
 
 // Straight backwards, where the panorama's edges meet, and both poles, among other rays.
 TEST(AskShells, IsLookUpAndComposite) {

@@ -3,21 +3,25 @@
 
 #include <cmath>
 
+#include "checks/op_case.hpp"
+#include "checks/shade/surface_reference.hpp"
 #include "host/graph/map_chunks.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/light/soft_lamps.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/shade/render.hpp"
-#include "tests/ops/op_check.hpp"
-#include "tests/ops/shade/surface_probe.hpp"
+#include "tests/ops/test_device.hpp"
 
 namespace clerestory {
 namespace {
 
 constexpr int kWidth = 8, kHeight = 6, kPixels = kWidth * kHeight, kLamps = 2;
+
 const Camera kCamera = Camera::from_fov(kWidth, kHeight, 70.0);
+
 // Middle and size, metres: behind the camera and near it, so that some pixels mirror them; and their colours.
 constexpr double kPlaces[4][kLamps] = {{0.9, -1.2}, {0.6, 0.4}, {0.8, 0.3}, {1.5, 1.2}};
+
 constexpr double kColors[3][kLamps] = {{3, 1}, {2, 2}, {1, 4}};
 
 /// A wall 2 m ahead, every sixth pixel of metal: rays that leave it meet nothing.

@@ -1,102 +1,18 @@
-// Means and statistics over the samples of a pixel, against sums in double; what is dropped, what is not there.
+// Means and statistics over the samples of a pixel: what is dropped, what is not there, how many there may be.
 #include "host/ops/shade/accumulate_samples.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tests/ops/op_check.hpp"
+#include "checks/op_case.hpp"
+#include "checks/shade/accumulate_samples_reference.hpp"
+#include "tests/ops/test_device.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr int kPixels = 5, kSamples = 48, kCount = 60;
-
-Tensors sums_inputs() {
-  Tensors t{{"weight", random_tensor({1, 3, kPixels, kSamples}, 1, 0, 2)},
-            {"radiance", random_tensor({1, 3, kPixels, kSamples}, 2, 0, 5)},
-            {"pdf", random_tensor({1, 1, kPixels, kSamples}, 3, 0.1, 2)},
-            {"u", random_tensor({1, 1, kPixels, kSamples}, 4, 0, 1)},
-            {"hit", random_ints({1, 1, kPixels, kSamples}, 5, -1, 3)}};
-  for (int s = 0; s < kSamples; s += 7) t["pdf"].at(0, 0, 2, s) = 0;
-  return t;
-}
-
-std::vector<Tensor> sums_reference(const Tensors& t, bool traced) {
-  Tensor mean(Shape{1, 3, kPixels, 1}), squares = mean, tally(Shape{1, 4, kPixels, 1}), first(Shape{1, 1, kPixels, 1});
-  for (int p = 0; p < kPixels; ++p) {
-    for (int c = 0; c < 3; ++c) {
-      const auto x = [&](int s) {
-        return t.at("pdf").at(0, 0, p, s) == 0 ? 0.0 : t.at("weight").at(0, c, p, s) * t.at("radiance").at(0, c, p, s);
-      };
-      double sum = 0;
-      for (int s = 0; s < kSamples; ++s) sum += x(s);
-      for (int s = 0; s < kSamples; ++s) squares.at(0, c, p, 0) += std::pow(x(s) - sum / kSamples, 2);
-      mean.at(0, c, p, 0) = sum / kCount;
-    }
-    for (int s = 0; s < kSamples; ++s) {
-      if (t.at("pdf").at(0, 0, p, s) == 0) continue;
-      tally.at(0, 1, p, 0) += 1;
-      if (!traced) continue;
-      tally.at(0, 0, p, 0) += t.at("u").at(0, 0, p, s);
-      tally.at(0, 3, p, 0) += t.at("hit").integer[static_cast<std::size_t>(p * kSamples + s)] >= 0;
-    }
-  }
-  return {mean, squares, tally, first};
-}
-
-OP_CASES(accumulate_samples) {
-  std::vector<OpCase> cases;
-  for (const bool traced : {false, true}) {
-    OpCase c{.stem = "accumulate_samples",
-             .label = traced ? "traced" : "untraced",
-             .kernels = {"accumulate_samples"},
-             .inputs = sums_inputs()};
-    c.build = [traced](Graph&, const Values& v) {
-      const SampleSums s = accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"),
-                                              traced ? v.at("u") : Value{}, traced ? v.at("hit") : Value{}, kCount);
-      return std::vector<Value>{s.mean, s.squares, s.tally, s.first};
-    };
-    c.reference = [traced](const Tensors& t) { return sums_reference(t, traced); };
-    c.roundings = 12;  // three terms a lane, compensated, and a tree of sixteen; squares double the error of x
-    c.no_gradient = "squares and tally are statistics; the mean has a case of its own";
-    cases.push_back(c);
-  }
-  OpCase mean = cases.front();
-  mean.label = "mean";
-  mean.kernels = {"accumulate_samples", "accumulate_samples_adjoint"};
-  mean.build = [](Graph&, const Values& v) {
-    return std::vector{accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"), {}, {}, kCount).mean};
-  };
-  mean.reference = [](const Tensors& t) { return std::vector{sums_reference(t, false)[0]}; };
-  mean.no_gradient = {}, mean.differentiate = {"weight", "radiance"};
-  mean.step = 1e-2, mean.gradient_tolerance = 1e-10;  // bilinear: a difference is exact but for rounding
-  cases.push_back(mean);
-  OpCase finish{.stem = "accumulate_samples", .label = "finish", .kernels = {"finish_samples"}};
-  finish.inputs = {{"squares", random_tensor({2, 3, 4, 5}, 6, 0, 9)}, {"tally", random_tensor({2, 4, 4, 5}, 7, 5, 6)}};
-  for (int n = 0; n < 2; ++n)
-    finish.inputs["tally"].at(n, 1, 0, 0) = finish.inputs["tally"].at(n, 2, 0, 0);  // nothing left
-  finish.build = [](Graph&, const Values& v) {
-    const SampleStatistics s = finish_samples(v.at("squares"), v.at("tally"), 64, 2);
-    return std::vector<Value>{s.standard_error, s.uncertainty};
-  };
-  finish.reference = [](const Tensors& t) {
-    Tensor error(Shape{2, 3, 4, 5}), u(Shape{2, 1, 4, 5});
-    for (int n = 0; n < 2; ++n)
-      for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 5; ++x) {
-          for (int c = 0; c < 3; ++c) error.at(n, c, y, x) = std::sqrt(t.at("squares").at(n, c, y, x) / 62 / 64);
-          const double used = t.at("tally").at(n, 1, y, x) - t.at("tally").at(n, 2, y, x);
-          u.at(n, 0, y, x) = used > 0 ? t.at("tally").at(n, 0, y, x) / used : 0;
-        }
-    return std::vector<Tensor>{error, u};
-  };
-  // used is a difference of near numbers; but it is the same in float, whose inputs are rounded before.
-  finish.roundings = 64;
-  finish.no_gradient = "a statistic";
-  cases.push_back(finish);
-  return cases;
-}
+using namespace accumulate_samples_reference;
 
 // What lies beyond the samples of a chunk counts for nothing and has no gradient, even where it looks like rays; any
 // count, that is, any rest of a vector.

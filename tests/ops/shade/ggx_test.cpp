@@ -6,15 +6,18 @@
 #include <cmath>
 #include <random>
 
+#include "checks/shade/surface_reference.hpp"
 #include "host/math/statistics.hpp"
-#include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
+#include "tests/ops/test_device.hpp"
 
 namespace clerestory {
 namespace {
 
 constexpr int kCosine = 4, kUniform = 5, kSamplers = 6;
+
 constexpr double kViews[] = {0.9999, 0.6, 0.08};
+
 constexpr double kRoughness[] = {0.01, 0.1, 0.3, 0.6, 1.0};  // 0.01: alpha at its floor
 
 struct Samples {

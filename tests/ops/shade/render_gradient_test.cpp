@@ -5,11 +5,12 @@
 #include <cmath>
 #include <numeric>
 
+#include "checks/op_case.hpp"
 #include "host/graph/plan.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/shade/render.hpp"
-#include "tests/ops/op_check.hpp"
 #include "tests/ops/shade/wall.hpp"
+#include "tests/ops/test_device.hpp"
 
 namespace clerestory {
 namespace {
@@ -85,6 +86,7 @@ struct Move {
   bool per_pixel;  // a pixel's value concerns that pixel of the picture alone
   double seen;     // relative error of the whole gradient that must not pass
 };
+
 // What the normal does to polished surfaces is small beside its spread.
 const std::vector<Move> moves{{"albedo", "albedo", -1, true, 0.05},     {"roughness", "material", 0, true, 0.1},
                               {"metallic", "material", 1, true, 0.05},  {"normal x", "normal", 0, true, 0.4},

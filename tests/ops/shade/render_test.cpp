@@ -8,6 +8,8 @@
 #include <numeric>
 #include <set>
 
+#include "checks/op_case.hpp"
+#include "checks/shade/surface_reference.hpp"
 #include "host/graph/plan.hpp"
 #include "host/math/frames.hpp"
 #include "host/math/statistics.hpp"
@@ -16,9 +18,8 @@
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/slice.hpp"
-#include "tests/ops/op_check.hpp"
-#include "tests/ops/shade/surface_probe.hpp"
 #include "tests/ops/shade/wall.hpp"
+#include "tests/ops/test_device.hpp"
 
 namespace clerestory {
 namespace {

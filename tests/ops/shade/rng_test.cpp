@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <set>
 
+#include "checks/shade/sobol_reference.hpp"
 #include "host/math/statistics.hpp"
-#include "tests/ops/op_check.hpp"
-#include "tests/ops/shade/sobol_reference.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
+#include "tests/ops/test_device.hpp"
 
 namespace clerestory {
 namespace {

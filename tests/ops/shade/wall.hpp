@@ -1,7 +1,7 @@
 // A small scene for tests of the layer.
 #pragma once
+#include "checks/op_case.hpp"
 #include "host/math/camera.hpp"
-#include "tests/ops/op_check.hpp"
 
 namespace clerestory {
 

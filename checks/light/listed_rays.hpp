@@ -1,0 +1,37 @@
+// Lists of rays, and a part of them, for kernels that hold a whole net.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "checks/op_case.hpp"
+#include "host/ops/light/select_rays.hpp"
+
+namespace clerestory {
+
+inline RayList list_of(Graph& g, const std::vector<int>& rays, const Shape& of) {
+  std::vector<int> all(static_cast<std::size_t>(of.plane()), -1);
+  std::copy(rays.begin(), rays.end(), all.begin());
+  return {g.constant(Tensor::of_int({1, 1, of.h, of.w}, all)),
+          g.constant(Tensor::of_int({1, 1, 1, 1}, {static_cast<int>(rays.size())}))};
+}
+
+/// 1, 1 + step, ... below count.
+inline std::vector<int> every(int step, int count) {
+  std::vector<int> list;
+  for (int i = 1; i < count; i += step) list.push_back(i);
+  return list;
+}
+
+/// Rows 2 to 5, samples 16 to 31 of the rays {"points", "direction"}, in a tile with room for a row more.
+inline Tensors tile_of(const Tensors& inputs) {
+  Tensors part = inputs;
+  for (const char* name : {"points", "direction"}) {
+    part[name] = random_tensor({1, 3, 5, 16}, 9);
+    for (int c = 0; c < 3; ++c)
+      for (int p = 0; p < 4; ++p)
+        for (int s = 0; s < 16; ++s) part[name].at(0, c, p, s) = inputs.at(name).at(0, c, p + 2, s + 16);
+  }
+  return part;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,611 @@
+#include "checks/op_check.hpp"
+
+#include <algorithm>
+#include <cfloat>
+#include <cstdlib>
+#include <memory>
+#include <random>
+
+#include "host/cl/tile.hpp"
+#include "host/error.hpp"
+#include "host/graph/plan.hpp"
+#include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/slice.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr double kCanary = 12345.5;  // exact in float
+constexpr int kGroup = 16;           // work-items to a row
+
+double epsilon(Precision p) { return p == Precision::Single ? FLT_EPSILON : DBL_EPSILON; }
+const char* text(Precision p) { return p == Precision::Single ? "float" : "double"; }
+
+double largest(const Tensor& t) {
+  double m = 0;
+  for (const double x : t.real) m = std::max(m, std::abs(x));
+  return m;
+}
+
+Tensor rounded_to_float(Tensor t) {
+  for (double& x : t.real) x = static_cast<float>(x);
+  return t;
+}
+
+OpCase rounded_to_float(OpCase c) {
+  for (auto& [name, tensor] : c.inputs) tensor = rounded_to_float(std::move(tensor));
+  for (auto& [name, tensor] : c.states) tensor = rounded_to_float(std::move(tensor));
+  return c;
+}
+
+/// Inputs and states in one map.
+Tensors all_tensors(const OpCase& c) {
+  Tensors all = c.inputs;
+  all.insert(c.states.begin(), c.states.end());
+  return all;
+}
+
+const Device& device_of(const CheckedDevices& devices, Precision precision) {
+  return precision == Precision::Single ? devices.single : *devices.with_doubles;
+}
+
+std::vector<Precision> precisions_of(const CheckedDevices& devices) {
+  if (!devices.with_doubles) return {Precision::Single};
+  return {Precision::Single, Precision::Double};
+}
+
+/// The greater of two errors of which either may be missing (NaN).
+double worse(double a, double b) { return std::isnan(a) || b > a ? b : a; }
+
+/// A graph of the case, with its inputs as they are or as slices of bigger tensors, and its plan on a device.
+class Run {
+ public:
+  struct How {
+    PlanOptions options = {};
+    bool wrap = false, with_gradients = false;
+  };
+
+  Run(const OpCase& c, const CheckedDevices& devices, Precision precision, OpFindings& findings, How how)
+      : case_(c), precision_(precision), wrap_(how.wrap), findings_(findings) {
+    Values values;
+    for (const auto& [name, tensor] : c.inputs) values[name] = input(name, tensor);
+    if (wrap_) add_canaries(how.with_gradients);
+    outputs_ = c.build(graph_, values);
+    for (const auto& [name, tensor] : c.states) values[name] = graph_.state(name, tensor.shape, Init::fixed(0));
+    if (how.with_gradients) add_gradients(values);
+    if (wrap_) wrap_outputs();
+    const Device device = device_of(devices, precision);
+    if (!graph_.states().empty()) {
+      states_ = std::make_shared<States>(device, precision);
+      states_->initialise(graph_, c.seed);
+    }
+    how.options.precision = precision;
+    executor_ = std::make_unique<Executor>(compile(graph_, outputs_, device, how.options, true), states_);
+    for (const auto& [name, tensor] : c.inputs) feed(name, tensor);
+  }
+
+  /// Outputs in order, gradients in theirs, then states by name.
+  std::vector<Tensor> operator()() {
+    for (const auto& [name, tensor] : case_.states) states_->set(name, moved_.count(name) ? moved_[name] : tensor);
+    executor_->run(case_.seed);
+    std::vector<Tensor> results;
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+      results.push_back(unwrapped(executor_->fetch(outputs_[i]), name_of(i)));
+    if (!graph_.updates().empty())
+      for (const auto& [name, tensor] : case_.states) results.push_back(states_->get(name));
+    return results;
+  }
+
+  void move(const std::string& name, const Tensor& tensor) {
+    if (case_.states.count(name))
+      moved_[name] = tensor;
+    else
+      feed(name, tensor);
+  }
+
+  const std::vector<Value>& outputs() const { return outputs_; }
+  const std::vector<Tensor>& cotangents() const { return cotangents_; }
+
+ private:
+  Value input(const std::string& name, const Tensor& tensor) {
+    if (!wrap_ || tensor.type() == Type::Int) return graph_.input(name, tensor.shape, tensor.type());
+    Shape bigger = tensor.shape;
+    bigger.c += 2;
+    return slice(graph_.input(name, bigger), 1, tensor.shape.c);
+  }
+
+  void feed(const std::string& name, const Tensor& tensor) {
+    if (wrap_ && tensor.type() == Type::Real)
+      executor_->feed(name, padded(tensor));
+    else
+      executor_->feed(name, tensor);
+  }
+
+  static Tensor padded(const Tensor& t) {
+    Shape bigger = t.shape;
+    bigger.c += 2;
+    Tensor out(bigger, kCanary);
+    for (int n = 0; n < t.shape.n; ++n)
+      std::copy_n(t.real.begin() + n * t.shape.item(), t.shape.item(),
+                  out.real.begin() + n * bigger.item() + bigger.plane());
+    return out;
+  }
+
+  /// A channel before and one behind each output and gradient. Made by kernels that run before those of the case, so
+  /// that all three are written in place into one buffer, and what the case writes beside its output stays there to be
+  /// seen.
+  void add_canaries(bool with_gradients) {
+    std::vector<Shape> shapes = output_shapes(case_);
+    if (with_gradients)
+      for (const std::string& name : case_.differentiate) shapes.push_back(all_tensors(case_).at(name).shape);
+    for (const Shape& s : shapes) {
+      const auto canary = [&] { return affine(graph_.fill({s.n, 1, s.h, s.w}, kCanary), 1, 0); };
+      canaries_.push_back({canary(), canary()});
+    }
+  }
+
+  static std::vector<Shape> output_shapes(const OpCase& c) {
+    Graph graph;
+    Values values;
+    for (const auto& [name, tensor] : c.inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
+    std::vector<Shape> shapes;
+    for (const Value& v : c.build(graph, values)) shapes.push_back(v.shape());
+    return shapes;
+  }
+
+  void wrap_outputs() {
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      if (outputs_[i].type() == Type::Int) continue;
+      outputs_[i] = concat(std::vector<Value>{canaries_[i].before, outputs_[i], canaries_[i].behind});
+    }
+  }
+
+  std::string name_of(std::size_t i) const {
+    const std::size_t outputs = outputs_.size() - gradients_;
+    return i < outputs ? fmt::format("output {}", i) : "the gradient of " + case_.differentiate[i - outputs];
+  }
+
+  Tensor unwrapped(Tensor t, const std::string& name) const {
+    if (!wrap_ || t.type() == Type::Int) return t;
+    Shape s = t.shape;
+    s.c -= 2;
+    Tensor inner(s);
+    for (int n = 0; n < s.n; ++n) {
+      const auto begin = t.real.begin() + n * t.shape.item(), behind = begin + s.plane() + s.item();
+      expect_canaries(begin, s.plane(), "before " + name, n);
+      expect_canaries(behind, s.plane(), "behind " + name, n);
+      std::copy_n(begin + s.plane(), s.item(), inner.real.begin() + n * s.item());
+    }
+    return inner;
+  }
+
+  void expect_canaries(std::vector<double>::const_iterator begin, long count, const std::string& where,
+                       int item) const {
+    const auto end = begin + count, written = std::find_if(begin, end, [](double x) { return x != kCanary; });
+    if (written != end)
+      findings_.faults.push_back(fmt::format("{} in {}: written {}, item {}, element {}", case_.name(),
+                                             text(precision_), where, item, written - begin));
+  }
+
+  /// Appends the gradients of sum(outputs * cotangents); the cotangents are constants.
+  void add_gradients(const Values& values) {
+    std::vector<Value> from, seeds, wrt;
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      cotangents_.push_back(
+          outputs_[i].type() == Type::Real ? rounded_to_float(random_tensor(outputs_[i].shape(), 77 + i)) : Tensor());
+      if (outputs_[i].type() == Type::Int) continue;
+      from.push_back(outputs_[i]), seeds.push_back(graph_.constant(cotangents_.back()));
+    }
+    for (const std::string& name : case_.differentiate) wrt.push_back(values.at(name));
+    for (std::size_t i = 0; const Value& g : gradient(from, seeds, wrt)) {
+      if (!g) throw Error(ErrorKind::Failed, "no gradient reaches " + case_.differentiate[i]);
+      outputs_.push_back(g), ++gradients_, ++i;
+    }
+  }
+
+  const OpCase& case_;
+  Precision precision_;
+  bool wrap_;
+  OpFindings& findings_;
+  Graph graph_;
+  struct Canaries {
+    Value before, behind;
+  };
+  std::vector<Canaries> canaries_;
+  std::vector<Value> outputs_;  // and gradients behind them
+  std::size_t gradients_ = 0;
+  std::vector<Tensor> cotangents_;
+  Tensors moved_;
+  std::shared_ptr<States> states_;
+  std::unique_ptr<Executor> executor_;
+};
+
+double weighted_sum(const std::vector<Tensor>& outputs, const std::vector<Tensor>& cotangents) {
+  long double sum = 0;
+  for (std::size_t o = 0; o < cotangents.size(); ++o)
+    for (std::size_t i = 0; i < cotangents[o].real.size(); ++i)
+      sum += static_cast<long double>(outputs[o].real[i]) * cotangents[o].real[i];
+  return static_cast<double>(sum);
+}
+
+/// Outputs {which, element} that differ between two runs, or are NaN.
+using Places = std::set<std::pair<std::size_t, std::size_t>>;
+template <class Is>
+Places places(const std::vector<Tensor>& outputs, Is is) {
+  Places found;
+  for (std::size_t o = 0; o < outputs.size(); ++o)
+    for (std::size_t i = 0; i < outputs[o].real.size(); ++i)
+      if (is(o, i)) found.emplace(o, i);
+  return found;
+}
+
+bool lies_in(const std::string& room, const std::string& stem) {
+  return std::ranges::count(kernel_files(), room + "/" + stem + ".cl") > 0;
+}
+
+std::set<std::string> launched_on(Device device) {
+  std::set<std::string> names;
+  for (const KernelProfile& k : device.profile()) names.insert(k.kernel.substr(k.kernel.find_last_of(":/") + 1));
+  return names;
+}
+
+/// While it lives, launches of the device are counted.
+class Counted {
+ public:
+  explicit Counted(const Device& device) : device_(device) { device_.set_profiling(true), device_.reset_profile(); }
+  ~Counted() {
+    try {
+      device_.set_profiling(false);
+    } catch (const Error&) {  // of a device that is lost; what lost it is on its way
+    }
+  }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+ private:
+  Device device_;
+};
+
+/// While it lives, kernels are built in the tile.
+class InTile {
+ public:
+  InTile(const Device& device, const std::string& tile) : device_(device) { device_.use_tile(tile); }
+  ~InTile() { device_.use_tile("auto"); }
+  InTile(const InTile&) = delete;
+  InTile& operator=(const InTile&) = delete;
+
+ private:
+  Device device_;
+};
+
+/// While it lives, so many work-items share a row (host/ops/tensor/rows.hpp).
+class InGroups {
+ public:
+  explicit InGroups(int group) {
+    if (const char* set = std::getenv(kVariable)) before_ = set;
+    setenv(kVariable, std::to_string(group).c_str(), 1);
+  }
+  ~InGroups() {
+    if (before_)
+      setenv(kVariable, before_->c_str(), 1);
+    else
+      unsetenv(kVariable);
+  }
+  InGroups(const InGroups&) = delete;
+  InGroups& operator=(const InGroups&) = delete;
+
+ private:
+  static constexpr const char* kVariable = "CLERESTORY_GROUP";
+  std::optional<std::string> before_;
+};
+
+/// The checks of one case; what they find goes into `findings`.
+class Check {
+ public:
+  Check(const OpCase& c, const CheckedDevices& devices, OpFindings& findings)
+      : case_(c), devices_(devices), findings_(findings), name_(c.name()) {}
+
+  void everything() {
+    const std::vector<Tensor> want = case_.reference(all_tensors(case_));
+    for (const Precision precision : precisions_of(devices_)) {
+      run_in(precision);
+      if (!against_reference(precision, want)) return;
+    }
+    if (devices_.with_doubles) float_against_double();
+    if (lies_in("nn", case_.stem) || lies_in("tensor", case_.stem)) nan_is_not_hidden();
+    if (devices_.with_doubles && differentiates()) differences();
+  }
+
+  void tiles_agree() {
+    for (const Precision precision : precisions_of(devices_)) {
+      const auto run_in_tile = [&](const std::string& name) {
+        const InTile tile(device_of(devices_, precision), name);
+        std::vector<Tensor> values = run(precision, {.with_gradients = differentiates()})();
+        for (Tensor& t : run(precision, {.wrap = true, .with_gradients = differentiates()})())
+          values.push_back(std::move(t));
+        return values;
+      };
+      const std::vector<Tensor> own = run_in_tile("auto");
+      for (const Tile& tile : tiles())
+        same_bits(run_in_tile(tile.name), own, fmt::format("{} in {}, tile {}", name_, text(precision), tile.name));
+    }
+  }
+
+ private:
+  struct Results {
+    std::size_t outputs = 0;
+    std::vector<Tensor> values;  // outputs, gradients, states
+  };
+
+  bool differentiates() const { return !case_.differentiate.empty(); }
+  bool is_gradient(std::size_t i, std::size_t outputs) const {
+    return i >= outputs && i < outputs + case_.differentiate.size();
+  }
+
+  template <class... Args>
+  void fault(fmt::format_string<Args...> format, Args&&... args) {
+    findings_.faults.push_back(fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  Run run(Precision precision, Run::How how = {}) { return Run(case_, devices_, precision, findings_, std::move(how)); }
+
+  /// Runs it twice, without passes and in slices: equal bits, and the kernels are launched.
+  void run_in(Precision precision) {
+    Results& results = results_[precision];
+    std::set<std::string> seen;
+    {
+      const Counted counted(device_of(devices_, precision));
+      Run usual = run(precision, {.with_gradients = differentiates()});
+      results.outputs = usual.outputs().size() - case_.differentiate.size();
+      cotangents_ = usual.cotangents();
+      results.values = usual();
+      same_bits(usual(), results.values, fmt::format("{} in {}, second run", name_, text(precision)));
+
+      // With every pass off, views and concatenations are copied by their kernels.
+      const PlanOptions off{.prune = false, .alias = false, .reuse = false};
+      same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
+                fmt::format("{} in {}, passes off", name_, text(precision)));
+      seen = launched_on(device_of(devices_, precision));
+    }
+    for (const std::string& kernel : case_.kernels)
+      if (!seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);
+    if (precision == Precision::Single) findings_.launched.merge(seen);
+
+    same_bits(run(precision, {.wrap = true, .with_gradients = differentiates()})(), results.values,
+              fmt::format("{} in {}, as slices of bigger tensors", name_, text(precision)));
+  }
+
+  std::vector<Tensor> without_gradients(const Results& results) const {
+    std::vector<Tensor> rest;
+    for (std::size_t i = 0; i < results.values.size(); ++i)
+      if (!is_gradient(i, results.outputs)) rest.push_back(results.values[i]);
+    return rest;
+  }
+
+  /// False when there is nothing to compare.
+  bool against_reference(Precision precision, const std::vector<Tensor>& want) {
+    const std::vector<Tensor> got = without_gradients(results_[precision]);
+    if (got.size() != want.size()) {
+      fault("{}: the reference gives another number of tensors ({}, expected {})", name_, want.size(), got.size());
+      return false;
+    }
+    for (std::size_t i = 0; i < want.size(); ++i) {
+      const double magnitude = case_.magnitude > 0 ? case_.magnitude : std::max(largest(want[i]), 1e-30);
+      const double share = close(got[i], want[i], case_.roundings * epsilon(precision) * magnitude,
+                                 fmt::format("{} in {} against the reference, output {}", name_, text(precision), i));
+      if (precision == Precision::Single) findings_.value_error = worse(findings_.value_error, share);
+    }
+    return true;
+  }
+
+  void float_against_double() {
+    const double gradient_roundings = case_.gradient_roundings > 0 ? case_.gradient_roundings : 4 * case_.roundings;
+    const std::vector<Tensor>&single = results_[Precision::Single].values, &twin = results_[Precision::Double].values;
+    const std::size_t outputs = results_[Precision::Double].outputs;
+    for (std::size_t i = 0; i < single.size(); ++i) {
+      const bool is_slope = is_gradient(i, outputs);
+      const double magnitude = !is_slope && case_.magnitude > 0 ? case_.magnitude : std::max(largest(twin[i]), 1e-30);
+      const double share =
+          close(single[i], twin[i], (is_slope ? gradient_roundings : case_.roundings) * FLT_EPSILON * magnitude,
+                fmt::format("{}, float against double, {} {}", name_, is_slope ? "gradient" : "output",
+                            is_slope ? i - outputs : i));
+      findings_.twin_error = worse(findings_.twin_error, share);
+    }
+  }
+
+  /// What is no number must not be taken for one: a maximum or a clamp that drops it hides that a net has failed.
+  void nan_is_not_hidden() {
+    Run moving = run(Precision::Single);
+    const std::vector<Tensor> base = moving();
+    for (const auto& [name, tensor] : all_tensors(case_)) {
+      const double step = 2 * largest(tensor) + 1;
+      for (std::size_t k = 0; k < std::min<std::size_t>(tensor.real.size(), 4); ++k) {
+        const std::size_t i = (2 * k + 1) * tensor.real.size() / 8;  // a few, spread
+        const auto with = [&](double value) {
+          Tensor moved = tensor;
+          moved.real[i] = value;
+          moving.move(name, moved);
+          return moving();
+        };
+        const std::vector<Tensor> high = with(tensor.real[i] + step), low = with(tensor.real[i] - step),
+                                  none = with(NAN);
+        const Places hidden = places(base, [&](std::size_t o, std::size_t at) {
+          const double value = base[o].real[at];
+          return (high[o].real[at] != value || low[o].real[at] != value) && !std::isnan(none[o].real[at]);
+        });
+        if (hidden.empty()) continue;
+        const auto [o, at] = *hidden.begin();
+        fault("{} hides a NaN in element {} of {}: output {}, element {} is {}", name_, i, name, o, at,
+              none[o].real[at]);
+      }
+      moving.move(name, tensor);
+    }
+  }
+
+  /// The adjoint in double against central differences.
+  void differences() {
+    Run moving = run(Precision::Double);
+    const Results& results = results_[Precision::Double];
+    for (std::size_t d = 0; d < case_.differentiate.size(); ++d)
+      differences_by(case_.differentiate[d], results.values[results.outputs + d], d + 1, moving);
+  }
+
+  void differences_by(const std::string& name, const Tensor& adjoint, std::size_t seed, Run& moving) {
+    const Tensor base = case_.inputs.count(name) ? case_.inputs.at(name) : case_.states.at(name);
+    const double scale = std::max(largest(adjoint), 1e-30);
+    const std::size_t count = base.real.size();
+    const std::size_t moves = std::min(count, static_cast<std::size_t>(case_.differences));
+    if (moves == 0) return fault("{}: no element of {} is moved", name_, name);
+    std::mt19937_64 random(seed);
+    double worst = 0;
+    std::string at;
+    for (std::size_t m = 0; m < moves; ++m) {
+      const std::size_t i = moves == count ? m : random() % count;
+      double sides[2];
+      for (const int side : {0, 1}) {
+        Tensor moved = base;
+        moved.real[i] += side ? case_.step : -case_.step;
+        moving.move(name, moved);
+        sides[side] = weighted_sum(moving(), cotangents_);
+      }
+      const double difference = (sides[1] - sides[0]) / (2 * case_.step);
+      const double error = std::abs(difference - adjoint.real[i]) / scale;
+      if (error <= worst) continue;
+      worst = error, at = fmt::format("element {}: adjoint {}, difference {}", i, adjoint.real[i], difference);
+      if (std::isnan(error)) break;
+    }
+    moving.move(name, base);
+    findings_.gradient_error = worse(findings_.gradient_error, share_of(worst, case_.gradient_tolerance));
+    if (!(worst <= case_.gradient_tolerance))
+      fault("{}: gradient of {}, {}: error {} of the largest, allowed {}", name_, name, at, worst,
+            case_.gradient_tolerance);
+  }
+
+  /// An error as a share of what is allowed; what is no number is as wrong as can be.
+  static double share_of(double error, double allowed) {
+    if (std::isnan(error)) return INFINITY;
+    return error == 0 ? 0 : error / allowed;
+  }
+
+  /// The largest error as a share of `tolerance`; a fault when it is over one.
+  double close(const Tensor& got, const Tensor& want, double tolerance, const std::string& what) {
+    if (got.shape.text() != want.shape.text()) {
+      fault("{}: {} instead of {}", what, got.shape.text(), want.shape.text());
+      return INFINITY;
+    }
+    if (want.type() == Type::Int || got.integer.size() != want.integer.size()) return same_integers(got, want, what);
+    if (got.real.size() != want.real.size()) {
+      fault("{}: {} numbers instead of {}", what, got.real.size(), want.real.size());
+      return INFINITY;
+    }
+    double worst = 0;
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < want.real.size(); ++i) {
+      if (got.real[i] == want.real[i]) continue;  // also equal infinities
+      const double error = std::abs(got.real[i] - want.real[i]);
+      if (!(error <= worst)) worst = error, at = i;  // a NaN is the worst
+      if (std::isnan(error)) break;
+    }
+    if (!(worst <= tolerance))
+      fault("{}, element {} of {}: {} instead of {}, {} allowed", what, at, want.shape.text(), got.real[at],
+            want.real[at], tolerance);
+    return share_of(worst, tolerance);
+  }
+
+  double same_integers(const Tensor& got, const Tensor& want, const std::string& what) {
+    if (got.integer == want.integer) return 0;
+    if (got.integer.size() != want.integer.size()) {
+      fault("{}: {} integers instead of {}", what, got.integer.size(), want.integer.size());
+      return INFINITY;
+    }
+    const auto differ = std::ranges::mismatch(got.integer, want.integer);
+    fault("{}, element {} of {}: {} instead of {}", what, differ.in1 - got.integer.begin(), want.shape.text(),
+          *differ.in1, *differ.in2);
+    return INFINITY;
+  }
+
+  void same_bits(const std::vector<Tensor>& a, const std::vector<Tensor>& b, const std::string& what) {
+    if (a.size() != b.size()) return fault("{}: {} outputs instead of {}", what, a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      same_integers(a[i], b[i], fmt::format("{}, output {}", what, i));
+      if (a[i].real.size() != b[i].real.size()) {
+        fault("{}, output {}: {} numbers instead of {}", what, i, a[i].real.size(), b[i].real.size());
+        continue;
+      }
+      long differ = 0;
+      for (std::size_t k = 0; k < a[i].real.size(); ++k)
+        differ += !(a[i].real[k] == b[i].real[k] || (std::isnan(a[i].real[k]) && std::isnan(b[i].real[k])));
+      if (differ > 0) fault("{}, output {} of {}: {} elements differ", what, i, a[i].shape.text(), differ);
+    }
+  }
+
+  const OpCase& case_;  // rounded to float
+  const CheckedDevices& devices_;
+  OpFindings& findings_;
+  const std::string name_;
+  std::map<Precision, Results> results_;
+  std::vector<Tensor> cotangents_;
+};
+
+/// True when the kernels of this stem have one body for CPUs and one for groups of work-items.
+bool walks_rows(const std::string& stem) {
+  return std::ranges::any_of(kernel_files(), [&](const std::string& file) {
+    return file.ends_with("/" + stem + ".cl") && kernel_source(file).find("define GROUP_SCRATCH") != std::string::npos;
+  });
+}
+
+/// True when a kernel of the case multiplies in a register tile, on a CPU.
+bool multiplies_in_tiles(const OpCase& c) {
+  static const std::set<std::string> kernels{"conv_cpu", "conv_weights_cpu", "ask_mlp", "ask_field"};
+  return std::ranges::any_of(c.kernels, [&](const std::string& kernel) { return kernels.count(kernel) > 0; });
+}
+
+}  // namespace
+
+bool CheckedDevices::twins_run_elsewhere() const {
+  return with_doubles && with_doubles->info().index != single.info().index;
+}
+
+CheckedDevices checked_devices(const Device& device) {
+  if (device.has_double()) return {device, device};
+  for (const DeviceInfo& info : list_devices()) try {
+      if (info.fp64) return {device, Device::open(std::to_string(info.index))};
+    } catch (const Error&) {  // the probe refuses it: the next
+    }
+  return {device, {}};
+}
+
+std::vector<Bodies> bodies_of(const OpCase& c) {
+  std::vector<Bodies> all{Bodies::OfDevice};
+  if (walks_rows(c.stem)) all.push_back(Bodies::InGroups);
+  if (multiplies_in_tiles(c)) all.push_back(Bodies::InTiles);
+  return all;
+}
+
+void OpFindings::add(const OpFindings& other) {
+  faults.insert(faults.end(), other.faults.begin(), other.faults.end());
+  value_error = worse(value_error, other.value_error);
+  twin_error = worse(twin_error, other.twin_error);
+  gradient_error = worse(gradient_error, other.gradient_error);
+  launched.insert(other.launched.begin(), other.launched.end());
+}
+
+OpFindings check_op(const OpCase& c, const CheckedDevices& devices, Bodies bodies) {
+  OpFindings findings;
+  OpCase named = rounded_to_float(c);
+  std::optional<InGroups> groups;
+  if (bodies == Bodies::InGroups) groups.emplace(kGroup), named.label += fmt::format(" in groups of {}", kGroup);
+  try {
+    Check check(named, devices, findings);
+    if (bodies == Bodies::InTiles)
+      check.tiles_agree();
+    else
+      check.everything();
+  } catch (const Error& e) {
+    findings.faults.push_back(fmt::format("{}: {}", named.name(), e.what()));
+  }
+  return findings;
+}
+
+}  // namespace clerestory
