@@ -35,8 +35,8 @@ void check_goal(const RenderSettings& settings, const RenderGoal& goal);
 /// mean (N A + M B) / (N + M) has the variance <(B - A)^2> N M / (N + M)^2 in expectation where N = M, whatever the
 /// points, or where variances go as 1 / N; of Sobol's points and M < N it is more than there is. There are two rounds
 /// at least. standard_error is scaled to agree with the measured error over the picture.
-/// Who stops at a small error has more than he measured: over 40 seeds of a room's corner 1.23 times as much (Sobol) and
-/// 1.16 (independent) where 0.1 was asked for and two to four rounds reached it, 1.03 and 1.02 where 0.03 was.
+/// Who stops at a small error has more than he measured: over 40 seeds of a room's corner 1.23 times as much (Sobol)
+/// and 1.16 (independent) where 0.1 was asked for and two to four rounds reached it, 1.03 and 1.02 where 0.03 was.
 /// Throws what check_goal() throws.
 RenderedUntil render_until(Device& device, const Scene& scene, const RenderSettings& settings, const RenderGoal& goal);
 

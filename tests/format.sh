@@ -5,4 +5,4 @@ source "$(dirname "${BASH_SOURCE[0]}")/../experiments/setup.sh"
 packages=(clang-format)
 install_packages
 cd "$root"
-git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run -Werror
+find checks experiments host nets tests tracer -name '*.[ch]pp' -print0 | xargs -0 clang-format --dry-run -Werror
