@@ -159,6 +159,7 @@ class LightTask : public TrainingTask {
   }
 
   std::vector<std::string> last_views() const override { return last_views_; }
+  void end() override { stream_.reset(), streamed_.reset(); }
 
   Judgement judge() override {
     const LightSummary& summary = summary_.emplace(judge_light(judged_, predictor_));

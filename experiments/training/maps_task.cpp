@@ -68,6 +68,7 @@ class MapsTask : public TrainingTask {
   }
 
   std::vector<std::string> last_views() const override { return last_views_; }
+  void end() override { stream_.reset(), views_.reset(); }
 
   Judgement judge() override {
     judge_all(judged_, predictor_);

@@ -49,6 +49,8 @@ class TrainingTask {
   /// One step on the next batch.
   virtual Losses step(double rate) = 0;
   virtual std::vector<std::string> last_views() const = 0;  // of that batch
+  /// There are no further steps: no thread reads or makes views any more.
+  virtual void end() = 0;
   virtual Judgement judge() = 0;
   /// report.html, card and plots into the run; its weights are already there.
   virtual void report(const RunDirectory& run, const Config& config, const History& history,

@@ -119,6 +119,7 @@ TrainingOutcome Trainer::run() {
     loop();
     finish();
   } catch (const Error& e) {
+    task_.reset();  // no thread makes rooms in the folder any more
     if (e.kind() == ErrorKind::Usage && fresh_ && !run_.resumable())
       std::filesystem::remove_all(run_.path());  // bad input leaves nothing behind
     else if (e.kind() != ErrorKind::Interrupted)
@@ -331,6 +332,7 @@ void Trainer::finish() {
   provenance_.left_out = task_->left_out();
   write_provenance(run_ / "provenance.json", provenance_);
   task_->report(run_, config_, progress_.history, provenance_);
+  task_->end();  // rooms are still being made ahead
   std::filesystem::remove_all(options_.stream.rooms.out);
   run_.finish();
   run_.log(fmt::format("{} steps in {}; weights of {} in {}", progress_.step, duration_text(seconds()),
