@@ -99,6 +99,9 @@ std::string runs_folder() {
 
 void add_results_commands(CommandLine& line) {
   auto a = std::make_shared<ResultsArguments>();
+  const auto in_tree = [a](void (*action)(const ResultsArguments&)) {
+    return [a, action](const CommonOptions&) { must_be_tree(a->tree), action(*a); };
+  };
   line.describe_group("results", "Figures of docs/results, and the tables of README and docs that are made from them");
   line.add("results write",
            "Makes docs/results/NAME.json, .md and .svg of a finished run, and NAME's tables in the docs")
@@ -108,7 +111,7 @@ void add_results_commands(CommandLine& line) {
       .option("--table", "NAME", "Table of the plot; default: the first whose best is marked", a->plotted.table)
       .option("--plot", "COLUMN", "Its column; default: the first whose best is marked", a->plotted.column)
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
-      .run([a](const CommonOptions&) { must_be_tree(a->tree), write(*a); });
+      .run(in_tree(write));
   line.add("results check", "Compares every table with its figures; says which results are missing or stale")
       .flag("--stale", "These count as failures too", a->stale)
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
@@ -116,15 +119,15 @@ void add_results_commands(CommandLine& line) {
           "Stale: the figures were made with other weights, another config or other kernels than are here now. Exit "
           "code "
           "1 where a table, a .md or a .svg is not that of its JSON.")
-      .run([a](const CommonOptions&) { must_be_tree(a->tree), check(*a); });
+      .run(in_tree(check));
   line.add("results list", "What there is to measure, minutes on two cores, and whether it is current")
       .flag("--stale", "Only what is missing or stale", a->stale)
       .flag("--names", "Names alone, one a line", a->names)
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
-      .run([a](const CommonOptions&) { must_be_tree(a->tree), list(*a); });
+      .run(in_tree(list));
   line.add("results refresh", "Makes .md, .svg and the tables of the docs anew from the figures")
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
-      .run([a](const CommonOptions&) { must_be_tree(a->tree), refresh(*a); });
+      .run(in_tree(refresh));
   line.add("results folder", "Where this program with these weights keeps the runs of results: for run.root")
       .run([](const CommonOptions&) { std::printf("%s\n", runs_folder().c_str()); });
 }

@@ -13,12 +13,26 @@
 namespace clerestory {
 namespace {
 
+/// Numbers from 5e-5 to 2e4.
+Tensor wide(const std::string& name, const Shape& shape) {
+  Tensor t = formula(name, shape);
+  for (double& x : t.real) x = std::exp(20 * x);
+  return t;
+}
+
+/// A loss of `prediction` in double, and its gradient.
+template <class Loss>
+std::vector<Tensor> loss_and_slope(const Tensor& prediction, const Loss& loss) {
+  Graph graph;
+  const Value p = graph.input("prediction", prediction.shape), value = loss(graph, p);
+  return evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
+                  {{"prediction", prediction}}, {.precision = Precision::Double});
+}
+
 TEST(LightTraining, HdrLossAgainstItsDefinitionAndGradient) {
   constexpr Shape kRays{1, 3, 4, 16}, kOne{1, 1, 4, 16};
   constexpr std::size_t rays = 64;
-  Tensor prediction = formula("prediction", kRays), truth = formula("truth", kRays), mask = formula("mask", kOne);
-  for (double& x : prediction.real) x = std::exp(20 * x);  // 5e-5 to 2e4
-  for (double& x : truth.real) x = std::exp(20 * x);
+  Tensor prediction = wide("prediction", kRays), truth = wide("truth", kRays), mask = formula("mask", kOne);
   prediction.real[0] = 0, truth.real[1] = 0;
   for (double& m : mask.real) m = m > -0.3;
   mask.real[0] = mask.real[1] = 1;
@@ -32,12 +46,8 @@ TEST(LightTraining, HdrLossAgainstItsDefinitionAndGradient) {
       loss += mask.real[i] * e * e / (3 * count);
       slope[c * rays + i] = mask.real[i] * 2 * e / scale / (3 * count);
     }
-  Graph graph;
-  const Value p = graph.input("prediction", kRays);
-  const Value value = hdr_loss(p, graph.constant(truth), graph.constant(mask));
-  const std::vector<Tensor> results =
-      evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
-               {{"prediction", prediction}}, {.precision = Precision::Double});
+  const std::vector<Tensor> results = loss_and_slope(
+      prediction, [&](Graph& graph, Value p) { return hdr_loss(p, graph.constant(truth), graph.constant(mask)); });
   // The scale goes through a logarithm of at most 10 and back: 10 units in the last place.
   EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
   for (std::size_t i = 0; i < slope.size(); ++i)
@@ -47,9 +57,7 @@ TEST(LightTraining, HdrLossAgainstItsDefinitionAndGradient) {
 TEST(LightTraining, IrradianceLossAgainstItsDefinitionAndGradient) {
   constexpr Shape kRays{1, 3, 4, 16};
   constexpr std::size_t rows = 12, samples = 16;  // rows of every channel
-  Tensor prediction = formula("prediction", kRays), truth = formula("truth", kRays);
-  for (double& x : prediction.real) x = std::exp(20 * x);  // 5e-5 to 2e4
-  for (double& x : truth.real) x = std::exp(20 * x);
+  Tensor prediction = wide("prediction", kRays), truth = wide("truth", kRays);
   for (std::size_t i = 0; i < samples; ++i) prediction.real[i] = truth.real[samples + i] = 0;  // a dark row of each
   double loss = 0;
   std::vector<double> slope(rows * samples);
@@ -61,12 +69,8 @@ TEST(LightTraining, IrradianceLossAgainstItsDefinitionAndGradient) {
     loss += e * e / rows;
     for (std::size_t i = 0; i < samples; ++i) slope[r * samples + i] = 2 * e / (ours + 0.01) / (rows * samples);
   }
-  Graph graph;
-  const Value p = graph.input("prediction", kRays);
-  const Value value = irradiance_loss(p, graph.constant(truth));
   const std::vector<Tensor> results =
-      evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
-               {{"prediction", prediction}}, {.precision = Precision::Double});
+      loss_and_slope(prediction, [&](Graph& graph, Value p) { return irradiance_loss(p, graph.constant(truth)); });
   EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
   for (std::size_t i = 0; i < slope.size(); ++i)
     EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
@@ -94,9 +98,7 @@ TEST(LightTraining, IrradianceIsRightInTheMean) {
 TEST(LightTraining, RelativeLossAgainstItsDefinitionAndDifferences) {
   constexpr Shape kRays{1, 3, 4, 16}, kOne{1, 1, 4, 16};
   constexpr std::size_t rays = 64;
-  Tensor prediction = formula("prediction", kRays), truth = formula("truth", kRays), mask = formula("mask", kOne);
-  for (double& x : prediction.real) x = std::exp(20 * x);  // 5e-5 to 2e4
-  for (double& x : truth.real) x = std::exp(20 * x);
+  Tensor prediction = wide("prediction", kRays), truth = wide("truth", kRays), mask = formula("mask", kOne);
   prediction.real[0] = 0, truth.real[1] = 0;
   for (double& m : mask.real) m = m > -0.3;
   mask.real[0] = mask.real[1] = 1;
@@ -109,12 +111,8 @@ TEST(LightTraining, RelativeLossAgainstItsDefinitionAndDifferences) {
   double loss = 0;
   for (std::size_t i = 0; i < 3 * rays; ++i)
     loss += mask.real[i % rays] * loss_of(prediction.real[i], truth.real[i]) / (3 * count);
-  Graph graph;
-  const Value p = graph.input("prediction", kRays);
-  const Value value = relative_loss(p, graph.constant(truth), graph.constant(mask));
-  const std::vector<Tensor> results =
-      evaluate(graph, {value, gradient(value, std::vector<Value>{p}).front()}, device_for(Precision::Double),
-               {{"prediction", prediction}}, {.precision = Precision::Double});
+  const std::vector<Tensor> results = loss_and_slope(
+      prediction, [&](Graph& graph, Value p) { return relative_loss(p, graph.constant(truth), graph.constant(mask)); });
   EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
   for (std::size_t i = 0; i < 3 * rays; ++i) {
     const double y = prediction.real[i], t = truth.real[i], step = 1e-6 * (y + 0.01);
