@@ -16,7 +16,7 @@
 #include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/resize.hpp"
 #include "host/ops/tensor/slice.hpp"
-#include "nets/light_net.hpp"
+#include "nets/in_view.hpp"
 
 namespace clerestory {
 namespace {
@@ -55,8 +55,8 @@ Value laid_out(Value maps, Value cameras, const Shape& picture, const ShellsSize
   const Shape& cells = maps.shape();
   std::vector<Value> pictures;
   for (int i = 0; i < cells.n; ++i) {
-    const Value hit = rescale_hits(project_rays(directions, picture_of(cameras, i), picture), picture, cells);
-    pictures.push_back(gather_rays(picture_of(maps, i), hit));
+    const Value hit = rescale_hits(project_rays(directions, item_of(cameras, i), picture), picture, cells);
+    pictures.push_back(gather_rays(item_of(maps, i), hit));
   }
   return stack(pictures);
 }
@@ -130,7 +130,7 @@ std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& le
                                        places(scope, cells.n, kPlaceNumbers, size.rows, size.columns)});
   const Value numbers = completed(scope, laid, plane_mean(coarse), size);
   std::vector<Value> shells;
-  for (int i = 0; i < cells.n; ++i) shells.push_back(painted(picture_of(numbers, i), picture_of(level, i), size));
+  for (int i = 0; i < cells.n; ++i) shells.push_back(painted(item_of(numbers, i), item_of(level, i), size));
   return shells;
 }
 

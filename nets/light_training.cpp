@@ -70,9 +70,9 @@ Shading shading_inputs(Graph& graph, const LightTrainingOptions& o) {
 /// halves' errors does not: (a - y)(b - y) = ((a + b) / 2 - y)^2 - ((a - b) / 2)^2. `relative`: over y^2 + floor.
 template <class Ask>
 Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool relative, const Ask& ask) {
-  const Surfaces surfaces{picture_of(all.surfaces.albedo, b), picture_of(all.surfaces.normal, b),
-                          picture_of(all.surfaces.material, b)};
-  const Value depth = picture_of(all.depth, b), camera = picture_of(all.camera, b), image = picture_of(all.image, b);
+  const Surfaces surfaces{item_of(all.surfaces.albedo, b), item_of(all.surfaces.normal, b),
+                          item_of(all.surfaces.material, b)};
+  const Value depth = item_of(all.depth, b), camera = item_of(all.camera, b), image = item_of(all.image, b);
   const int pixels = static_cast<int>(depth.shape().plane());
   const BrdfSamples drawn =
       sample_brdf(depth, camera, surfaces, surfaces, pixels, samples, {.points = Points::Independent});
@@ -83,7 +83,7 @@ Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool r
   const auto summed = [&](Value weight) {
     return reshape(accumulate_samples(weight, answer.mixed, drawn.pdf, {}, {}, samples).mean, image.shape());
   };
-  const Value mask = picture_of(all.mask, b), whole = summed(drawn.weight);
+  const Value mask = item_of(all.mask, b), whole = summed(drawn.weight);
   const Value apart = summed(multiply(drawn.weight, graph.constant(half_signs(pixels, samples))));
   const auto weighed = [&](Value v) { return relative ? multiply(v, inverse_size(image)) : v; };
   return subtract(squared_loss(weighed(whole), weighed(image), mask, 1.0 / 3),
@@ -124,7 +124,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   if (w.mixed + w.out_of_view + w.rerender + w.irradiance == 0)
     throw usage_error("every term has a weight of zero: nothing to train", "loss");
   const std::vector<LitPicture> pictures =
-      lit_pictures(graph, lit_inputs(graph, o.batch, o.height, o.width), sizes, true);
+      lit_pictures(graph, light_inputs(graph, o.batch, o.height, o.width), sizes, true);
   const Shading shading = w.rerender > 0 ? shading_inputs(graph, o) : Shading{};
 
   const bool relative = o.radiance == RadianceLoss::Relative;

@@ -7,7 +7,7 @@
 
 #include "experiments/evaluation/prepare.hpp"
 #include "experiments/evaluation/real_scale.hpp"
-#include "experiments/training/checkpoint.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/graph/plan.hpp"
 #include "host/io/files.hpp"

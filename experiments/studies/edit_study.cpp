@@ -4,11 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "experiments/applications/light_weights.hpp"
-#include "experiments/studies/compare.hpp"
+#include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
-#include "experiments/studies/traced_room.hpp"
+#include "experiments/truth/study_light.hpp"
+#include "experiments/truth/traced_room.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <map>
 
-#include "experiments/studies/compare.hpp"
-#include "experiments/studies/crop.hpp"
-#include "experiments/studies/predicted_scene.hpp"
-#include "experiments/studies/traced_room.hpp"
+#include "experiments/evaluation/picture_error.hpp"
+#include "experiments/truth/crop.hpp"
+#include "experiments/truth/predicted_scene.hpp"
+#include "experiments/truth/traced_room.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "host/stopwatch.hpp"

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/studies/linked_light.hpp"
-#include "experiments/studies/room_list.hpp"
+#include "experiments/truth/linked_light.hpp"
+#include "experiments/truth/room_list.hpp"
 
 namespace clerestory {
 

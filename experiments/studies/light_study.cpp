@@ -7,10 +7,10 @@
 #include <map>
 #include <numeric>
 
-#include "experiments/applications/light_weights.hpp"
 #include "experiments/evaluation/detection.hpp"
-#include "experiments/studies/known_light.hpp"
 #include "experiments/studies/study_run.hpp"
+#include "experiments/truth/lit_room.hpp"
+#include "experiments/truth/study_light.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"
@@ -120,7 +120,7 @@ class LightStudy : public StudyRun {
  private:
   /// One record a room.
   void measure() override {
-    options_ = known_light_options(config_);
+    options_ = lit_room_options(config_);
     settings_.light = "net";
     use_light(settings_);
     if (options_.predicted) options_.maps_weights = use_maps();
@@ -493,7 +493,7 @@ class LightStudy : public StudyRun {
     provenance_.facts["what is in view"] = "a ray that SSRT answers on the maps in use, sure or not";
   }
 
-  KnownLightOptions options_;
+  LitRoomOptions options_;
   RenderSettings settings_;
   std::map<std::string, std::vector<double>> values_;  // of the room that is measured, one a view
 };

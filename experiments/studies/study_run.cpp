@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/studies/run_directory_report.hpp"
-#include "experiments/training/checkpoint.hpp"
-#include "experiments/training/shipped.hpp"
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/studies/room_list.hpp"
+#include "experiments/truth/room_list.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/config.hpp"
 #include "host/report/metrics.hpp"

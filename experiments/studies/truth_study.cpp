@@ -4,10 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
-#include "experiments/studies/traced_room.hpp"
-#include "experiments/studies/truth_light.hpp"
+#include "experiments/truth/traced_room.hpp"
+#include "experiments/truth/truth_light.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 
@@ -201,17 +202,6 @@ class TruthStudy : public StudyRun {
 };
 
 }  // namespace
-
-Scene scene_of(const TraceMaps& maps, const Camera& camera) {
-  Scene scene;
-  scene.camera = camera, scene.albedo = maps.albedo, scene.normal = maps.normal, scene.depth = maps.depth;
-  scene.material = Image(camera.width, camera.height, 3);
-  std::copy(maps.roughness.data.begin(), maps.roughness.data.end(), scene.material.plane(0));
-  std::copy(maps.metallic.data.begin(), maps.metallic.data.end(), scene.material.plane(1));
-  std::transform(maps.emitter.begin(), maps.emitter.end(), scene.material.plane(2),
-                 [](int emitter) { return emitter >= 0 ? 1.0f : 0.0f; });
-  return scene;
-}
 
 TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Scene& scene,
                                     const TruthOptions& options) {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/studies/compare.hpp"
+#include "experiments/studies/agreement.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/config.hpp"
 #include "nets/scene.hpp"
@@ -37,9 +37,6 @@ struct TruthComparison {
   std::vector<bool> used;      // pixels compared
   double dropped = 0;          // samples and paths that were not finite
 };
-
-/// A view's true maps, without rounding, as a scene; its photograph is left empty.
-Scene scene_of(const TraceMaps& maps, const Camera& camera);
 
 /// `scene`: scene_of(traced.maps(camera), camera).
 TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Scene& scene,

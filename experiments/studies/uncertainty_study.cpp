@@ -7,9 +7,9 @@
 #include <map>
 
 #include "experiments/evaluation/detection.hpp"
-#include "experiments/studies/known_light.hpp"
 #include "experiments/studies/study_run.hpp"
 #include "experiments/training/light_validation.hpp"
+#include "experiments/truth/lit_room.hpp"
 #include "host/io/resize.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/plot.hpp"
@@ -27,7 +27,7 @@ class UncertaintyStudy : public StudyRun {
  private:
   /// One record a room.
   void measure() override {
-    options_ = known_light_options(config_);
+    options_ = lit_room_options(config_);
     RenderSettings settings;
     settings.light = "net";
     use_light(settings);
@@ -199,7 +199,7 @@ class UncertaintyStudy : public StudyRun {
     draw_reliability();
   }
 
-  KnownLightOptions options_;
+  LitRoomOptions options_;
   std::map<std::string, std::vector<double>> values_;  // of the room that is measured: one a view
   std::map<std::string, double> counts_;               // and what is summed over its views and draws
 };

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "experiments/applications/insert.hpp"
-#include "experiments/applications/light_weights.hpp"
 #include "experiments/evaluation/light_errors.hpp"
-#include "experiments/studies/compare.hpp"
-#include "experiments/studies/crop.hpp"
-#include "experiments/studies/predicted_scene.hpp"
-#include "experiments/studies/traced_room.hpp"
+#include "experiments/evaluation/picture_error.hpp"
+#include "experiments/truth/crop.hpp"
+#include "experiments/truth/predicted_scene.hpp"
+#include "experiments/truth/study_light.hpp"
+#include "experiments/truth/traced_room.hpp"
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"

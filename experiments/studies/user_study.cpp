@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/predict.hpp"
 #include "experiments/evaluation/detection.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
 #include "experiments/studies/user_room.hpp"
-#include "experiments/training/checkpoint.hpp"
+#include "experiments/truth/study_light.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/balls.hpp"
 

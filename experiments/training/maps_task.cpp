@@ -1,9 +1,12 @@
 // MGNet as a task of the trainer.
+#include "experiments/training/checkpoint.hpp"
 #include "experiments/training/keyed.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/photo.hpp"
 #include "experiments/training/report.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/validation.hpp"
+#include "experiments/weights/maps_text.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -23,7 +26,7 @@ class MapsTask : public TrainingTask {
         device_name_(device.info().name) {}
 
   std::string net() const override { return net_text(options_.net); }
-  std::map<std::string, Shape> weights() const override { return inference_states(options_.net); }
+  std::map<std::string, Shape> weights() const override { return maps_states(options_.net); }
   const std::vector<ViewName>& views() const override { return store_.names(); }
   TrainingData data(std::int64_t step) const override { return data_of(options_, store_.names(), step); }
 

@@ -223,7 +223,7 @@ LightSizes light_of(const Config& c) {
   forbid(preset != "paper" && preset != "compact", c, "model.preset", "the light's nets have no such preset",
          "paper or compact");
   LightSizes sizes = light_sizes(preset);
-  LightNetSize& in_view = sizes.in_view;
+  InViewSize& in_view = sizes.in_view;
   sizes.delta = delta_depth_of(c.text("light.delta"));
   if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
   in_view.width = whole(c, "light.width", in_view.width), in_view.layers = whole(c, "light.layers", in_view.layers);

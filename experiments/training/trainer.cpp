@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <set>
 
-#include "experiments/training/shipped.hpp"
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/task.hpp"
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
 #include "host/io/config_values.hpp"

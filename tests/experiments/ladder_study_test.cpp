@@ -8,13 +8,14 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "experiments/applications/light_weights.hpp"
-#include "experiments/studies/compare.hpp"
+#include "experiments/applications/light_choice.hpp"
+#include "experiments/studies/agreement.hpp"
 #include "experiments/studies/ladder_room.hpp"
 #include "experiments/studies/study.hpp"
-#include "experiments/studies/true_hits.hpp"
-#include "experiments/studies/truth_light.hpp"
 #include "experiments/studies/truth_study.hpp"
+#include "experiments/truth/traced_room.hpp"
+#include "experiments/truth/true_hits.hpp"
+#include "experiments/truth/truth_light.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"

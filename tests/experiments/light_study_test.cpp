@@ -9,9 +9,9 @@
 
 #include "experiments/evaluation/detection.hpp"
 #include "experiments/evaluation/light_errors.hpp"
-#include "experiments/studies/known_light.hpp"
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/uncertainty_study.hpp"
+#include "experiments/truth/lit_room.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -343,7 +343,7 @@ TEST_F(LightStudies, Uncertainty) {
 
 TEST_F(LightStudies, KnownLightIsTheTracersAndTheSameAgain) {
   const RoomAssets assets = load_assets(default_assets(), Setting::Training);
-  KnownLightOptions o = known_light_options(config("light", "unused"));
+  LitRoomOptions o = lit_room_options(config("light", "unused"));
   o.seeds = 2, o.probe_spp = 8;
   LitRoom room(Device::open(), {0, 77, Setting::Training, assets}, o);
   const KnownView known = room.view(0), again = room.view(0);

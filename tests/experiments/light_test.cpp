@@ -12,10 +12,10 @@
 #include "experiments/applications/estimate.hpp"
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/invert.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_folder.hpp"
-#include "experiments/training/light_validation.hpp"
 #include "experiments/training/schema.hpp"
+#include "experiments/weights/light_text.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
@@ -246,7 +246,7 @@ TEST_F(Light, IsTheDefaultWhereItsWeightsAreShipped) {
 TEST_F(Light, ThePapersWorkIsCounted) {
   // Products alone: 128 Fourier features into 512, eight layers of 512, three colours; the field's 11,140 parameters
   // less 196 biases, 64 times.
-  LightNetSize in_view = light_sizes("paper").in_view;
+  InViewSize in_view = light_sizes("paper").in_view;
   in_view.again = 0;
   EXPECT_EQ(in_view_flops(in_view), 2.0 * (128 * 512 + 8 * 512 * 512 + 3 * 512));
   in_view.again = 5;  // the input's directions once more

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "experiments/training/history.hpp"
-#include "experiments/training/network.hpp"
 #include "experiments/training/schema.hpp"
+#include "experiments/weights/history.hpp"
+#include "experiments/weights/maps_text.hpp"
 #include "host/error.hpp"
 #include "tests/cl/environment.hpp"
 

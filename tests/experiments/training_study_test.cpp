@@ -122,7 +122,7 @@ TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
 }
 
 TEST(TrainingStudy, KeysOfTheEncodingReachTheNet) {
-  const LightNetSize preset = light_net_size("compact");
+  const InViewSize preset = in_view_size("compact");
   const auto net = [](const std::vector<std::string>& more) {
     std::vector<std::string> all{"train.steps=1", "model.kind=light"};
     all.insert(all.end(), more.begin(), more.end());
