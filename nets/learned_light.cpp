@@ -54,7 +54,7 @@ SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
                  resize_nearest(scene.normal, size.width, size.height),
                  resize_nearest(scene.material, size.width, size.height),
                  resize_nearest(scene.depth, size.width, size.height)};
-  for (float& v : maps.image.data) v = static_cast<float>(v * exposure);
+  scale(maps.image.data, exposure);
   return maps;
 }
 

@@ -1,6 +1,7 @@
 #include "nets/light_training.hpp"
 
 #include "host/error.hpp"
+#include "host/math/radiance.hpp"
 #include "host/ops/light/gather_rays.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/nn/activation.hpp"
@@ -27,11 +28,9 @@ Value mean_of(const std::vector<Value>& terms) {
   return scale(total, 1.0 / static_cast<double>(terms.size()));
 }
 
-constexpr double kFloor = 0.01;  // of the measures: what is darker is not told apart
-
 /// 1 / sqrt(y^2 + floor): what makes an error of y a relative one.
 Value inverse_size(Value y) {
-  const Value squares = affine(activate(y, Function::Square), 1, kFloor);
+  const Value squares = affine(activate(y, Function::Square), 1, kLightFloor);
   return activate(scale(activate(squares, Function::Log), -0.5), Function::Exp);
 }
 
@@ -98,7 +97,7 @@ Value hdr_loss(Value prediction, Value truth, Value mask) {
 }
 
 Value relative_loss(Value prediction, Value truth, Value mask) {
-  const auto log = [](Value x) { return activate(affine(x, 1, kFloor), Function::Log); };
+  const auto log = [](Value x) { return activate(affine(x, 1, kLightFloor), Function::Log); };
   const Value inverse = inverse_size(truth);
   return add(squared_loss(log(prediction), log(truth), mask, 1.0 / 3),
              squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3), 0.25);
@@ -108,7 +107,7 @@ Value irradiance_loss(Value prediction, Value truth) {
   const Shape& s = prediction.shape();
   const auto means = [&](Value v) { return plane_mean(reshape(v, {1, s.c * s.h, s.w, 1})); };
   const Value predicted = means(prediction);
-  const Value inverse = inverse_of_prediction(predicted, kFloor);
+  const Value inverse = inverse_of_prediction(predicted, kLightFloor);
   return squared_loss(multiply(predicted, inverse), multiply(means(truth), inverse), prediction.graph().fill({}, 1),
                       1.0 / (s.c * s.h));
 }

@@ -172,10 +172,6 @@ std::string bounces_text(const std::vector<EditBounce>& bounces) {
 
 void write_report(const fs::path& folder, const Scene& before, const Edit& edit, const Provenance& provenance) {
   const double exposure = exposure_of(before.photo.data);
-  const auto exposed = [exposure](Image image) {
-    for (float& v : image.data) v = static_cast<float>(v * exposure);
-    return image;
-  };
   HtmlReport report("A material replaced", provenance.inputs.empty() ? "" : provenance.inputs[0].path);
   std::vector<std::pair<std::string, std::string>> facts;
   for (const auto& fact : provenance.facts) facts.emplace_back(fact);
@@ -185,7 +181,7 @@ void write_report(const fs::path& folder, const Scene& before, const Edit& edit,
                                    100 * edit.bounces[k].changed));
   report.facts(facts);
   report.section("Before and after");
-  report.compare("Photograph", exposed(before.photo), "Edited", exposed(edit.composite),
+  report.compare("Photograph", scaled(before.photo, exposure), "Edited", scaled(edit.composite, exposure),
                  "Scaled so that the photograph's 95th percentile is 0.9.");
   report.section("What was replaced");
   report.pictures({picture_file("Mask", folder / "mask.png"),

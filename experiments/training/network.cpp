@@ -38,19 +38,19 @@ struct TrainingNetwork::State {
 TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states)
     : state_(std::make_unique<State>()) {
   MgnetTrainingOptions options;
-  options.batch = o.batch, options.height = padded_size(o.size.height), options.width = padded_size(o.size.width);
-  options.weights = {o.w_albedo, o.w_normal,     o.w_material,  o.w_depth,
-                     o.w_scale,  o.w_perceptual, o.w_log_depth, o.w_metallic};
-  options.encoder_rate = o.encoder_rate;
-  options.adam.beta1 = o.beta1, options.adam.beta2 = o.beta2, options.average = o.average;
-  state_->training = mgnet_training(state_->graph, o.net, options);
-  states->initialise(state_->graph, o.seed);
-  if (o.w_perceptual > 0) set_frozen_features(o.perceptual_weights, *states);
+  options.batch = o.train.batch, options.height = padded_size(o.model.size.height),
+  options.width = padded_size(o.model.size.width);
+  options.weights = o.loss.weights;
+  options.encoder_rate = o.train.encoder_rate;
+  options.adam.beta1 = o.train.beta1, options.adam.beta2 = o.train.beta2, options.average = o.train.average;
+  state_->training = mgnet_training(state_->graph, o.model.net, options);
+  states->initialise(state_->graph, o.run.seed);
+  if (o.loss.weights.perceptual > 0) set_frozen_features(o.loss.perceptual_weights, *states);
   std::vector<Value> outputs;
   for (const auto& [name, value] : state_->training.losses) outputs.push_back(value);
   for (const Value& p : state_->graph.parameters()) state_->parameters += static_cast<std::size_t>(p.shape().count());
-  state_->run =
-      std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
+  state_->run = std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.model.gemm}, true),
+                                           std::move(states));
 }
 
 TrainingNetwork::~TrainingNetwork() = default;

@@ -5,10 +5,10 @@
 
 #include "experiments/truth/study_light.hpp"
 #include "experiments/truth/true_hits.hpp"
+#include "experiments/truth/truth_light.hpp"
 #include "host/stopwatch.hpp"
 #include "nets/learned_light.hpp"
 #include "nets/scene_maps.hpp"
-#include "tracer/random.hpp"
 
 namespace clerestory {
 namespace {
@@ -32,14 +32,6 @@ RenderSpec spec_of(const RenderSettings& settings) {
   spec.trace = false, spec.chunk_rays = kChunkRays;
   spec.sampling.lobes = true;  // lamps of a plain light ask
   return spec;
-}
-
-std::map<std::string, Tensor> feeds_of(const Scene& maps) {
-  return {{"depth", tensor_of(maps.depth)},
-          {"albedo", tensor_of(maps.albedo)},
-          {"normal", tensor_of(maps.normal)},
-          {"material", tensor_of(maps.material)},
-          {"camera", camera_tensor(std::span(&maps.camera, 1))}};
 }
 
 Rays asked_rays(const DenseRays& dense, bool of_scene) {
@@ -67,32 +59,6 @@ DenseRays true_rays(const DenseRays& dense, const ShadedSurface& surface) {
   }
   leave_surface(rays, surface.normal);
   return rays;
-}
-
-/// What `query` brings along the rays, in the photograph's unit.
-std::vector<float> true_radiance(TraceScene& traced, double exposure, const DenseRays& rays, RadianceQuery query,
-                                 const Camera& camera, double& dropped) {
-  if (rays.count() == 0) return {};
-  query.to_world = camera.camera_to_world;
-  DroppedSamples lost;
-  std::vector<float> radiance = traced.radiance(rays.points, rays.directions, query, &lost);
-  for (float& v : radiance) v *= static_cast<float>(exposure);
-  dropped += static_cast<double>(lost.count);
-  return radiance;
-}
-
-/// What surfaces at the ends of rays reflect, by one path a ray. A picture's path has one scattering more: the layer's.
-RadianceQuery reflected(std::uint32_t seed, int first_pixel) {
-  RadianceQuery query;
-  query.max_depth = kMaxDepth - 1, query.emitters = false;
-  query.seed = static_cast<std::uint32_t>(Random(seed).fork(static_cast<std::uint64_t>(first_pixel)).bits());
-  return query;
-}
-/// What they emit.
-RadianceQuery emitted() {
-  RadianceQuery query;
-  query.max_depth = 0;
-  return query;
 }
 
 /// Those rays of a chunk that end on an emitter. Nets say nothing of them here: their part is in the first pass.
@@ -142,7 +108,7 @@ HostRendered render_filled(Device& device, const ShadedSurface& surface, const R
   HostRendered rendered;
   {
     const Clock clock(all);
-    rendered = render_with_host_light(device, spec_of(settings), feeds_of(surface.maps), settings.seed,
+    rendered = render_with_host_light(device, spec_of(settings), map_feeds(surface.maps), settings.seed,
                                       [&](const HostRays& rays) {
                                         const Clock inner(filling);
                                         fill(rays);
@@ -225,7 +191,7 @@ struct LinkedLight::State {
                         bool ask_hits, double& dropped) {
     const DenseRays dense = dense_rays(device, rays), truly = true_rays(dense, surface);
     const Camera& camera = surface.maps.camera;
-    const std::vector<float> radiance = true_radiance(traced, exposure, truly, emitted(), camera, dropped);
+    const std::vector<float> radiance = true_radiance(traced, camera, truly, emitted_light(), exposure, dropped);
     EmittedLight light = those_that_shine(dense, radiance);
     if (!ask_hits || light.rays.count() == 0) return light;
     const EmittedLight there = those_that_shine(truly, radiance);
@@ -262,8 +228,8 @@ LinkedPictures LinkedLight::render_reflected(TraceScene& traced, double exposure
     const DenseRays truly = true_rays(dense, surface);
     {
       const Clock clock(result.seconds.truth);
-      answers.truth = true_radiance(traced, exposure, truly, reflected(settings.seed, rays.chunk.first_pixel),
-                                    surface.maps.camera, result.dropped);
+      answers.truth = true_radiance(traced, surface.maps.camera, truly, reflected_light(settings.seed, rays), exposure,
+                                    result.dropped);
     }
     s.answer(traced, dense, truly, surface, choices, answers, result.seconds);
     return answers;

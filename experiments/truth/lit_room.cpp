@@ -18,14 +18,6 @@ constexpr int kPilotSpp = 4;
 /// Streams of a view's random numbers.
 enum Stream : std::uint64_t { kPicture = 1, kPilot, kProbes, kDraws };
 
-std::uint32_t seed_of(const Random& random, std::uint64_t stream) {
-  return static_cast<std::uint32_t>(random.fork(stream).bits());
-}
-
-void scale(std::vector<float>& values, float factor) {
-  for (float& v : values) v *= factor;
-}
-
 /// True maps in the files' form.
 LightView view_of(const TraceMaps& maps, const Camera& camera) {
   Scene scene = scene_of(maps, camera);
@@ -80,7 +72,7 @@ LitRoom::LitRoom(const Device& device, const ListedRoom& listed, const LitRoomOp
 /// The bound on indirect light is stated against white, so a few samples find the exposure first.
 float LitRoom::most_indirect(const Camera& camera, const Random& random) {
   if (options_.clamp <= 0) return std::numeric_limits<float>::infinity();
-  const TracePicture pilot = traced_.picture(camera, kPilotSpp, seed_of(random, kPilot));
+  const TracePicture pilot = traced_.picture(camera, kPilotSpp, random.seed(kPilot));
   return static_cast<float>(options_.clamp / exposure_of(pilot.mean.data));
 }
 
@@ -123,8 +115,7 @@ KnownView LitRoom::view(int v) {
   RadianceQuery query;
   query.most_indirect = most_indirect(camera, random);
   known.view.image =
-      traced_.picture(camera, options_.spp, seed_of(random, kPicture), kMaxDepth, kLightSamples, query.most_indirect)
-          .mean;
+      traced_.picture(camera, options_.spp, random.seed(kPicture), kMaxDepth, kLightSamples, query.most_indirect).mean;
   const auto exposure = static_cast<float>(exposure_of(known.view.image.data));
   scale(known.view.image.data, exposure);
   if (options_.clipped)

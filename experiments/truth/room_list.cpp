@@ -22,7 +22,7 @@ Setting setting_of(const std::string& name, const std::string& where) {
   throw usage_error("no setting of rooms", where, "'" + name + "'", "held_out or training");
 }
 
-std::uint64_t seed_of(const std::string& text, const std::string& where) {
+std::uint64_t seed_from(const std::string& text, const std::string& where) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
   if (error != std::errc() || end != text.data() + text.size())
@@ -48,7 +48,7 @@ RoomList read_room_list(const fs::path& file) {
       words >> word;
       list.setting = setting_of(word, where), has_setting = true;
     } else {
-      list.seeds.push_back(seed_of(word, where));
+      list.seeds.push_back(seed_from(word, where));
       if (std::count(list.seeds.begin(), list.seeds.end(), list.seeds.back()) > 1)
         throw usage_error("the room stands in the list twice", where, word);
     }

@@ -10,6 +10,7 @@
 
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/studies/agreement.hpp"
+#include "experiments/studies/findings.hpp"
 #include "experiments/studies/ladder_room.hpp"
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/truth_study.hpp"
@@ -195,7 +196,7 @@ struct LitStudies : LadderRoomTest {
     std::vector<MetricRecord> records = read_metrics(run / "metrics.jsonl");
     for (MetricRecord& r : records) {
       r.seconds = 0;
-      std::erase_if(r.values, [](const auto& v) { return v.first.find("/seconds") != std::string::npos; });
+      std::erase_if(r.values, [](const auto& v) { return v.first.starts_with("seconds|"); });
     }
     return records;
   }
@@ -258,19 +259,17 @@ TEST_F(LitStudies, WhatAUserGetsEndToEndAndResumed) {
     EXPECT_TRUE(fs::exists(run / file));
 
   // The oracle reads the truth: no constant is closer to it, of the picture and of the light in the air.
-  const auto value = [&](const MetricRecord& record, const std::string& key) {
-    for (const auto& [name, v] : record.values)
-      if (name == key) return v;
-    ADD_FAILURE() << "no " << key;
-    return 0.0;
-  };
-  for (const MetricRecord& record : read_metrics(run / "metrics.jsonl"))
-    for (const char* constant : {"constant", "constant+fit"}) {
-      EXPECT_LE(value(record, "true/oracle/air/relmse/0"),
-                value(record, fmt::format("true/{}/air/relmse/0", constant)) * (1 + 1e-6));
-      EXPECT_LE(value(record, "true/oracle/render/smape/0"),
-                value(record, "true/constant/render/smape/0") * (1 + 1e-6));
-    }
+  // A ratio of the truth to a sum that is rounded to float in another order: 1e-6.
+  Findings found;
+  for (const MetricRecord& record : read_metrics(run / "metrics.jsonl")) found.add_room(record, run.string());
+  for (std::size_t r = 0; r < found.rooms(); ++r) {
+    const auto value = [&](const Finding& finding) { return found.value(r, finding).value(); };
+    for (const char* constant : {"constant", "constant+fit"})
+      EXPECT_LE(value({"relmse", "air", "oracle", "true", "0"}),
+                value({"relmse", "air", constant, "true", "0"}) * (1 + 1e-6));
+    EXPECT_LE(value({"smape", "render", "oracle", "true", "0"}),
+              value({"smape", "render", "constant", "true", "0"}) * (1 + 1e-6));
+  }
   expect_resumed(c, run);
   EXPECT_THAT(inputs_of(run), ElementsAre("judged.txt", "judged.h5", "light_local.safetensors",
                                           "light_global.safetensors", "maps.safetensors"));

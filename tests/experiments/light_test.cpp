@@ -322,9 +322,10 @@ TEST_F(Light, TheWidestNetsThatTrainCanBeAsked) {
   const TrainingOptions options = training_options(Config(
       training_schema(), {"train.steps=1", "model.kind=light", "light.out_of_view=field", "light.width=512",
                           "light.layers=1", "light.frequencies=256", "light.field=[64,64,64,64]", "light.segments=4"}));
-  const auto nets = std::make_shared<LightNets>(LightNets{options.light, 40, std::make_shared<States>(device), "wide"});
+  const auto nets =
+      std::make_shared<LightNets>(LightNets{options.model.light, 40, std::make_shared<States>(device), "wide"});
   Graph graph;
-  for (const auto& [name, shape] : light_states(options.light)) graph.state(name, shape, Init::constant(0.001));
+  for (const auto& [name, shape] : light_states(options.model.light)) graph.state(name, shape, Init::constant(0.001));
   nets->states->initialise(graph, 1);
   RenderSettings settings;
   settings.light = "net", settings.nets = nets, settings.spp = 2;
