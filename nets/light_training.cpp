@@ -9,6 +9,7 @@
 #include "host/ops/nn/moving_average.hpp"
 #include "host/ops/shade/accumulate_samples.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reciprocal.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 #include "nets/builder.hpp"
@@ -29,15 +30,10 @@ Value mean_of(const std::vector<Value>& terms) {
 }
 
 /// 1 / sqrt(y^2 + floor): what makes an error of y a relative one.
-Value inverse_size(Value y) {
-  const Value squares = affine(activate(y, Function::Square), 1, kLightFloor);
-  return activate(scale(activate(squares, Function::Log), -0.5), Function::Exp);
-}
+Value inverse_size(Value y) { return reciprocal_root(affine(activate(y, Function::Square), 1, kLightFloor)); }
 
 /// 1 / (y + floor), through which no gradient goes.
-Value inverse_of_prediction(Value y, double floor) {
-  return detach(activate(scale(activate(affine(y, 1, floor), Function::Log), -1), Function::Exp));
-}
+Value inverse_of_prediction(Value y, double floor) { return detach(reciprocal(affine(y, 1, floor))); }
 
 /// {1, 1, pixels, samples}: 1 for the first half of a pixel's samples, -1 for the second.
 Tensor half_signs(int pixels, int samples) {

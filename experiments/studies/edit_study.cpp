@@ -242,6 +242,14 @@ Image mask_of_material(const World& world, const TraceMaps& maps, int material) 
   return mask;
 }
 
+void add_edit_keys(Schema& schema) {
+  schema.section("edit", "Materials replaced in rooms.")
+      .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
+      .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})
+      .texts("edit.lights", {"image", "panorama", "constant"}, "Who answers, +lamps with lamps fitted")
+      .integer("edit.bounces", 2, "Bounces of light that follow the edit", {1, 8});
+}
+
 std::string run_edit_study(const Config& config, const std::vector<std::string>& command) {
   return EditStudy(config, command).run();
 }

@@ -206,6 +206,13 @@ std::optional<double> change_beyond_spread(const Measure& before, const Measure&
   return after.mean / before.mean - 1;
 }
 
+void add_ladder_keys(Schema& schema) {
+  schema.section("ladder", "Links of the learned light replaced by the truth.")
+      .integer("ladder.spp", 64, "Samples a pixel of the layer", {2, 65536})
+      .integer("ladder.emission_spp", 1024, "Samples a pixel of true light from emitters", {2, 65536})
+      .integer("ladder.seeds", 3, "Repetitions with other seeds", {3, 1000});
+}
+
 std::string run_ladder_study(const Config& config, const std::vector<std::string>& command) {
   return LadderStudy(config, command).run();
 }

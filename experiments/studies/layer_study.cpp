@@ -181,6 +181,13 @@ class LayerStudy : public StudyRun {
 
 }  // namespace
 
+void add_layer_keys(Schema& schema) {
+  schema.integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
+      .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
+      .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
+      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"});
+}
+
 std::string run_layer_study(const Config& config, const std::vector<std::string>& command) {
   return LayerStudy(config, command).run();
 }

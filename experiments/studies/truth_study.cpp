@@ -236,6 +236,15 @@ TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Sc
   return result;
 }
 
+void add_truth_keys(Schema& schema) {
+  schema.section("truth", "The layer under true light against the tracer.")
+      .integer("truth.batches", 16, "Independent estimates of each picture", {2, 1000})
+      .integer("truth.layer_spp", 512, "Samples a pixel of one of the layer's", {2, 65536})
+      .integer("truth.picture_spp", 1024, "Samples a pixel of one of the tracer's", {1, 65536})
+      .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
+      .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
+}
+
 std::string run_truth_study(const Config& config, const std::vector<std::string>& command) {
   return TruthStudy(config, command).run();
 }

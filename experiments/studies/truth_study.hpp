@@ -21,6 +21,9 @@
 
 namespace clerestory {
 
+/// Keys of its own.
+void add_truth_keys(Schema& schema);
+
 /// study.kind = "truth". Returns the run directory.
 std::string run_truth_study(const Config& config, const std::vector<std::string>& command);
 

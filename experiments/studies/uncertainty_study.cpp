@@ -226,6 +226,13 @@ std::vector<float> mixed_light(const std::vector<float>& in_view, const std::vec
   return mixed;
 }
 
+void add_uncertainty_keys(Schema& schema) {
+  schema.section("uncertainty", "u against the tracer's first surfaces.")
+      .integers("uncertainty.constants", {1, 3, 10, 30, 100}, "Constants of u = tanh(constant delta)", {1, 100000})
+      .real("uncertainty.footprints", 1.5, "A hit is real up to so many footprints of its pixel off", {0, 1000})
+      .integer("uncertainty.bins", 10, "Bins of the reliability curve", {1, 1000});
+}
+
 std::string run_uncertainty_study(const Config& config, const std::vector<std::string>& command) {
   return UncertaintyStudy(config, command).run();
 }

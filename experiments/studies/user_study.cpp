@@ -255,6 +255,16 @@ class UserStudy : public RoomStudy {
 
 }  // namespace
 
+void add_user_keys(Schema& schema) {
+  schema.section("user", "What a user gets.")
+      .integer("user.spp", 64, "Samples a pixel of the layer", {2, 65536})
+      .integer("user.truth_spp", 1024, "Samples a pixel of the tracer's pictures that judge", {2, 65536})
+      .integer("user.probes", 4, "Points in free air; fewer where there is no place for them", {0, 100})
+      .integer("user.probe_spp", 64, "Paths of a texel in each of two estimates of their light", {1, 65536})
+      .texts("user.lights", {"net+lamps", "net", "constant+fit", "constant+lamps", "constant", "image"},
+             "Who answers, the first against the others; +lamps: lamps fitted, constant+fit: a fitted constant");
+}
+
 std::string run_user_study(const Config& config, const std::vector<std::string>& command) {
   return UserStudy(config, command).run();
 }

@@ -190,7 +190,7 @@ struct LitStudies : LadderRoomTest {
   static Config config(const std::string& name, std::vector<std::string> words) {
     words.insert(words.end(), {"run.root=" + (*folder_ / "runs").string(), "light.weights=" + weights().string(),
                                "data.width=48", "data.height=36", "data.spp=4"});
-    return load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, study_schema(), words);
+    return study_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, words);
   }
   static std::vector<MetricRecord> without_seconds(const fs::path& run) {
     std::vector<MetricRecord> records = read_metrics(run / "metrics.jsonl");
@@ -298,8 +298,8 @@ TEST_F(LitStudies, OtherWeightsDoNotGoOnWithARun) {
 TEST_F(LitStudies, WithoutWeightsTheySayWhichAreMissing) {
   ::setenv("CLERESTORY_LIGHT_WEIGHTS", (*folder_ / "nothing").c_str(), 1);
   for (const char* name : {"oracle_ladder.toml", "user.toml"}) {
-    const Config c = load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, study_schema(),
-                                 {"run.root=" + (*folder_ / "runs").string(), "data.rooms=1", "run.variant=none"});
+    const Config c = study_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name,
+                                  {"run.root=" + (*folder_ / "runs").string(), "data.rooms=1", "run.variant=none"});
     try {
       run_study(c, {"clerestory"});
       ADD_FAILURE() << name;

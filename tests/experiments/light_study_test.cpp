@@ -235,7 +235,7 @@ struct LightStudies : testing::Test {
                                  "incident.probes=1",
                                  "incident.probe_spp=1"};
     all.insert(all.end(), more.begin(), more.end());
-    return Config(study_schema(), all);
+    return Config(study_schema(kind), all);
   }
   static fs::path run(const Config& c) { return run_study(c, {"clerestory", "run"}); }
 
