@@ -20,7 +20,7 @@ struct FirstBuild : testing::Test {
   std::string said_by_generate(const std::string& cache, const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments{"generate", "--out",  (folder / std::to_string(++rooms)).string(),
                                        "--rooms",  "1",      "--views",
-                                       "1",        "--size", "16x12",
+                                       "1",        "--size", "32x24",
                                        "--spp",    "1",      "--no-light"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const std::string caches = (folder / cache).string();
