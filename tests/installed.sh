@@ -47,6 +47,6 @@ visit clerestory generate --out rooms --rooms 2 --views 1 --size 64x48 --spp 4
 visit clerestory train experiments/configs/mgnet_compact.toml "${rooms[@]}" model.width=64 model.height=32
 visit clerestory train experiments/configs/light_compact.toml "${rooms[@]}" model.width=64 model.height=48
 for made in room/report.html room/composite.png probe.exr; do visit test -s $made; done
-[ "$(ls "$box"/home/visitor/runs/*/*/artifacts/weights*.safetensors | wc -l)" -ge 3 ] # maps; the light has two files
+[ "$(find "$box/home/visitor/runs" -name weights.safetensors | wc -l)" -eq 2 ]
 if grep -E 'warnings? generated' "$box/said"; then exit 1; fi
 echo "The installed program works without the source tree."
