@@ -1,9 +1,8 @@
-// Lights without a network, and the points of a depth map.
+// Lights without a network.
 #include "host/ops/light/image_light.hpp"
 
 #include "checks/op_case.hpp"
 #include "host/ops/light/ssrt.hpp"
-#include "host/ops/light/surface_points.hpp"
 
 namespace clerestory {
 namespace {
@@ -81,23 +80,6 @@ OP_CASES(image_light) {
       return static_cast<int>(at->y) * kWidth + static_cast<int>(at->x);
     });
   };
-  OpCase points{.stem = "surface_points", .label = "holes", .kernels = {"surface_points"}};
-  Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, 5, 0.5, 4);
-  depth.at(0, 0, 1, 2) = 0;
-  points.inputs = {{"depth", depth}, {"camera", inputs().at("camera")}};
-  points.build = [](Graph&, const Values& v) {
-    return std::vector<Value>{surface_points(v.at("depth"), v.at("camera"))};
-  };
-  points.reference = [](const Tensors& t) {
-    Tensor all(Shape{kBatch, 3, kHeight, kWidth});
-    for (int n = 0; n < kBatch; ++n)
-      for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
-          const Vec3 point = camera_in(t).unproject(x + 0.5, y + 0.5, t.at("depth").at(n, 0, y, x));
-          for (int c = 0; c < 3; ++c) all.at(n, c, y, x) = point[c];
-        }
-    return std::vector<Tensor>{all};
-  };
   // Rays of a list have nothing to do with pixels: there may be more rows than pictures have.
   OpCase listed = constant;
   listed.label = "listed";
@@ -110,13 +92,12 @@ OP_CASES(image_light) {
           radiance.at(0, c, p, s) = t.at("ambient").at(std::min(p / (kHeight * kWidth), kBatch - 1), c, 0, 0);
     return std::vector<Tensor>{radiance};
   };
-  std::vector<OpCase> cases{hit, constant, panorama, points, listed};
+  std::vector<OpCase> cases{hit, constant, panorama, listed};
   for (OpCase& c : cases) {
     c.roundings = 8;
     c.step = 1e-2, c.gradient_tolerance = 1e-10;   // linear: a difference is exact but for rounding
     c.gradient_roundings = 16 * kHeight * kWidth;  // an ambient sums the rays of a whole picture
   }
-  cases[3].no_gradient = "origins of rays are detached";
   return cases;
 }
 

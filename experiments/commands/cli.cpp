@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "host/cl/device.hpp"
 #include "host/cl/tile.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
@@ -42,6 +43,14 @@ std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
   return text;
+}
+
+/// A command's first run on a device takes longer than the ones after it; this says by how much.
+void say_first_builds() {
+  constexpr double kWorthALine = 1;  // seconds
+  const FirstBuilds built = first_builds();
+  if (built.seconds >= kWorthALine)
+    say(fmt::format("kernels built for {} in {}", built.device, duration_text(built.seconds)));
 }
 
 void print_error(const std::exception& error) {
@@ -275,6 +284,7 @@ struct CommandLine::State {
       set_quiet(one->common.quiet);
       if (one->common.json && !one->common.json->empty()) AtomicFile probe(*one->common.json);  // before the work
       one->action(one->common);
+      say_first_builds();
       if (std::fflush(stdout) != 0 || std::ferror(stdout))
         throw Error(ErrorKind::Failed, "the result could not be written", "stdout");
       return;

@@ -5,6 +5,7 @@
 #include "experiments/applications/edit.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
+#include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -33,6 +34,7 @@ void add_edit_command(CommandLine& line) {
           lights_note());
   command.run([options](const CommonOptions& common) {
     if (options->mask.empty()) throw usage_error("a mask is needed", "--mask", "none", "a picture of the run's size");
+    options->mask = found_data(options->mask);
     options->device = common.device, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));

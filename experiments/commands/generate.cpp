@@ -125,6 +125,7 @@ void run(Options& options, const CommonOptions& common) {
     progress->update(done);
   };
   if (!options.write_rooms.empty()) return write_description(options, common);
+  if (!options.sheet.empty()) AtomicFile tried(options.sheet);
   const GenerateSummary summary = generate(Device::open(common.device), o);
   progress.reset();
   if (!options.sheet.empty()) write_sheet(o, options.sheet);

@@ -3,6 +3,7 @@
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
+#include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -58,7 +59,7 @@ void add_insert_command(CommandLine& line) {
       .option("--radius", "METRES", "A ball",
               set("--radius", [](InsertedObject& o, const std::string& t) { o.radius = numbers<1>(t, "--radius")[0]; }))
       .option("--mesh", "FILE.glb", "A mesh",
-              set("--mesh", [](InsertedObject& o, const std::string& t) { o.mesh = t; }))
+              set("--mesh", [](InsertedObject& o, const std::string& t) { o.mesh = found_data(t); }))
       .option("--size", "METRES", "Longest side of the mesh",
               set("--size", [](InsertedObject& o, const std::string& t) { o.size = numbers<1>(t, "--size")[0]; }))
       .option("--albedo", "R,G,B", "Linear base colour",

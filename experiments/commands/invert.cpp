@@ -3,6 +3,7 @@
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
+#include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -62,6 +63,8 @@ void add_invert_command(CommandLine& line) {
           "folder.\n" +
           lights_note());
   command.run([options, error, seconds](const CommonOptions& common) {
+    options->photo = found_data(options->photo);
+    if (!options->camera.empty()) options->camera = found_data(options->camera);
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
     options->preset = common.preset, options->weights = common.weights;
     options->command = common.command;

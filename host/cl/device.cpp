@@ -12,6 +12,7 @@
 #include "host/cl/probe.hpp"
 #include "host/cl/profiler.hpp"
 #include "host/cl/program.hpp"
+#include "host/cl/seconds_of.hpp"
 #include "host/cl/tile.hpp"
 
 namespace clerestory {
@@ -88,16 +89,22 @@ struct Kernel::State {
   cl::Kernel kernel;
   std::string name, label;  // label: "nn/conv.cl:forward"
   std::size_t arguments;
+  bool first;  // built for the first time and not launched yet
 };
 
 struct Device::State {
+  struct Program {
+    cl::Program program;
+    bool first;  // built for the first time
+  };
+
   FoundDevice found;
   std::string fingerprint;
   cl::Context context;
   cl::CommandQueue queue;
   std::unique_ptr<ProgramBuilder> builder;
   std::unordered_map<KernelKey, Kernel, KernelKeyHash, KernelKeyEqual> kernels;
-  std::unordered_map<KernelKey, cl::Program, KernelKeyHash, KernelKeyEqual> programs;  // their name is empty
+  std::unordered_map<KernelKey, Program, KernelKeyHash, KernelKeyEqual> programs;  // their name is empty
   std::shared_ptr<MemoryCount> memory = std::make_shared<MemoryCount>();
   bool profiling = false;
   const Tile* tile = nullptr;   // null: not chosen yet
@@ -147,7 +154,7 @@ struct Device::State {
     check(clEnqueueUnmapMemObject(queue(), buffer.handle(), host, 0, nullptr, nullptr), "clEnqueueUnmapMemObject",
           doing);
   }
-  const cl::Program& program(std::string_view file, const Defines& defines, Precision precision);
+  const Program& program(std::string_view file, const Defines& defines, Precision precision);
   Kernel make_kernel(std::string_view file, std::string_view name, const Defines& defines, Precision precision);
 };
 
@@ -279,16 +286,20 @@ void Device::reset_memory_peak() { state_->memory->peak = state_->memory->now; }
 // --- Kernels
 // ----------------------------------------------------------------------------------------------------------
 
-const cl::Program& Device::State::program(std::string_view file, const Defines& defines, Precision precision) {
+const Device::State::Program& Device::State::program(std::string_view file, const Defines& defines,
+                                                     Precision precision) {
   if (const auto known = programs.find(KernelKeyView(file, "", defines, precision)); known != programs.end())
     return known->second;
-  cl::Program built(builder->build(file, defines, precision), false);
-  return programs.emplace(KernelKey{std::string(file), "", defines, precision}, std::move(built)).first->second;
+  const BuiltProgram built = builder->build(file, defines, precision);
+  return programs
+      .emplace(KernelKey{std::string(file), "", defines, precision},
+               Program{cl::Program(built.program, false), built.first})
+      .first->second;
 }
 
 Kernel Device::State::make_kernel(std::string_view file, std::string_view name, const Defines& defines,
                                   Precision precision) {
-  const cl::Program& from = program(file, defines, precision);
+  const auto& [from, first] = program(file, defines, precision);
   cl_int code = CL_SUCCESS;
   cl::Kernel made(clCreateKernel(from(), std::string(name).c_str(), &code), false);
   if (code == CL_INVALID_KERNEL_NAME)
@@ -298,7 +309,7 @@ Kernel Device::State::make_kernel(std::string_view file, std::string_view name, 
   const std::size_t arguments = made.getInfo<CL_KERNEL_NUM_ARGS>();
   Kernel kernel;
   kernel.state_ = std::make_shared<Kernel::State>(
-      Kernel::State{std::move(made), std::string(name), fmt::format("{}:{}", file, name), arguments});
+      Kernel::State{std::move(made), std::string(name), fmt::format("{}:{}", file, name), arguments, first});
   return kernel;
 }
 
@@ -322,7 +333,7 @@ Kernel Device::kernel(std::string_view file, std::string_view name, const Define
 void Device::launch_with(const Kernel& kernel, const Range& range, const std::vector<Arg>& args) {
   State& s = *state_;
   if (!kernel) throw Error(ErrorKind::Failed, "launching a kernel that was never made");
-  const Kernel::State& k = *kernel.state_;
+  Kernel::State& k = *kernel.state_;
   if (args.size() != k.arguments)
     throw Error(ErrorKind::Failed, "wrong number of kernel arguments", k.label, std::to_string(args.size()),
                 std::to_string(k.arguments));
@@ -333,6 +344,10 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
     if (range.global[d] == 0) return;  // nothing to compute
     global[d] = (range.global[d] + range.local[d] - 1) / range.local[d] * range.local[d];
     if (global[d] > 1) dimensions = d + 1;
+  }
+  if (std::exchange(k.first, false)) {
+    s.builder->add_first_launch(seconds_of(*this, [&] { launch_with(kernel, range, args); }));
+    return;
   }
   for (std::size_t i = 0; i < args.size(); ++i)
     s.check(clSetKernelArg(k.kernel(), static_cast<cl_uint>(i), args[i].size(), args[i].data()), "clSetKernelArg",

@@ -167,7 +167,8 @@ class Device {
   void reset_profile();
 
   /// Seconds spent building programs so far, and how many were built from source. Some drivers (PoCL) do the larger
-  /// part of compiling at the first launch with a new local size; that part is not in it.
+  /// part of compiling at the first launch with a new local size: of kernels that are built for the first time, their
+  /// first launch is in it.
   double build_seconds() const;
   int builds() const;
 
@@ -177,6 +178,13 @@ class Device {
   struct State;
   std::shared_ptr<State> state_;
 };
+
+/// What this process has built that no cache had, on all its devices together.
+struct FirstBuilds {
+  std::string device;  // the last one's name; empty when there was nothing to build
+  double seconds = 0;  // with first launches, see Device::build_seconds
+};
+FirstBuilds first_builds();
 
 /// Text of a kernel source with its includes put in, from the binary or from CLERESTORY_KERNELS.
 std::string kernel_source(std::string_view file);

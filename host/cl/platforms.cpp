@@ -70,11 +70,21 @@ std::vector<cl::Platform> all_platforms() {
   return platforms;
 }
 
+/// PoCL asks there for processors and memory, and ends the process where it finds none: in a bare chroot.
+std::string sysfs_fault() {
+  for (const char* folder : {"/sys/devices/system/cpu", "/sys/bus/cpu/devices"}) {
+    std::error_code error;
+    if (std::filesystem::is_directory(folder, error)) return {};
+  }
+  return "/sys does not describe the processors; mount it: mount -t sysfs sysfs /sys";
+}
+
 /// Why this platform should not be asked for its devices; empty when it may. PoCL looks at its cache first: it ends the
 /// process on an entry that is not whole, or when the folder's name is empty, and says nothing when it cannot be made.
 std::string fault_of(const cl::Platform& platform) {
   if (!is_pocl(platform.getInfo<CL_PLATFORM_NAME>())) return {};
-  std::string fault = pocl_cache_fault();
+  std::string fault = sysfs_fault();
+  if (fault.empty()) fault = pocl_cache_fault();
   if (fault.empty()) {
     static const int dropped = drop_broken_pocl_entries();  // once: PoCL holds on to what it has loaded
     static_cast<void>(dropped);

@@ -3,6 +3,7 @@
 #include <CL/opencl.hpp>
 #include <array>
 #include <cstdlib>
+#include <mutex>
 
 #include "host/cl/platforms.hpp"
 #include "host/cl/pocl_cache.hpp"
@@ -39,6 +40,15 @@ std::string build_options(const Defines& defines, Precision precision) {
   return options;
 }
 
+std::mutex g_first;  // guards what follows: threads have devices of their own
+FirstBuilds g_first_builds;
+
+void count_first_build(const std::string& device, double seconds) {
+  const std::lock_guard guard(g_first);
+  g_first_builds.device = device;
+  g_first_builds.seconds += seconds;
+}
+
 /// The compiler's words, and where to look when it found no mistake: PoCL says no more when it cannot write its files.
 std::string log_of(const cl::BuildError& error, bool pocl) {
   std::string log;
@@ -60,6 +70,11 @@ std::string binary_of(cl_program program) {
 
 }  // namespace
 
+FirstBuilds first_builds() {
+  const std::lock_guard guard(g_first);
+  return g_first_builds;
+}
+
 ProgramBuilder::ProgramBuilder(cl_context context, cl_device_id device, const DeviceInfo& info,
                                const std::string& fingerprint)
     : context_(context),
@@ -67,24 +82,44 @@ ProgramBuilder::ProgramBuilder(cl_context context, cl_device_id device, const De
       device_name_(info.name),
       fingerprint_(fingerprint),
       pocl_(is_pocl(info.platform)),
-      keep_binaries_(keep_binaries(info.platform)) {}
+      driver_keeps_(platform_keeps_programs(info.platform)),
+      keep_binaries_(keep_binaries(info.platform)),
+      marks_(pocl_ ? pocl_cache_folder().path : std::filesystem::path()) {}
 
-cl_program ProgramBuilder::build(std::string_view file, const Defines& defines, Precision precision) {
+BuiltProgram ProgramBuilder::build(std::string_view file, const Defines& defines, Precision precision) {
   const Stopwatch watch;
   const std::string source = kernel_source(file);
   const std::string options = build_options(defines, precision);
   const std::string key = fingerprint_ + "\n" + options + "\n" + source;
   cl_program program = nullptr;
+  bool first = false;
   if (keep_binaries_)
     if (const auto binary = cache_.load("program", key)) program = from_binary(*binary, options);
   if (program == nullptr) {
     program = from_source(source, options, file);
     ++builds_;
+    first = !driver_has(key);
     if (keep_binaries_)
       if (const std::string binary = binary_of(program); !binary.empty()) cache_.store("program", key, binary);
   }
   seconds_ += watch.seconds();
-  return program;
+  if (first) count_first_build(device_name_, watch.seconds());
+  return {program, first};
+}
+
+void ProgramBuilder::add_first_launch(double seconds) {
+  seconds_ += seconds;
+  count_first_build(device_name_, seconds);
+}
+
+// Drivers do not tell whether they took a program from their cache. An empty entry marks what they have built once; in
+// PoCL's cache where that is known, so that it goes with it.
+bool ProgramBuilder::driver_has(const std::string& key) const {
+  if (!driver_keeps_) return false;
+  const std::string short_key = fmt::format("{:016x}", hash_text(key));
+  if (marks_.load("built", short_key)) return true;
+  marks_.store("built", short_key, "");
+  return false;
 }
 
 cl_program ProgramBuilder::from_source(const std::string& source, const std::string& options, std::string_view file) {

@@ -18,10 +18,11 @@ struct ChunkOutput {
   bool total = false, first = false;
 };
 
-/// The body is called once, with an inner graph and one whole-map input per value of `inputs`; ray tensors inside have
-/// the shape {1, C, chunk_pixels, chunk_samples}, samples fastest. Ops read the chunk at hand from Launch::chunk and do
-/// nothing for pixels or samples beyond it. Sums are added in chunk order: same bits run to run. A state that the body
-/// uses is the outer graph's of that name, and has a gradient there; a body that updates one is refused.
+/// The body is called with an inner graph and one whole-map input per value of `inputs`, and again by gradient(), after
+/// this call has returned: what it captures must still be there. Ray tensors inside have the shape
+/// {1, C, chunk_pixels, chunk_samples}, samples fastest. Ops read the chunk at hand from Launch::chunk and do nothing
+/// for pixels or samples beyond it. Sums are added in chunk order: same bits run to run. A state that the body uses is
+/// the outer graph's of that name, and has a gradient there; a body that updates one is refused.
 std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs,
                               const std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>& body);
 

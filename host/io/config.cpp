@@ -359,15 +359,6 @@ const std::vector<std::int64_t>& Config::integers(std::string_view key) const {
 const std::vector<double>& Config::reals(std::string_view key) const { return get<std::vector<double>>(key); }
 const std::vector<std::string>& Config::texts(std::string_view key) const { return get<std::vector<std::string>>(key); }
 
-std::vector<std::string> Config::names_in(std::string_view section) const {
-  const std::string prefix = std::string(section) + ".";
-  std::vector<std::string> names;
-  for (const auto& [name, entry] : entries_)
-    if (name.starts_with(prefix) && name.find('.', prefix.size()) == std::string::npos)
-      names.push_back(name.substr(prefix.size()));
-  return names;
-}
-
 std::string Config::origin(std::string_view key) const {
   const auto entry = entries_.find(std::string(key));
   return entry == entries_.end() ? "default" : entry->second.origin;

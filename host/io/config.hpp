@@ -114,8 +114,6 @@ class Config {
   const std::vector<double>& reals(std::string_view key) const;
   const std::vector<std::string>& texts(std::string_view key) const;
 
-  /// Names given under `section.*`, without the section, in order.
-  std::vector<std::string> names_in(std::string_view section) const;
   /// Where the value was set, for messages about values that do not go together.
   std::string origin(std::string_view key) const;
 

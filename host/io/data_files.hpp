@@ -11,8 +11,8 @@ namespace clerestory {
 /// as in a source tree with build/clerestory.
 std::vector<std::filesystem::path> data_places(const std::filesystem::path& below);
 
-/// `path` where it exists; else the first of its places that does; else `path`. For configs, lists of rooms and frames,
-/// which users name as a source tree has them.
+/// `path` where it exists; else the first of its places that does; else `path`. For configs, lists of rooms,
+/// frames, photographs and meshes, which users name as a source tree has them.
 std::filesystem::path found_data(const std::filesystem::path& path);
 
 /// "A, B", for messages.

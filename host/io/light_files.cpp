@@ -79,8 +79,6 @@ std::array<float, 3> Envmaps::at(int column, int row, int azimuth, int elevation
   return {radiance.at(0, y, x), radiance.at(1, y, x), radiance.at(2, y, x)};
 }
 
-bool has_light(const fs::path& room, const std::string& id) { return fs::exists(view_file(room, id, "envmap")); }
-
 Envmaps read_envmaps(const fs::path& room, const std::string& id, int width, int height) {
   Envmaps envmaps;
   envmaps.layout = EnvmapLayout::of(width, height);

@@ -35,11 +35,9 @@ struct Probe {
   Image radiance;        // 3 channels, 128 x 64
 };
 
-/// Whether a view has files of light: NNN_envmap.exr. `generate --no-light` writes none.
-bool has_light(const std::filesystem::path& room, const std::string& id);
-
-/// Environment maps of a view of width x height pixels. Throws usage_error naming the file, pixel and value: a missing
-/// file, a size that is not the layout's, values that are not finite or negative.
+/// Environment maps of a view of width x height pixels, NNN_envmap.exr; `generate --no-light` writes none. Throws
+/// usage_error naming the file, pixel and value: a missing file, a size that is not the layout's, values that are not
+/// finite or negative.
 Envmaps read_envmaps(const std::filesystem::path& room, const std::string& id, int width, int height);
 
 /// The probes of a view, in the file's order; a view with no room for one has none. Throws usage_error naming the file:

@@ -215,9 +215,6 @@ std::size_t StoredTensor::count() const {
 const std::vector<float>& StoredTensor::floats(const std::string& where) const {
   return values_as<float>(*this, "floats", where);
 }
-const std::vector<std::int32_t>& StoredTensor::ints(const std::string& where) const {
-  return values_as<std::int32_t>(*this, "32-bit integers", where);
-}
 const std::vector<std::uint64_t>& StoredTensor::words(const std::string& where) const {
   return values_as<std::uint64_t>(*this, "64-bit words", where);
 }

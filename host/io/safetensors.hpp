@@ -24,7 +24,6 @@ struct StoredTensor {
   std::size_t count() const;
   /// The values, or usage_error naming `where` when they are of another type.
   const std::vector<float>& floats(const std::string& where = "tensor") const;
-  const std::vector<std::int32_t>& ints(const std::string& where = "tensor") const;
   const std::vector<std::uint64_t>& words(const std::string& where = "tensor") const;
 };
 

@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <iostream>
 
@@ -127,6 +131,30 @@ TEST_F(Drivers, ACacheThatPoclCannotUseIsNamed) {
   EXPECT_EXIT(open_with("XDG_CACHE_HOME", file), device_trouble, file + "/pocl/kcache, from XDG_CACHE_HOME");
   EXPECT_EXIT(open_with("HOME", file), device_trouble, file + "/.cache/pocl/kcache, from HOME");
   EXPECT_EXIT(open_with("POCL_CACHE_DIR", fresh), testing::ExitedWithCode(0), "opened Portable");
+}
+
+/// An empty folder over /sys, for this process alone; false where that is not permitted.
+bool hide_sysfs() {
+  if (::unshare(CLONE_NEWNS) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return false;
+  return ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+         ::mount("none", "/sys", "tmpfs", 0, nullptr) == 0;
+}
+
+// PoCL would end the process with "Not enough memory to run on this device".
+TEST_F(Drivers, AChrootWithoutSysIsNamed) {
+  const SharedFolder shared;
+  const std::string drivers = (shared / "drivers").string();
+  if (!only_pocl(drivers)) GTEST_SKIP() << "needs PoCL";
+  const pid_t child = ::fork();
+  if (child == 0) std::_Exit(hide_sysfs() ? 0 : 1);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (status != 0) GTEST_SKIP() << "needs namespaces of mounts";
+  const auto open_without_sysfs = [&] {
+    hide_sysfs();
+    open_with_drivers(drivers);
+  };
+  EXPECT_EXIT(open_without_sysfs(), testing::ExitedWithCode(3), "no OpenCL device.*/sys does not describe");
 }
 
 TEST_F(Drivers, ABrokenOneDoesNotHideTheOthers) {

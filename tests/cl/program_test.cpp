@@ -84,6 +84,20 @@ TEST_F(ProgramCache, DriversWithACacheOfTheirOwnKeepTheirPrograms) {
   EXPECT_FALSE(programs().empty());
 }
 
+TEST_F(ProgramCache, WhatNoCacheHadCountsAsAFirstBuildOnce) {
+  ScopedVariable unset("CLERESTORY_PROGRAM_CACHE", ""), pocl("POCL_CACHE_DIR", (cache_.path() / "pocl").string());
+  const auto seconds_of_small = [&] {
+    const double before = first_builds().seconds;
+    EXPECT_EQ(builds_of_small(), 1);
+    return first_builds().seconds - before;
+  };
+  EXPECT_GT(seconds_of_small(), 0);
+  EXPECT_EQ(first_builds().device, warm_.info().name);
+  EXPECT_EQ(seconds_of_small(), 0);
+  kernels_.write("small.cl", "kernel void add(global int *x) { x[0] += 2; x[0] += 1; }\n");
+  EXPECT_GT(seconds_of_small(), 0);
+}
+
 // Every source has to build alone, in both precisions, with no defines: a feature has a default.
 TEST(KernelFiles, BuildInBothPrecisionsWithoutDefines) {
   Device device = Device::open();

@@ -58,8 +58,7 @@ TEST_F(Installed, TheProgramFindsWhatItNeedsBesideIt) {
   EXPECT_THAT(read_file(prefix / "bin/clerestory"), Not(HasSubstr(kSource.string())));
   const fs::path share = prefix / "share/clerestory", run = folder / "run", log = folder / "log.txt";
   const Surroundings elsewhere{folder.path(), {}, prefix / "bin/clerestory"};
-  Program invert({"invert", (share / "assets/office.jpg").string(), "--only", "normal", "--out", run.string()}, log,
-                 elsewhere);
+  Program invert({"invert", "assets/office.jpg", "--only", "normal", "--out", run.string()}, log, elsewhere);
   ASSERT_EQ(invert.wait(), 0) << text_of(log);
   EXPECT_THAT(text_of(run / "provenance.json"), HasSubstr((share / "nets/weights/maps.safetensors").string()));
   Program rooms({"generate", "--out", (folder / "rooms").string(), "--rooms", "1", "--views", "1", "--size", "32x24",

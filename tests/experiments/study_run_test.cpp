@@ -93,6 +93,12 @@ TEST(GenerateSheet, ShowsEveryViewOnce) {
   EXPECT_GT(sum(32, 0), 0);
   EXPECT_GT(sum(0, 24), 0);
   EXPECT_EQ(sum(32, 24), 0) << "three rooms leave one place of four";
+
+  Program nowhere({"generate", "--out", folder / "more", "--box-rooms", "--sheet", folder / "none/sheet.png"},
+                  folder / "said.txt");
+  EXPECT_EQ(nowhere.wait(), 2);
+  EXPECT_THAT(text_of(folder / "said.txt"), HasSubstr("none"));
+  EXPECT_FALSE(fs::exists(folder / "more")) << "the place of the sheet is tried before the work";
 }
 
 TEST(GenerateInterrupted, CtrlCEndsWithFourAndLeavesNoPartialFiles) {

@@ -221,7 +221,7 @@ TEST(Executor, ExplainsWhatRuns) {
 
 /// y = (2 x)^2 at every pixel of a chunk, x * samples as a total.
 std::vector<Value> chunked(Graph& g, Value x, const ChunkDomain& domain) {
-  return map_chunks(g, domain, std::span(&x, 1), [&](Graph&, std::span<const Value> in) {
+  return map_chunks(g, domain, std::span(&x, 1), [=](Graph&, std::span<const Value> in) {
     const Value tile = scale(take_pixels(in[0], domain.chunk_pixels), 2);
     return std::vector<ChunkOutput>{{multiply(tile, tile), false}, {sum(tile), true}};
   });
@@ -321,7 +321,7 @@ TEST(MapChunks, StatesOfABodyAreTheOuterGraphs) {
 /// A convolution inside a body, over 16 columns of 1.
 Value convolved(Graph& g, Value x) {
   const ChunkDomain domain{1, 4, 16, 1, 16, 1};
-  return map_chunks(g, domain, std::span(&x, 1), [&](Graph& inner, std::span<const Value> in) {
+  return map_chunks(g, domain, std::span(&x, 1), [=](Graph& inner, std::span<const Value> in) {
     const Value w = inner.constant(random_tensor({5, 3, 3, 3}, 9));
     return std::vector<ChunkOutput>{{conv(take_pixels(in[0], domain.chunk_pixels), w, {}, {.pad = 1}), false}};
   })[0];

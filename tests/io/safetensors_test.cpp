@@ -204,7 +204,7 @@ TEST_F(Safetensors, ValuesThatAreNotFiniteAreRefusedWhereAsked) {
 
 TEST_F(Safetensors, TypesAndNames) {
   const TensorFile file = sample();
-  expect_error([&] { file.get("w", "f").ints("f: w"); }, {"f: w", "floats", "32-bit integers"});
+  expect_error([&] { file.get("w", "f").words("f: w"); }, {"f: w", "floats", "64-bit words"});
   expect_error([&] { file.get("steps", "f").floats("f: steps"); }, {"64-bit words"});
   expect_error([&] { file.get("table", "f").words(); }, {"32-bit integers"});
   expect_error([&] { file.get("bais", "f.safetensors"); }, {"f.safetensors", "bais is missing", "bias"});

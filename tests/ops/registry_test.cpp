@@ -15,13 +15,26 @@
 namespace clerestory {
 namespace {
 
-/// Kernels of other rooms that live beside the ops, and where their tests are.
+namespace fs = std::filesystem;
+const fs::path kSource = CLERESTORY_SOURCE_DIR;
+
+/// Kernels that are no op's, and where their tests are.
 const std::map<std::string, std::string> kElsewhere{
-    {"tensor/place.cl", "map_chunks: tests/graph"},
-    {"tensor/probe.cl", "the check of a device when it is opened: tests/cl"},
-    {"tensor/tile.cl", "measures the register tiles: tests/cl"},
-    {"tensor/ceilings.cl", "measures the machine: tests/cl"},
+    {"tensor/place.cl", "tests/ops/tensor/place_test.cpp"},         // of map_chunks
+    {"tensor/probe.cl", "tests/cl/probe_test.cpp"},                 // asked when a device is opened
+    {"tensor/tile.cl", "tests/cl/tile_test.cpp"},                   // measures the register tiles
+    {"tensor/ceilings.cl", "tests/cl/ceilings_test.cpp"},           // measures the machine
+    {"trace/path.cl", "tests/tracer/path_test.cpp"},                // the path tracer
+    {"trace/objects.cl", "tests/tracer/objects_test.cpp"},          // rays to meshes that are put in
+    {"trace/scene_probe.cl", "tests/tracer/light_test.cpp"},        // lets tests call the functions of trace
+    {"lib/surface_probe.cl", "tests/ops/shade/surface_probe.cpp"},  // lets tests call those of lib
 };
+
+/// Backends and parts of one op: the stem that they are checked under.
+const std::map<std::string, std::string> kPartOf{{"nn/conv_cpu.cl", "nn/conv"},
+                                                 {"nn/conv_gpu.cl", "nn/conv"},
+                                                 {"nn/conv_pack.cl", "nn/conv"},
+                                                 {"nn/im2col.cl", "nn/conv"}};
 
 /// kernel name -> file, over all sources under tensor, nn, light and shade.
 std::multimap<std::string, std::string> all_kernels() {
@@ -51,6 +64,28 @@ TEST(Registry, EveryKernelHasACase) {
   }
   for (const std::string& kernel : covered)
     EXPECT_TRUE(kernels.count(kernel)) << "a case names " << kernel << ", which is no kernel";
+}
+
+// One stem: what is in kernels/light/ssrt.cl is checked in checks/light/ssrt.cpp or tests/ops/light/ssrt_test.cpp.
+TEST(Registry, EveryKernelFileIsTestedUnderItsStem) {
+  int seen = 0;
+  for (const std::string& file : kernel_files()) {
+    if (!file.ends_with(".cl")) continue;
+    ++seen;
+    if (const auto elsewhere = kElsewhere.find(file); elsewhere != kElsewhere.end()) {
+      EXPECT_TRUE(fs::exists(kSource / elsewhere->second)) << file << " has lost its test, " << elsewhere->second;
+      continue;
+    }
+    const auto part = kPartOf.find(file);
+    const std::string stem = part != kPartOf.end() ? part->second : file.substr(0, file.size() - 3);
+    EXPECT_TRUE(fs::exists(kSource / "checks" / (stem + ".cpp")) ||
+                fs::exists(kSource / "tests/ops" / (stem + "_test.cpp")))
+        << file << " has neither checks/" << stem << ".cpp nor tests/ops/" << stem << "_test.cpp";
+  }
+  EXPECT_GT(seen, 40);
+  for (const auto& exceptions : {kElsewhere, kPartOf})
+    for (const auto& [file, why] : exceptions)
+      EXPECT_TRUE(std::ranges::count(kernel_files(), file)) << file << " is gone and needs no exception";
 }
 
 TEST(Registry, EveryCaseIsComplete) {
@@ -142,16 +177,13 @@ TEST(Registry, WhatACaseDoesNotDifferentiateIsRefusedOrDetached) {
 TEST(Registry, EveryOpHasACase) {
   std::set<std::string> stems;
   for (const OpCase& c : declared_cases()) stems.insert(c.stem);
-  const std::filesystem::path ops = std::filesystem::path(CLERESTORY_SOURCE_DIR) / "host/ops";
   int seen = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(ops)) {
+  for (const auto& entry : fs::recursive_directory_iterator(kSource / "host/ops")) {
     if (entry.path().extension() != ".cpp") continue;
     // A header without a kernel of its stem is a helper of ops, not an op.
     const std::string stem = entry.path().stem().string();
-    const std::filesystem::path room = entry.path().parent_path().filename();
-    const std::filesystem::path kernel =
-        std::filesystem::path(CLERESTORY_SOURCE_DIR) / "kernels" / room / (stem + ".cl");
-    if (!std::filesystem::exists(kernel)) continue;
+    const fs::path room = entry.path().parent_path().filename();
+    if (!fs::exists(kSource / "kernels" / room / (stem + ".cl"))) continue;
     EXPECT_TRUE(stems.count(stem)) << "op " << entry.path() << " has no OpCase";
     ++seen;
   }

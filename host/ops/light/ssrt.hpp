@@ -46,11 +46,4 @@ Tensor camera_tensor(std::span<const Camera> cameras);
 /// picture has no valid depth.
 Tensor depth_range(const Tensor& depth);
 
-/// M rays/s of a solver on this device: cosine-distributed rays from every pixel of a furnished box room, best of
-/// `repeats`, and the share that hits.
-struct SsrtSpeed {
-  double million_rays_per_second = 0, hit_share = 0;
-};
-SsrtSpeed ssrt_speed(Device device, int width, int height, SsrtSolver solver, int samples = 64, int repeats = 3);
-
 }  // namespace clerestory

@@ -5,7 +5,6 @@
 #include "host/graph/map_chunks.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
-#include "host/ops/light/image_light.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/slice.hpp"
@@ -97,22 +96,6 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   Rendered rendered{whole[0], statistics.standard_error, statistics.uncertainty, whole[3], tally, {}};
   for (std::size_t i = 5; i < whole.size(); ++i) rendered.counts.emplace_back((*counts)[i - 5].first, whole[i]);
   return rendered;
-}
-
-LightBuilder image_light_builder() {
-  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
-    return image_light(in[0], in[1], rays.hits.pixel);
-  };
-}
-LightBuilder constant_light_builder() {
-  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
-    return constant_light(in[0], rays.direction, rays.maps.depth);
-  };
-}
-LightBuilder panorama_light_builder() {
-  return [](Graph&, const RayBatch& rays, std::span<const Value> in) {
-    return panorama_light(in[0], in[1], rays.camera, rays.direction);
-  };
 }
 
 RenderCounts render_counts(const Tensor& status, const Tensor& tally) {

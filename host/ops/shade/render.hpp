@@ -61,11 +61,6 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
                 std::span<const Value> light_inputs, const LightBuilder& light, const Blockers& blockers = {},
                 const Surfaces& sampling = {});
 
-/// The lights that need no network, as builders; their inputs.
-LightBuilder image_light_builder();     // image {n, 3, h, w}, ambient {n, 3, 1, 1}
-LightBuilder constant_light_builder();  // ambient
-LightBuilder panorama_light_builder();  // image, ambient
-
 /// Sums over a batch, exact: rays and pixels may be more than float counts.
 struct RenderCounts {
   double directions = 0, hits = 0, dropped = 0;           // rays
@@ -96,13 +91,5 @@ struct HostRendered {
 /// `feeds`: depth, normal, albedo, material, camera, range.
 HostRendered render_with_host_light(Device device, const RenderSpec& spec, const std::map<std::string, Tensor>& feeds,
                                     std::uint32_t seed, const std::function<void(const HostRays&)>& fill);
-
-/// The whole layer under light = image on a furnished box room: best of `repeats`, kernels built before.
-struct LayerSpeed {
-  double seconds = 0, million_samples_per_second = 0;
-  std::size_t peak_bytes = 0;          // of device memory
-  std::vector<KernelProfile> kernels;  // of one more run
-};
-LayerSpeed layer_speed(Device device, int width, int height, const RenderSpec& spec, int repeats = 3);
 
 }  // namespace clerestory

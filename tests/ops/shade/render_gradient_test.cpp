@@ -31,7 +31,7 @@ TEST(RenderGradient, IsThatOfTheEstimateAtEqualSeeds) {
     RenderSpec spec;
     spec.spp = 32, spec.chunk_rays = chunk_rays;
     const Value radiance = render(graph, spec, {v["depth"], {v["albedo"], v["normal"], v["material"]}}, v["camera"],
-                                  v["range"], std::vector{v["image"], v["ambient"]}, image_light_builder(), {},
+                                  v["range"], std::vector{v["image"], v["ambient"]}, image_answers, {},
                                   {v["s_albedo"], v["s_normal"], v["s_material"]})
                                .radiance;
     const Tensor cotangent = random_tensor(radiance.shape(), 9);
@@ -121,7 +121,7 @@ struct GradientLayer {
     RenderSpec spec{.spp = spp};
     spec.facing = false;  // which cells may be hit does not follow the normals: visibility is detached
     radiance = render(graph, spec, {in["depth"], {in["albedo"], in["normal"], in["material"]}}, in["camera"],
-                      in["range"], std::vector{in["image"], in["ambient"]}, image_light_builder(), {},
+                      in["range"], std::vector{in["image"], in["ambient"]}, image_answers, {},
                       {in["s_albedo"], in["s_normal"], in["s_material"]})
                    .radiance;
     std::vector<Value> outputs{radiance};

@@ -40,12 +40,9 @@ struct Layer {
     const std::vector<Value> both{image, ambient}, one{ambient};
     const Surfaces sampling =
         other_sampling ? Surfaces{maps.surfaces.albedo, maps.surfaces.normal, in("s_material")} : Surfaces{};
-    if (light == "constant")
-      rendered = render(graph, spec, maps, camera, range, one, constant_light_builder(), {}, sampling);
-    if (light == "image")
-      rendered = render(graph, spec, maps, camera, range, both, image_light_builder(), {}, sampling);
-    if (light == "panorama")
-      rendered = render(graph, spec, maps, camera, range, both, panorama_light_builder(), {}, sampling);
+    if (light == "constant") rendered = render(graph, spec, maps, camera, range, one, constant_answers, {}, sampling);
+    if (light == "image") rendered = render(graph, spec, maps, camera, range, both, image_answers, {}, sampling);
+    if (light == "panorama") rendered = render(graph, spec, maps, camera, range, both, panorama_answers, {}, sampling);
     executor = std::make_unique<Executor>(compile(
         graph, {rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status, rendered.tally},
         test_device()));
@@ -409,19 +406,6 @@ TEST(Render, GridAndLimits) {
   spec.sampling.sampler = Sampler::Grid8x16, spec.spp = 64;
   EXPECT_THROW(Layer(t, spec, "constant"), Error);
   EXPECT_THROW(Layer(t, {.spp = 1}, "constant"), Error);
-}
-
-TEST(Render, SpeedsAreMeasured) {
-  const SsrtSpeed dda = ssrt_speed(test_device(), 80, 60, SsrtSolver::Dda, 16, 1);
-  const SsrtSpeed hierarchical = ssrt_speed(test_device(), 80, 60, SsrtSolver::Hierarchical, 16, 1);
-  EXPECT_GT(dda.million_rays_per_second, 0);
-  EXPECT_EQ(dda.hit_share, hierarchical.hit_share);
-  EXPECT_TRUE(dda.hit_share > 0.3 && dda.hit_share < 0.9);
-  const LayerSpeed layer = layer_speed(test_device(), 80, 60, {.spp = 16}, 1);
-  EXPECT_GT(layer.million_samples_per_second, 0);
-  EXPECT_GT(layer.peak_bytes, 0u);
-  EXPECT_TRUE(std::ranges::any_of(
-      layer.kernels, [](const KernelProfile& k) { return k.kernel.find("sample_brdf") != std::string::npos; }));
 }
 
 // What the layer is sized for: 640 x 480 pixels, 64 samples, 19.7 million rays, within 1 GiB.

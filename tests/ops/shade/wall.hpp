@@ -1,7 +1,9 @@
-// A small scene for tests of the layer.
+// A small scene for tests of the layer, and lights for it that need no network.
 #pragma once
 #include "checks/op_case.hpp"
 #include "host/math/camera.hpp"
+#include "host/ops/light/image_light.hpp"
+#include "host/ops/shade/render.hpp"
 
 namespace clerestory {
 
@@ -26,6 +28,19 @@ inline Tensors wall(int w, int h, double roughness, double metallic, int n = 1) 
   t["camera"] = camera_tensor(std::vector<Camera>(static_cast<std::size_t>(n), Camera::from_fov(w, h, 70.0)));
   t["range"] = depth_range(t["depth"]);
   return t;
+}
+
+/// Its inputs: image, ambient.
+inline Value image_answers(Graph&, const RayBatch& rays, std::span<const Value> in) {
+  return image_light(in[0], in[1], rays.hits.pixel);
+}
+/// Its input: ambient.
+inline Value constant_answers(Graph&, const RayBatch& rays, std::span<const Value> in) {
+  return constant_light(in[0], rays.direction, rays.maps.depth);
+}
+/// Its inputs: image, ambient.
+inline Value panorama_answers(Graph&, const RayBatch& rays, std::span<const Value> in) {
+  return panorama_light(in[0], in[1], rays.camera, rays.direction);
 }
 
 }  // namespace clerestory
