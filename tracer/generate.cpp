@@ -33,34 +33,34 @@ void check(const GenerateOptions& o) {
     }
   };
   const auto count = [&](const char* name, int value, int high) {
-    if (o.from_rooms.empty() || value != kAllRooms) range(name, value, 1, high);
+    if (o.rooms.from.empty() || value != kAllRooms) range(name, value, 1, high);
   };
-  count("--rooms", o.rooms, 1000000);
-  count("--views", o.views, 1000);
-  range("--size (width)", o.width, 16, 4096);
-  range("--size (height)", o.height, 16, 4096);
-  range("--spp", o.spp, 1, 1 << 20);
-  range("--light-spp", o.light_spp, 1, 1 << 12);
-  range("--probes", o.probes, 0, 100);
-  if (!(o.clamp >= 0 && o.clamp <= 1e6)) {
-    throw usage_error("out of range", "--clamp", fmt::format("{}", o.clamp), "0 to 1e6; 0 sets no bound");
+  count("--rooms", o.rooms.count, 1000000);
+  count("--views", o.views.count, 1000);
+  range("--size (width)", o.views.width, 16, 4096);
+  range("--size (height)", o.views.height, 16, 4096);
+  range("--spp", o.views.spp, 1, 1 << 20);
+  range("--light-spp", o.light.spp, 1, 1 << 12);
+  range("--probes", o.light.probes, 0, 100);
+  if (!(o.views.clamp >= 0 && o.views.clamp <= 1e6)) {
+    throw usage_error("out of range", "--clamp", fmt::format("{}", o.views.clamp), "0 to 1e6; 0 sets no bound");
   }
   const auto real_range = [](const char* name, double value, double high) {
     if (!(value >= 0 && value <= high))
       throw usage_error("out of range", name, fmt::format("{}", value), fmt::format("0 to {}", high));
   };
-  real_range("--roll", o.handling.roll, 45), real_range("--close-ups", o.handling.close_ups, 1);
+  real_range("--roll", o.views.handling.roll, 45), real_range("--close-ups", o.views.handling.close_ups, 1);
   for (const auto& [name, value] :
-       {std::pair{"--roll", o.handling.roll}, std::pair{"--close-ups", o.handling.close_ups}})
-    if (!o.from_rooms.empty() && value > 0)
-      throw usage_error(fmt::format("the rooms of {} have their cameras", o.from_rooms.string()), name,
+       {std::pair{"--roll", o.views.handling.roll}, std::pair{"--close-ups", o.views.handling.close_ups}})
+    if (!o.rooms.from.empty() && value > 0)
+      throw usage_error(fmt::format("the rooms of {} have their cameras", o.rooms.from.string()), name,
                         fmt::format("{}", value), "left out beside --from-rooms");
-  range("--shard (of)", o.shards, 1, 1000000);
-  range("--shard", o.shard, 0, o.shards - 1);
+  range("--shard (of)", o.rooms.shards, 1, 1000000);
+  range("--shard", o.rooms.shard, 0, o.rooms.shards - 1);
   for (const char* s : {"auto", "train", "val", "test"}) {
-    if (o.split == s) return;
+    if (o.rooms.split == s) return;
   }
-  throw usage_error("unknown split", "--split", o.split, "auto, train, val or test");
+  throw usage_error("unknown split", "--split", o.rooms.split, "auto, train, val or test");
 }
 
 constexpr int kPilotSpp = 4, kPilotColumns = 160;  // a pilot asks for one number: a larger view has a smaller one
@@ -69,30 +69,30 @@ constexpr int kPilotSpp = 4, kPilotColumns = 160;  // a pilot asks for one numbe
 /// out, as in folders made before there was any.
 json recipe(const GenerateOptions& o) {
   json all{{"format", 1},
-           {"views", o.views},
-           {"width", o.width},
-           {"height", o.height},
-           {"spp", o.spp},
-           {"clamp", o.clamp},
-           {"seed", o.seed},
+           {"views", o.views.count},
+           {"width", o.views.width},
+           {"height", o.views.height},
+           {"spp", o.views.spp},
+           {"clamp", o.views.clamp},
+           {"seed", o.rooms.seed},
            {"balls", o.balls},
-           {"split", o.split},
-           {"setting", o.setting == Setting::HeldOut ? "held_out" : "training"},
-           {"box_rooms", o.box_rooms}};
-  if (!o.room_seeds.empty()) all["room_seeds"] = o.room_seeds;
-  if (!o.from_rooms.empty()) all["from_rooms"] = file_hash(o.from_rooms);
+           {"split", o.rooms.split},
+           {"setting", o.rooms.setting == Setting::HeldOut ? "held_out" : "training"},
+           {"box_rooms", o.rooms.boxes}};
+  if (!o.rooms.seeds.empty()) all["room_seeds"] = o.rooms.seeds;
+  if (!o.rooms.from.empty()) all["from_rooms"] = file_hash(o.rooms.from);
   // Left out where cameras are level and across the room, as in folders made before there were others.
-  if (o.handling.roll > 0) all["roll"] = o.handling.roll;
-  if (o.handling.close_ups > 0) all["close_ups"] = o.handling.close_ups;
-  if (o.clamp > 0 && o.width > kPilotColumns) all["pilot"] = kPilotColumns;
-  if (o.light) all["light_spp"] = o.light_spp, all["probes"] = o.probes;
+  if (o.views.handling.roll > 0) all["roll"] = o.views.handling.roll;
+  if (o.views.handling.close_ups > 0) all["close_ups"] = o.views.handling.close_ups;
+  if (o.views.clamp > 0 && o.views.width > kPilotColumns) all["pilot"] = kPilotColumns;
+  if (o.light.wanted) all["light_spp"] = o.light.spp, all["probes"] = o.light.probes;
   return all;
 }
 
 /// What stands in the folder under a name that would be written.
 std::string in_the_way(const GenerateOptions& o) {
   std::vector<std::string> names{"train.txt", "val.txt", "test.txt"};
-  for (int i = 0; i < o.rooms; ++i) names.push_back(room_name(o, i));
+  for (int i = 0; i < o.rooms.count; ++i) names.push_back(room_name(o, i));
   const auto found = std::ranges::find_if(names, [&](const std::string& name) { return fs::exists(o.out / name); });
   return found == names.end() ? "" : *found;
 }
@@ -133,8 +133,9 @@ struct StandingRoom {
 class RoomSource {
  public:
   explicit RoomSource(GenerateOptions& o) : options_(o) {
-    if (!o.from_rooms.empty()) read(o);
-    if (!o.box_rooms) assets_ = load_assets(o.assets.empty() ? default_assets() : o.assets, o.setting);
+    if (!o.rooms.from.empty()) read(o);
+    if (!o.rooms.boxes)
+      assets_ = load_assets(o.rooms.assets.empty() ? default_assets() : o.rooms.assets, o.rooms.setting);
   }
 
   std::string name(int index) const { return from_file() ? description(index).name : room_name(options_, index); }
@@ -143,33 +144,34 @@ class RoomSource {
     const GenerateOptions& o = options_;
     const std::uint64_t seed = from_file() ? description(index).seed : room_seed(o, index);
     auto standing = std::make_unique<StandingRoom>(device, name(index), seed,
-                                                   from_file()   ? description(index).build(assets_)
-                                                   : o.box_rooms ? make_box_room(seed)
-                                                                 : make_room(seed, o.setting, assets_));
+                                                   from_file()     ? description(index).build(assets_)
+                                                   : o.rooms.boxes ? make_box_room(seed)
+                                                                   : make_room(seed, o.rooms.setting, assets_));
     if (!from_file())
-      standing->cameras =
-          choose_views(standing->scene, standing->room, o.views, o.width, o.height, Random(seed).fork(100), o.handling);
+      standing->cameras = choose_views(standing->scene, standing->room, o.views.count, o.views.width, o.views.height,
+                                       Random(seed).fork(100), o.views.handling);
     else
-      standing->cameras = description(index).views(o.views, o.width, o.height);
+      standing->cameras = description(index).views(o.views.count, o.views.width, o.views.height);
     return standing;
   }
 
  private:
-  bool from_file() const { return !options_.from_rooms.empty(); }
+  bool from_file() const { return !options_.rooms.from.empty(); }
   const RoomDescription& description(int index) const { return file_.rooms[static_cast<std::size_t>(index)]; }
 
   void read(GenerateOptions& o) {
-    file_ = read_room_file(o.from_rooms);
-    o.setting = file_.setting, o.seed = 0, o.box_rooms = false;
-    const std::string where = o.from_rooms.string();
-    if (!o.room_seeds.empty()) file_ = rooms_of_seeds(file_, o.room_seeds, where);
+    file_ = read_room_file(o.rooms.from);
+    o.rooms.setting = file_.setting, o.rooms.seed = 0, o.rooms.boxes = false;
+    const std::string where = o.rooms.from.string();
+    if (!o.rooms.seeds.empty()) file_ = rooms_of_seeds(file_, o.rooms.seeds, where);
     if (file_.rooms.empty()) throw usage_error("there are no rooms in the file", where);
-    if (o.rooms == kAllRooms) o.rooms = static_cast<int>(file_.rooms.size());
-    if (o.views == kAllRooms) o.views = static_cast<int>(file_.rooms[0].cameras.size());
-    if (static_cast<std::size_t>(o.rooms) > file_.rooms.size())
+    if (o.rooms.count == kAllRooms) o.rooms.count = static_cast<int>(file_.rooms.size());
+    if (o.views.count == kAllRooms) o.views.count = static_cast<int>(file_.rooms[0].cameras.size());
+    if (static_cast<std::size_t>(o.rooms.count) > file_.rooms.size())
       throw usage_error("the file has fewer rooms", where, fmt::format("{}", file_.rooms.size()),
-                        fmt::format("{} (--rooms)", o.rooms));
-    for (const RoomDescription& room : file_.rooms) room.views(o.views, o.width, o.height);  // or says what is wrong
+                        fmt::format("{} (--rooms)", o.rooms.count));
+    for (const RoomDescription& room : file_.rooms)
+      room.views(o.views.count, o.views.width, o.views.height);  // or says what is wrong
   }
 
   const GenerateOptions& options_;
@@ -181,7 +183,7 @@ void write_lists(const GenerateOptions& o, const RoomSource& source) {
   // Every shard knows all names and writes the same lists.
   for (const char* split : {"train", "val", "test"}) {
     std::vector<std::string> names;
-    for (int i = 0; i < o.rooms; ++i) {
+    for (int i = 0; i < o.rooms.count; ++i) {
       if (split_of(o, i) == split) names.push_back(source.name(i));
     }
     write_rooms(o.out, split, names);
@@ -211,13 +213,13 @@ class RoomWriter {
     const std::uint32_t seed =
         static_cast<std::uint32_t>(Random::mix(standing_->seed ^ (0x5eedu + static_cast<std::uint64_t>(view))));
     const float most = most_indirect(camera, seed);
-    TracePicture picture = scene_.picture(camera, options_.spp, seed, kMaxDepth, kLightSamples, most);
+    TracePicture picture = scene_.picture(camera, options_.views.spp, seed, kMaxDepth, kLightSamples, most);
     note(picture.dropped, id, seed, summary);
     TraceMaps maps = scene_.maps(camera);
 
     RoomView out;
     out.exposure = exposure_of(picture.mean.data);
-    if (options_.light) {
+    if (options_.light.wanted) {
       const Stopwatch watch;
       write_light(folder, id, camera, maps, most, out.exposure, Random(seed ^ kLightStream), summary);
       summary.light_seconds += watch.seconds();
@@ -240,11 +242,11 @@ class RoomWriter {
  private:
   /// The bound on indirect light is stated against white, so a few samples find the exposure first.
   float most_indirect(const Camera& camera, std::uint32_t seed) {
-    if (options_.clamp <= 0) return std::numeric_limits<float>::infinity();
+    if (options_.views.clamp <= 0) return std::numeric_limits<float>::infinity();
     const int columns = std::min(camera.width, kPilotColumns);
     const Camera pilot = camera.resized(columns, std::max(1, camera.height * columns / camera.width));
     const double exposure = exposure_of(scene_.picture(pilot, kPilotSpp, seed + 1).mean.data);
-    return static_cast<float>(options_.clamp / exposure);
+    return static_cast<float>(options_.views.clamp / exposure);
   }
 
   static void fill_maps(RoomView& out, const Camera& camera, TraceMaps maps) {
@@ -263,16 +265,16 @@ class RoomWriter {
   void write_light(const fs::path& folder, const std::string& id, const Camera& camera, const TraceMaps& maps,
                    float most, double exposure, Random random, GenerateSummary& summary) {
     RadianceQuery query;
-    query.spp = options_.light_spp, query.most_indirect = most, query.seed = static_cast<std::uint32_t>(random.bits());
+    query.spp = options_.light.spp, query.most_indirect = most, query.seed = static_cast<std::uint32_t>(random.bits());
     DroppedSamples dropped;
     Envmaps envmaps = trace_envmaps(scene_, standing_->room.scene, camera, maps, query, &dropped);
     note(dropped, id + " envmap", query.seed, summary);
     scale(envmaps.radiance.data, exposure);
     write_envmaps(folder, id, envmaps);
 
-    query.spp = kProbeSpp * options_.light_spp;
+    query.spp = kProbeSpp * options_.light.spp;
     std::vector<Probe> probes =
-        place_probes(scene_, standing_->room.scene, camera, maps, options_.probes, random.fork(0));
+        place_probes(scene_, standing_->room.scene, camera, maps, options_.light.probes, random.fork(0));
     for (Probe& probe : probes) {
       query.seed = static_cast<std::uint32_t>(random.bits());
       trace_probe(scene_, camera, probe, query, &dropped);
@@ -289,7 +291,7 @@ class RoomWriter {
     if (place) {
       for (const BallKind& kind : ball_kinds()) {
         TraceScene with(device_, with_ball(standing_->room.scene, camera, *place, kind));
-        TracePicture picture = with.picture(camera, options_.spp, seed);
+        TracePicture picture = with.picture(camera, options_.views.spp, seed);
         note(picture.dropped, id, seed, summary);
         scale(picture.mean.data, exposure);
         write_radiance(view_file(folder, id, "ball_" + kind.name), picture.mean);
@@ -331,17 +333,18 @@ std::filesystem::path default_assets() {
 }
 
 std::string room_name(const GenerateOptions& options, int index) {
-  return fmt::format("{}room-s{}-{:05}", options.setting == Setting::HeldOut ? "held-out-" : "", options.seed, index);
+  return fmt::format("{}room-s{}-{:05}", options.rooms.setting == Setting::HeldOut ? "held-out-" : "",
+                     options.rooms.seed, index);
 }
 
 std::uint64_t room_seed(const GenerateOptions& options, int index) {
-  if (!options.room_seeds.empty()) return options.room_seeds.at(static_cast<std::size_t>(index));
-  return Random::mix(Random::mix(options.seed + 1) ^ static_cast<std::uint64_t>(index)) ^
-         (options.setting == Setting::HeldOut ? 1 : 0);
+  if (!options.rooms.seeds.empty()) return options.rooms.seeds.at(static_cast<std::size_t>(index));
+  return Random::mix(Random::mix(options.rooms.seed + 1) ^ static_cast<std::uint64_t>(index)) ^
+         (options.rooms.setting == Setting::HeldOut ? 1 : 0);
 }
 
 std::string split_of(const GenerateOptions& options, int index) {
-  if (options.split != "auto") return options.split;
+  if (options.rooms.split != "auto") return options.rooms.split;
   return index % 10 == 8 ? "val" : index % 10 == 9 ? "test" : "train";
 }
 
@@ -349,11 +352,11 @@ RoomFile describe_rooms(const Device& device, const GenerateOptions& asked) {
   GenerateOptions options = asked;
   check(options);
   const RoomSource source(options);
-  RoomFile file{options.setting, {}};
-  for (int index = 0; index < options.rooms; ++index) {
+  RoomFile file{options.rooms.setting, {}};
+  for (int index = 0; index < options.rooms.count; ++index) {
     const auto made = source.room(device, index);
     file.rooms.push_back(describe_room(made->name, made->seed, made->room, made->cameras));
-    if (options.progress) options.progress(index + 1, options.rooms, true);
+    if (options.progress) options.progress(index + 1, options.rooms.count, true);
     if (options.interrupted && options.interrupted()) throw Error(ErrorKind::Interrupted, "nothing is written");
   }
   return file;
@@ -380,7 +383,7 @@ struct RoomMaker::State {
     };
     if (const fs::path scene = folder / "mitsuba"; options.mitsuba && !fs::exists(scene))
       standing().write_scene(scene), ++summary.scenes;
-    for (int view = 0; view < options.views; ++view) {
+    for (int view = 0; view < options.views.count; ++view) {
       if (options.interrupted && options.interrupted())
         throw Error(ErrorKind::Interrupted,
                     fmt::format("stopped after {} views; run the same line again to go on", summary.views()));
@@ -393,11 +396,13 @@ struct RoomMaker::State {
         summary.seconds += watch.seconds();
         ++summary.made;
       }
-      if (options.progress) options.progress(summary.views(), own_rooms() * options.views, missing);
+      if (options.progress) options.progress(summary.views(), own_rooms() * options.views.count, missing);
     }
   }
 
-  int own_rooms() const { return (options.rooms - options.shard + options.shards - 1) / options.shards; }
+  int own_rooms() const {
+    return (options.rooms.count - options.rooms.shard + options.rooms.shards - 1) / options.rooms.shards;
+  }
 };
 
 RoomMaker::RoomMaker(const Device& device, const GenerateOptions& options)
@@ -412,7 +417,8 @@ GenerateSummary generate(const Device& device, const GenerateOptions& asked) {
   claim_folder(options);
   write_lists(options, maker.source);
   GenerateSummary summary;
-  for (int index = options.shard; index < options.rooms; index += options.shards) maker.make(index, summary);
+  for (int index = options.rooms.shard; index < options.rooms.count; index += options.rooms.shards)
+    maker.make(index, summary);
   return summary;
 }
 

@@ -18,28 +18,44 @@ namespace clerestory {
 /// As many rooms, or views, as a file has.
 inline constexpr int kAllRooms = std::numeric_limits<int>::min();
 
-struct GenerateOptions {
-  std::filesystem::path out;
-  int rooms = 1, views = 5;  // views per room
-  int width = 160, height = 120, spp = 64;
-  double clamp = 0;        // most one indirect contribution adds, in units of the picture's white; 0: no bound
-  std::uint64_t seed = 0;  // rooms of different seeds share nothing
-  std::vector<std::uint64_t> room_seeds;  // one a room, in place of those that follow from `seed`; or empty
-  /// Rooms and cameras as a file describes them (tracer/room_file.hpp), in place of made ones: its first `rooms`, and
-  /// of each the first `views`, either of which may be kAllRooms; `setting`, `seed` and `box_rooms` have no say. Empty:
-  /// rooms are made. With `room_seeds`: the rooms of the file that have them.
-  std::filesystem::path from_rooms;
-  int shard = 0, shards = 1;  // this run makes rooms shard, shard + shards, ...
-  bool balls = false;
-  bool mitsuba = false;  // beside a room's views a folder mitsuba/ with its scene (tracer/mitsuba_export.hpp)
-  bool light = true;     // environment maps and probes (host/io/light_files.hpp)
-  int light_spp = 16;    // samples of a texel of an environment map; a probe's takes four times as many
-  int probes = 2;        // of a view; fewer where the view has no place for them
+/// Which rooms.
+struct RoomChoice {
+  int count = 1;
+  std::uint64_t seed = 0;            // rooms of different seeds share nothing
+  std::vector<std::uint64_t> seeds;  // one a room, in place of those that follow from `seed`; or empty
+  /// Rooms and cameras as a file describes them (tracer/room_file.hpp), in place of made ones: its first `count`, and
+  /// of each the first ViewChoice::count, either of which may be kAllRooms; `setting`, `seed` and `boxes` have no say.
+  /// Empty: rooms are made. With `seeds`: the rooms of the file that have them.
+  std::filesystem::path from;
   Setting setting = Setting::Training;
-  Handling handling;             // of cameras that are chosen, not read from a file
+  bool boxes = false;            // bare boxes instead of furnished rooms
+  int shard = 0, shards = 1;     // this run makes rooms shard, shard + shards, ...
   std::string split = "auto";    // auto: of ten rooms eight train, one val, one test; else all rooms go there
   std::filesystem::path assets;  // folder with hdri/ and models/; empty: default_assets()
-  bool box_rooms = false;        // bare boxes instead of furnished rooms
+};
+
+/// Which views of each, and how they are traced.
+struct ViewChoice {
+  int count = 5;
+  int width = 160, height = 120, spp = 64;
+  double clamp = 0;   // most one indirect contribution adds, in units of the picture's white; 0: no bound
+  Handling handling;  // of cameras that are chosen, not read from a file
+};
+
+/// Environment maps and probes (host/io/light_files.hpp).
+struct LightWanted {
+  bool wanted = true;
+  int spp = 16;    // samples of a texel of an environment map; a probe's takes four times as many
+  int probes = 2;  // of a view; fewer where the view has no place for them
+};
+
+struct GenerateOptions {
+  std::filesystem::path out;
+  RoomChoice rooms;
+  ViewChoice views;
+  LightWanted light;
+  bool balls = false;
+  bool mitsuba = false;  // beside a room's views a folder mitsuba/ with its scene (tracer/mitsuba_export.hpp)
   /// Called after each view, made or skipped; `total` counts this shard's views. May be empty.
   std::function<void(int done, int total, bool made)> progress;
   /// Asked before each view; true ends the run with ErrorKind::Interrupted. May be empty.

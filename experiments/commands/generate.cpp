@@ -28,7 +28,7 @@ struct Options {
 };
 
 /// "I/N", 0 <= I < N.
-void read_shard(const std::string& text, GenerateOptions& to) {
+void read_shard(const std::string& text, RoomChoice& to) {
   const std::size_t slash = text.find('/');
   if (slash == std::string::npos) throw usage_error("not a shard", "--shard", text, "I/N, such as 0/4");
   read_value(text.substr(0, slash), "--shard", to.shard);
@@ -41,11 +41,11 @@ void read_shard(const std::string& text, GenerateOptions& to) {
 /// The rooms of a list, as the rules make them.
 void read_list(Options& options) {
   GenerateOptions& o = options.generate;
-  if (!o.from_rooms.empty() || o.box_rooms)
+  if (!o.rooms.from.empty() || o.rooms.boxes)
     throw usage_error("rooms of a list are made by the rules", "--list", options.list.string(),
                       "neither --from-rooms nor --box-rooms");
   const RoomList list = read_room_list(options.list);
-  o.setting = list.setting, o.room_seeds = list.seeds;
+  o.rooms.setting = list.setting, o.rooms.seeds = list.seeds;
   const int all = static_cast<int>(list.seeds.size());
   if (options.rooms.value_or(all) > all)
     throw usage_error("the list has fewer rooms", options.list.string(), fmt::format("{}", all),
@@ -62,13 +62,14 @@ void write_sheet(const GenerateOptions& o, const std::filesystem::path& file) {
         pictures.push_back(show_radiance(read_image(view_file(o.out / room, view, "im"))));
   const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));
   const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
-  Image sheet(columns * o.width, rows * o.height, 3);
+  Image sheet(columns * o.views.width, rows * o.views.height, 3);
   for (std::size_t k = 0; k < pictures.size(); ++k)
     for (int c = 0; c < 3; ++c)
-      for (int y = 0; y < o.height; ++y) {
-        const float* row = pictures[k].plane(c) + static_cast<std::ptrdiff_t>(y) * o.width;
-        const std::ptrdiff_t line = (static_cast<int>(k) / columns) * o.height + y;
-        std::copy(row, row + o.width, sheet.plane(c) + line * sheet.width + (static_cast<int>(k) % columns) * o.width);
+      for (int y = 0; y < o.views.height; ++y) {
+        const float* row = pictures[k].plane(c) + static_cast<std::ptrdiff_t>(y) * o.views.width;
+        const std::ptrdiff_t line = (static_cast<int>(k) / columns) * o.views.height + y;
+        std::copy(row, row + o.views.width,
+                  sheet.plane(c) + line * sheet.width + (static_cast<int>(k) % columns) * o.views.width);
       }
   write_png(file, sheet, Encoding::Linear);
 }
@@ -103,18 +104,18 @@ void write_description(const Options& options, const CommonOptions& common) {
 
 void run(Options& options, const CommonOptions& common) {
   GenerateOptions& o = options.generate;
-  o.width = options.size.width, o.height = options.size.height;
-  o.seed = common.seed;
+  o.views.width = options.size.width, o.views.height = options.size.height;
+  o.rooms.seed = common.seed;
   if (common.spp) {
     if (*common.spp > 1 << 20) throw usage_error("out of range", "--spp", std::to_string(*common.spp), "1 to 1048576");
-    o.spp = static_cast<int>(*common.spp);
+    o.views.spp = static_cast<int>(*common.spp);
   }
-  read_shard(options.shard, o);
-  o.light = !options.no_light;
-  o.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
+  read_shard(options.shard, o.rooms);
+  o.light.wanted = !options.no_light;
+  o.rooms.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
   if (!options.list.empty()) read_list(options);
-  o.rooms = options.rooms.value_or(o.from_rooms.empty() ? o.rooms : kAllRooms);
-  o.views = options.views.value_or(o.from_rooms.empty() ? o.views : kAllRooms);
+  o.rooms.count = options.rooms.value_or(o.rooms.from.empty() ? o.rooms.count : kAllRooms);
+  o.views.count = options.views.value_or(o.rooms.from.empty() ? o.views.count : kAllRooms);
   catch_interrupts();
   o.interrupted = [] { return interrupted(); };
   std::unique_ptr<Progress> progress;
@@ -157,32 +158,32 @@ void add_generate_command(CommandLine& line) {
       .option("--write-rooms", "FILE", "describe the rooms and their cameras in a file, and trace nothing",
               options->write_rooms)
       .option("--from-rooms", "FILE", "trace the rooms of such a file, whatever rooms are made like by now",
-              o.from_rooms)
+              o.rooms.from)
       .option("--size", "WxH", "pixels of a view", options->size)
       .option("--clamp", "X",
               "most that one indirect contribution adds to a pixel or to a direction of the light, white = 0.9; fewer "
               "specks, a little too dark; 0: off",
-              o.clamp)
+              o.views.clamp)
       .option("--shard", "I/N", "make only rooms I, I + N, I + 2N, ...", options->shard)
       .flag("--no-light", "no environment maps and probes: enough to train what sees maps only", options->no_light)
       .option("--light-spp", "N", "samples of each direction of an environment map; a probe's get four times as many",
-              o.light_spp)
-      .option("--probes", "K", "panoramas of each view at points in free air", o.probes)
+              o.light.spp)
+      .option("--probes", "K", "panoramas of each view at points in free air", o.light.probes)
       .option("--sheet", "FILE", "also one PNG with the pictures of all views", options->sheet)
       .option("--roll", "DEGREES", "views are turned about their axis by at most so much, mostly by less; 0 by default",
-              o.handling.roll)
+              o.views.handling.roll)
       .option("--close-ups", "SHARE", "of the views that look at a piece of furniture from 0.6 to 1.6 m; 0 by default",
-              o.handling.close_ups)
+              o.views.handling.close_ups)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
       .flag("--mitsuba",
             "also each room as a scene of Mitsuba 3, in its folder mitsuba/: scene.xml, PLY meshes, panorama",
             o.mitsuba)
       .choice("--setting", "what rooms may show; held_out: only what training rooms never do", options->setting,
               {"training", "held_out"})
-      .choice("--split", "list the rooms as; auto: of ten, eight train, one val, one test", o.split,
+      .choice("--split", "list the rooms as; auto: of ten, eight train, one val, one test", o.rooms.split,
               {"auto", "train", "val", "test"})
-      .option("--assets", "DIR", "folder with hdri/ and models/", o.assets)
-      .flag("--box-rooms", "bare boxes with a lamp and a few blocks and balls", o.box_rooms)
+      .option("--assets", "DIR", "folder with hdri/ and models/", o.rooms.assets)
+      .flag("--box-rooms", "bare boxes with a lamp and a few blocks and balls", o.rooms.boxes)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
       .notes(
           "Complete views are skipped: run the same line again to go on after an interruption. 64 samples a pixel by "

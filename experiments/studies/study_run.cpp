@@ -140,14 +140,14 @@ void StudyRun::each_room(const std::function<void(const ListedRoom& room)>& visi
 
 GenerateOptions StudyRun::view_options() const {
   GenerateOptions options;
-  options.out = run_ / "data", options.room_seeds = rooms_.seeds, options.rooms = static_cast<int>(rooms_.seeds.size()),
-  options.views = 1;
-  options.setting = rooms_.setting, options.from_rooms = rooms_.described;
-  options.width = static_cast<int>(config_.integer("data.width"));
-  options.height = static_cast<int>(config_.integer("data.height"));
-  options.spp = static_cast<int>(config_.integer("data.spp"));
-  options.light = false;  // studies ask the tracer itself
-  options.split = "test", options.interrupted = [] { return interrupted(); };
+  options.out = run_ / "data", options.rooms.seeds = rooms_.seeds,
+  options.rooms.count = static_cast<int>(rooms_.seeds.size()), options.views.count = 1;
+  options.rooms.setting = rooms_.setting, options.rooms.from = rooms_.described;
+  options.views.width = static_cast<int>(config_.integer("data.width"));
+  options.views.height = static_cast<int>(config_.integer("data.height"));
+  options.views.spp = static_cast<int>(config_.integer("data.spp"));
+  options.light.wanted = false;  // studies ask the tracer itself
+  options.rooms.split = "test", options.interrupted = [] { return interrupted(); };
   return options;
 }
 

@@ -29,15 +29,15 @@ GenerateOptions rooms_of(const Config& c, const std::string& split) {
   const bool training = split == "train";
   const auto whole = [&](const char* key) { return static_cast<int>(c.integer(key)); };
   GenerateOptions o;
-  o.out = data_folder(c, split), o.split = split;
-  o.rooms = whole(training ? "ablation.rooms" : "ablation.judged_rooms"), o.views = whole("ablation.views");
-  o.width = whole("model.width"), o.height = whole("model.height");
-  o.spp = whole("ablation.picture_spp"), o.light_spp = whole("ablation.light_spp");
-  o.clamp = 1;  // without it fireflies of few samples would be learned as lamps
-  o.light = trains_light(c);
-  o.setting = !training && c.text("ablation.judged_setting") == "held_out" ? Setting::HeldOut : Setting::Training;
-  o.seed = static_cast<std::uint64_t>(c.integer("ablation.data_seed")) + (training ? 0 : 1);
-  o.box_rooms = c.flag("ablation.box_rooms");
+  o.out = data_folder(c, split), o.rooms.split = split;
+  o.rooms.count = whole(training ? "ablation.rooms" : "ablation.judged_rooms"), o.views.count = whole("ablation.views");
+  o.views.width = whole("model.width"), o.views.height = whole("model.height");
+  o.views.spp = whole("ablation.picture_spp"), o.light.spp = whole("ablation.light_spp");
+  o.views.clamp = 1;  // without it fireflies of few samples would be learned as lamps
+  o.light.wanted = trains_light(c);
+  o.rooms.setting = !training && c.text("ablation.judged_setting") == "held_out" ? Setting::HeldOut : Setting::Training;
+  o.rooms.seed = static_cast<std::uint64_t>(c.integer("ablation.data_seed")) + (training ? 0 : 1);
+  o.rooms.boxes = c.flag("ablation.box_rooms");
   o.interrupted = [] { return interrupted(); };
   return o;
 }
@@ -60,7 +60,7 @@ void make_rooms(const Config& config) {
 void record_rooms(Provenance& provenance, const Config& config) {
   const GenerateOptions judged = rooms_of(config, "test");
   provenance.rooms.setting = config.text("ablation.judged_setting");
-  for (int r = 0; r < judged.rooms; ++r) provenance.rooms.seeds.push_back(room_seed(judged, r));
+  for (int r = 0; r < judged.rooms.count; ++r) provenance.rooms.seeds.push_back(room_seed(judged, r));
   for (const char* key : {"ablation.data_seed", "ablation.seeds"})
     provenance.seeds[key] = static_cast<std::uint64_t>(config.integer(key));
 }

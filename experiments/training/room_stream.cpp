@@ -20,16 +20,16 @@ bool is_fixed(const StreamOptions& options, std::uint64_t seed, std::uint64_t po
 
 std::int64_t streamed_rooms(const StreamOptions& options, std::uint64_t views) {
   return options.window +
-         static_cast<std::int64_t>(views / static_cast<std::uint64_t>(options.rooms.views * options.times));
+         static_cast<std::int64_t>(views / static_cast<std::uint64_t>(options.rooms.views.count * options.times));
 }
 
 std::size_t views_in_window(const StreamOptions& options) {
-  return static_cast<std::size_t>(options.window * options.rooms.views);
+  return static_cast<std::size_t>(options.window * options.rooms.views.count);
 }
 
 std::string stream_text(const StreamOptions& options, std::size_t fixed_views) {
   const std::string streamed =
-      fmt::format("rooms of {} views made on the way, each seen {} times", options.rooms.views, options.times);
+      fmt::format("rooms of {} views made on the way, each seen {} times", options.rooms.views.count, options.times);
   if (options.fixed == 0) return streamed;
   return fmt::format("{}, {:.0f} % of the views from {} in folders", streamed, 100 * options.fixed, fixed_views);
 }
@@ -37,7 +37,7 @@ std::string stream_text(const StreamOptions& options, std::size_t fixed_views) {
 RoomStream::RoomStream(const StreamOptions& options, std::uint64_t seed, std::uint64_t first)
     : options_(options), seed_(seed), oldest_(first_room(first)), wanted_(rooms(first)), made_(oldest_) {
   // The index of a room has no end; the bound that a set has is of no use here.
-  options_.rooms.rooms = 1000000;
+  options_.rooms.rooms.count = 1000000;
   options_.rooms.interrupted = [this] {
     const std::lock_guard lock(mutex_);
     return stop_;
@@ -104,7 +104,7 @@ void RoomStream::need(std::uint64_t position) {
 }
 
 ViewName RoomStream::view(std::uint64_t position, std::uint64_t number) const {
-  const auto views = static_cast<std::uint64_t>(options_.rooms.views);
+  const auto views = static_cast<std::uint64_t>(options_.rooms.views.count);
   const auto room = static_cast<int>(first_room(position) + static_cast<std::int64_t>(number / views));
   return {options_.rooms.out / maker_->name(room), view_id(static_cast<int>(number % views))};
 }

@@ -271,14 +271,15 @@ StreamOptions stream_of(const Config& c, const Size& size) {
   stream.on = !c.text("stream.setting").empty();
   const auto number = [&](const char* key) { return static_cast<int>(c.integer(key)); };
   GenerateOptions& rooms = stream.rooms;
-  rooms.setting = c.text("stream.setting") == "held_out" ? Setting::HeldOut : Setting::Training;
-  rooms.seed = static_cast<std::uint64_t>(c.integer("stream.seed"));
-  rooms.views = number("stream.views"), rooms.spp = number("stream.spp"), rooms.clamp = c.real("stream.clamp");
-  rooms.light = c.text("model.kind") == "light", rooms.split = "train";
-  rooms.handling = {c.real("stream.roll"), c.real("stream.close_ups")};
-  rooms.light_spp = number("stream.light_spp"), rooms.probes = number("stream.probes");
-  const int scale = rooms.light ? 1 : number("stream.scale");  // light lies at the pixels of its view
-  rooms.width = scale * size.width, rooms.height = scale * size.height;
+  rooms.rooms.setting = c.text("stream.setting") == "held_out" ? Setting::HeldOut : Setting::Training;
+  rooms.rooms.seed = static_cast<std::uint64_t>(c.integer("stream.seed"));
+  rooms.views.count = number("stream.views"), rooms.views.spp = number("stream.spp"),
+  rooms.views.clamp = c.real("stream.clamp");
+  rooms.light.wanted = c.text("model.kind") == "light", rooms.rooms.split = "train";
+  rooms.views.handling = {c.real("stream.roll"), c.real("stream.close_ups")};
+  rooms.light.spp = number("stream.light_spp"), rooms.light.probes = number("stream.probes");
+  const int scale = rooms.light.wanted ? 1 : number("stream.scale");  // light lies at the pixels of its view
+  rooms.views.width = scale * size.width, rooms.views.height = scale * size.height;
   stream.times = number("stream.times"), stream.window = number("stream.window");
   stream.fixed = c.real("stream.fixed"), stream.crop_low = c.real("stream.crop");
   stream.device = c.text("run.device");

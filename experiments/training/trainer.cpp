@@ -360,7 +360,7 @@ TrainingData data_of(const TrainingOptions& options, const std::vector<ViewName>
   if (!options.data.stream.on) return data;
   const std::int64_t streamed =
       streamed_rooms(options.data.stream, static_cast<std::uint64_t>(step * options.train.batch));
-  return {data.rooms + streamed, data.views + streamed * options.data.stream.rooms.views};
+  return {data.rooms + streamed, data.views + streamed * options.data.stream.rooms.views.count};
 }
 
 std::vector<ViewName> fixed_names(const TrainingOptions& options) {

@@ -29,8 +29,9 @@ struct LightTask : testing::Test {
     folder_ = std::make_unique<ScratchFolder>("clerestory-light-task");
     for (const char* split : {"train", "val"}) {
       GenerateOptions o;
-      o.out = *folder_ / split, o.rooms = 1, o.views = 2, o.width = kWidth, o.height = kHeight, o.spp = 2;
-      o.light_spp = 1, o.probes = 1, o.seed = 5, o.split = split, o.box_rooms = true;
+      o.out = *folder_ / split, o.rooms.count = 1, o.views.count = 2, o.views.width = kWidth, o.views.height = kHeight,
+      o.views.spp = 2;
+      o.light.spp = 1, o.light.probes = 1, o.rooms.seed = 5, o.rooms.split = split, o.rooms.boxes = true;
       generate(Device::open(), o);
     }
   }
@@ -259,8 +260,9 @@ TEST_F(LightTask, ASecondLegOfOneSeedGoesOnWithTheBatchesOfTheFirst) {
 
 TEST_F(LightTask, ViewsWithoutLightAreRefused) {
   GenerateOptions o;
-  o.out = *folder_ / "dark", o.rooms = 1, o.views = 1, o.width = kWidth, o.height = kHeight, o.spp = 2;
-  o.light = false, o.split = "train", o.box_rooms = true;
+  o.out = *folder_ / "dark", o.rooms.count = 1, o.views.count = 1, o.views.width = kWidth, o.views.height = kHeight,
+  o.views.spp = 2;
+  o.light.wanted = false, o.rooms.split = "train", o.rooms.boxes = true;
   generate(Device::open(), o);
   try {
     train(config("c", {"data.train=[" + (*folder_ / "dark").string() + "]"}), {"clerestory", "train"});

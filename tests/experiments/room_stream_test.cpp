@@ -28,8 +28,9 @@ struct RoomStreamTest : testing::Test {
     StreamOptions o;
     o.on = true, o.times = 3, o.window = 2;
     GenerateOptions& rooms = o.rooms;
-    rooms.out = folder / name, rooms.seed = 4, rooms.views = 2, rooms.width = 24, rooms.height = 16, rooms.spp = 1;
-    rooms.light = false, rooms.box_rooms = true;
+    rooms.out = folder / name, rooms.rooms.seed = 4, rooms.views.count = 2, rooms.views.width = 24,
+    rooms.views.height = 16, rooms.views.spp = 1;
+    rooms.light.wanted = false, rooms.rooms.boxes = true;
     return o;
   }
   static std::string place(const ViewName& name) { return name.room.filename().string() + "/" + name.id; }
@@ -92,7 +93,7 @@ TEST_F(RoomStreamTest, WhatIsOverIsDropped) {
 
 TEST_F(RoomStreamTest, WhatCannotBeMadeEndsTheStreamWithItsReason) {
   StreamOptions o = options("a");
-  o.rooms.spp = 0;
+  o.rooms.views.spp = 0;
   EXPECT_THROW(RoomStream(o, 7, 0), Error);
   write_file(folder / "file", "no folder");
   o = options("file");

@@ -272,8 +272,9 @@ TEST_F(TinyAblation, MapsAreTrainedAndJudgedOnRoomsAndPhotographs) {
 
 TEST_F(TinyAblation, ClampedTruthIsLearnedClamped) {
   GenerateOptions o;
-  o.out = folder / "room", o.rooms = 1, o.views = 1, o.width = 32, o.height = 24, o.spp = 2;
-  o.light_spp = 1, o.probes = 1, o.seed = 5, o.split = "train", o.box_rooms = true;
+  o.out = folder / "room", o.rooms.count = 1, o.views.count = 1, o.views.width = 32, o.views.height = 24,
+  o.views.spp = 2;
+  o.light.spp = 1, o.light.probes = 1, o.rooms.seed = 5, o.rooms.split = "train", o.rooms.boxes = true;
   generate(Device::open(), o);
   LightStore store(name_views({o.out.string()}, "train"), 32, 24, 1 << 30);
   const LightTrainingOptions step{

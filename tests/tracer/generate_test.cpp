@@ -33,9 +33,10 @@ class Generate : public ::testing::Test {
 
   GenerateOptions small(const std::string& folder, std::uint64_t seed = 3) const {
     GenerateOptions o;
-    o.out = root_ / folder, o.rooms = 2, o.views = 2, o.width = 32, o.height = 24, o.spp = 8, o.seed = seed;
-    o.light = false, o.light_spp = 1, o.probes = 2;  // these samples where a test asks for light
-    o.assets = std::string(CLERESTORY_SOURCE_DIR) + "/assets";
+    o.out = root_ / folder, o.rooms.count = 2, o.views.count = 2, o.views.width = 32, o.views.height = 24,
+    o.views.spp = 8, o.rooms.seed = seed;
+    o.light.wanted = false, o.light.spp = 1, o.light.probes = 2;  // these samples where a test asks for light
+    o.rooms.assets = std::string(CLERESTORY_SOURCE_DIR) + "/assets";
     return o;
   }
   /// Name relative to the data set -> bytes.
@@ -108,7 +109,7 @@ TEST_F(Generate, LayoutAndUnits) {
 
 TEST_F(Generate, LightIsScaledLikeThePicture) {
   GenerateOptions o = small("a");
-  o.rooms = 1, o.light = o.box_rooms = true, o.light_spp = 2;
+  o.rooms.count = 1, o.light.wanted = o.rooms.boxes = true, o.light.spp = 2;
   const GenerateSummary summary = generate(test_device(), o);
   EXPECT_EQ(summary.dropped, 0) << summary.first_dropped;
   EXPECT_GT(summary.light_seconds, 0);
@@ -164,21 +165,21 @@ TEST_F(Generate, LightIsScaledLikeThePicture) {
 
 TEST_F(Generate, WithoutLightThereIsNone) {
   GenerateOptions o = small("a");
-  o.rooms = o.views = 1, o.box_rooms = true;
+  o.rooms.count = o.views.count = 1, o.rooms.boxes = true;
   EXPECT_EQ(generate(test_device(), o).light_seconds, 0);
   EXPECT_FALSE(fs::exists(view_file(o.out / room_name(o, 0), "000", "envmap")));
   for (const auto& [name, bytes] : contents(o.out)) EXPECT_EQ(name.find("probe"), std::string::npos) << name;
   // Folders made before there was light go on without it.
   EXPECT_FALSE(nlohmann::json::parse(read_file(o.out / "generate.json")).contains("probes"));
-  o.light = true;
+  o.light.wanted = true;
   EXPECT_THROW(generate(test_device(), o), Error);
 }
 
 TEST_F(Generate, LightChangesNothingElse) {
   GenerateOptions o = small("with");
-  o.rooms = o.views = 1, o.box_rooms = o.light = true, o.probes = 1, o.clamp = 1;
+  o.rooms.count = o.views.count = 1, o.rooms.boxes = o.light.wanted = true, o.light.probes = 1, o.views.clamp = 1;
   generate(test_device(), o);
-  o.out = root_ / "without", o.light = false;
+  o.out = root_ / "without", o.light.wanted = false;
   generate(test_device(), o);
   const auto with = contents(root_ / "with"), without = contents(root_ / "without");
   for (const auto& [name, bytes] : without) {
@@ -189,10 +190,10 @@ TEST_F(Generate, LightChangesNothingElse) {
 
 TEST_F(Generate, KilledRunEndsInTheSameBits) {
   GenerateOptions whole = small("whole");
-  whole.light = true;
+  whole.light.wanted = true;
   generate(test_device(), whole);
   GenerateOptions o = small("killed");
-  o.light = true;
+  o.light.wanted = true;
   int asked = 0;
   o.interrupted = [&] { return ++asked > 2; };
   try {
@@ -217,11 +218,11 @@ TEST_F(Generate, KilledRunEndsInTheSameBits) {
 
 TEST_F(Generate, ShardsTogetherAreTheWhole) {
   GenerateOptions whole = small("whole");
-  whole.light = true;
+  whole.light.wanted = true;
   generate(test_device(), whole);
   for (int i = 0; i < 2; ++i) {
     GenerateOptions part = small("parts");
-    part.shard = i, part.shards = 2, part.light = true;
+    part.rooms.shard = i, part.rooms.shards = 2, part.light.wanted = true;
     int last_total = 0;
     part.progress = [&](int, int total, bool) { last_total = total; };
     EXPECT_EQ(generate(test_device(), part).made, 2);
@@ -232,7 +233,7 @@ TEST_F(Generate, ShardsTogetherAreTheWhole) {
 
 TEST_F(Generate, SeedsDiffer) {
   GenerateOptions a = small("a", 1), b = small("b", 2);
-  a.rooms = b.rooms = 1, a.views = b.views = 1;
+  a.rooms.count = b.rooms.count = 1, a.views.count = b.views.count = 1;
   generate(test_device(), a);
   generate(test_device(), b);
   const RoomView first = read_view(a.out / room_name(a, 0), "000"), second = read_view(b.out / room_name(b, 0), "000");
@@ -247,15 +248,15 @@ TEST_F(Generate, SplitsAreOfRooms) {
   EXPECT_EQ(count["train"], 80);
   EXPECT_EQ(count["val"], 10);
   EXPECT_EQ(count["test"], 10);
-  o.split = "test";
+  o.rooms.split = "test";
   EXPECT_EQ(split_of(o, 0), "test");
 }
 
 TEST_F(Generate, OtherOptionsInTheSameFolderAreRefused) {
   GenerateOptions o = small("a");
-  o.rooms = 1, o.views = 1, o.box_rooms = true;
+  o.rooms.count = 1, o.views.count = 1, o.rooms.boxes = true;
   generate(test_device(), o);
-  o.spp = 9;
+  o.views.spp = 9;
   try {
     generate(test_device(), o);
     FAIL() << "mixed views of two kinds";
@@ -266,7 +267,7 @@ TEST_F(Generate, OtherOptionsInTheSameFolderAreRefused) {
 
 TEST_F(Generate, AnotherDataSetIsNotWrittenOver) {
   GenerateOptions o = small("theirs");
-  o.rooms = 1, o.views = 1, o.box_rooms = true;
+  o.rooms.count = 1, o.views.count = 1, o.rooms.boxes = true;
   for (const std::string& name : {std::string("train.txt"), room_name(o, 0) + "/000_im.exr"}) {
     fs::remove_all(o.out);
     fs::create_directories((o.out / name).parent_path());
@@ -293,16 +294,16 @@ TEST_F(Generate, OptionsOutOfRange) {
     }
     return false;
   };
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms = 0; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.views = -1; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.width = 0; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.spp = 0; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.light_spp = 0; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.probes = -1; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.probes = 101; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.shard = 1; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.split = "some"; }));
-  EXPECT_TRUE(refused([](GenerateOptions& o) { o.assets = "/nonexistent"; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms.count = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.views.count = -1; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.views.width = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.views.spp = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.light.spp = 0; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.light.probes = -1; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.light.probes = 101; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms.shard = 1; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms.split = "some"; }));
+  EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms.assets = "/nonexistent"; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.out.clear(); }));
 }
 

@@ -233,8 +233,9 @@ TEST_F(MitsubaExport, WhatAnInterruptionLeftIsNotInTheScene) {
 
 TEST_F(MitsubaExport, ADataSetGetsItsScenesLater) {
   GenerateOptions o;
-  o.out = folder / "set", o.rooms = 2, o.views = 1, o.width = 32, o.height = 24, o.spp = 1, o.light = false;
-  o.box_rooms = true;
+  o.out = folder / "set", o.rooms.count = 2, o.views.count = 1, o.views.width = 32, o.views.height = 24,
+  o.views.spp = 1, o.light.wanted = false;
+  o.rooms.boxes = true;
   generate(test_device(), o);
   const fs::path view = o.out / room_name(o, 0) / "000_im.exr";
   const auto made = fs::last_write_time(view);

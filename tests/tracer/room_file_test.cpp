@@ -33,8 +33,9 @@ struct RoomFiles : testing::Test {
 
   GenerateOptions small(Setting setting) const {
     GenerateOptions o;
-    o.rooms = 2, o.views = 2, o.width = 32, o.height = 24, o.spp = 2, o.seed = 5, o.light = false;
-    o.setting = setting, o.assets = kAssets;
+    o.rooms.count = 2, o.views.count = 2, o.views.width = 32, o.views.height = 24, o.views.spp = 2, o.rooms.seed = 5,
+    o.light.wanted = false;
+    o.rooms.setting = setting, o.rooms.assets = kAssets;
     return o;
   }
   std::string error_of(const std::string& bytes) const {
@@ -105,7 +106,7 @@ TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
     GenerateOptions made = small(setting), again = made;
     write_room_file(folder / "rooms.h5", describe_rooms(test_device(), made));
     made.out = folder / "made", again.out = folder / "again";
-    again.from_rooms = folder / "rooms.h5", again.seed = 77, again.setting = Setting::Training;  // no say
+    again.rooms.from = folder / "rooms.h5", again.rooms.seed = 77, again.rooms.setting = Setting::Training;  // no say
     generate(test_device(), made), generate(test_device(), again);
     int pictures = 0;
     for (const auto& entry : fs::recursive_directory_iterator(made.out)) {
@@ -116,7 +117,7 @@ TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
     }
     EXPECT_GE(pictures, 4 * 6);
     // The folder belongs to this file of rooms: another one's views do not go in between.
-    again.rooms = 1;
+    again.rooms.count = 1;
     write_room_file(folder / "rooms.h5", describe_rooms(test_device(), small(Setting::Training)));
     if (setting == Setting::HeldOut) {
       EXPECT_THROW(generate(test_device(), again), Error);
@@ -155,7 +156,7 @@ TEST_F(RoomFiles, AFileIsAskedForNoMoreThanItHas) {
   write_room_file(folder / "rooms.h5", describe_rooms(test_device(), made));
   const auto message = [&](auto change) {
     GenerateOptions o = made;
-    o.out = folder / "out", o.from_rooms = folder / "rooms.h5";
+    o.out = folder / "out", o.rooms.from = folder / "rooms.h5";
     change(o);
     try {
       generate(test_device(), o);
@@ -166,11 +167,12 @@ TEST_F(RoomFiles, AFileIsAskedForNoMoreThanItHas) {
     }
     return std::string();
   };
-  EXPECT_THAT(message([](GenerateOptions& o) { o.rooms = 3; }), HasSubstr("fewer rooms"));
-  EXPECT_THAT(message([](GenerateOptions& o) { o.views = 3; }), HasSubstr("fewer views"));
-  EXPECT_THAT(message([](GenerateOptions& o) { o.width = 40; }), HasSubstr("another shape"));
-  EXPECT_THAT(message([&](GenerateOptions& o) { o.from_rooms = folder / "none.h5"; }), HasSubstr("none.h5"));
-  EXPECT_EQ(message([](GenerateOptions& o) { o.width = 64, o.height = 48; }), "") << "the same view, larger";
+  EXPECT_THAT(message([](GenerateOptions& o) { o.rooms.count = 3; }), HasSubstr("fewer rooms"));
+  EXPECT_THAT(message([](GenerateOptions& o) { o.views.count = 3; }), HasSubstr("fewer views"));
+  EXPECT_THAT(message([](GenerateOptions& o) { o.views.width = 40; }), HasSubstr("another shape"));
+  EXPECT_THAT(message([&](GenerateOptions& o) { o.rooms.from = folder / "none.h5"; }), HasSubstr("none.h5"));
+  EXPECT_EQ(message([](GenerateOptions& o) { o.views.width = 64, o.views.height = 48; }), "")
+      << "the same view, larger";
 }
 
 TEST_F(RoomFiles, DamageIsFoundAndNamed) {
