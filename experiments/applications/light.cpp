@@ -6,6 +6,7 @@
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/run_folder.hpp"
+#include "experiments/applications/run_results.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"
@@ -114,10 +115,10 @@ std::string light(const LightOptions& options) {
 
   give_up_if_interrupted("light");
   write_exr(out, panorama, fits_half(panorama) ? ExrType::Half : ExrType::Float);
-  write_png(png, show_radiance(panorama, exposure_of(scene.photo.data)), Encoding::Linear);
+  write_png(png, show_radiance(panorama, shown_exposure(scene.photo)), Encoding::Linear);
   const double seconds = watch.seconds();
   provenance.inputs = {record_file(options.run / "photo.exr")};
-  provenance.facts["point, camera metres"] = text_of(place.point);
+  provenance.facts[kPointFact] = text_of(place.point);
   if (!place.note.empty()) provenance.facts["place"] = place.note;
   provenance.figures["seconds"] = seconds;
   provenance.figures["seconds: building kernels"] = device.build_seconds() - built;

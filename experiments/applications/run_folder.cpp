@@ -67,7 +67,7 @@ void write_run(const fs::path& folder, const Scene& scene, const std::optional<R
   write_radiance(folder / "rerender.exr", rerender->radiance);
   write_exr(folder / "stderr.exr", rerender->standard_error, ExrType::Float);
   write_exr(folder / "uncertainty.exr", rerender->uncertainty);
-  write_preview(folder / "rerender.png", show_radiance(rerender->radiance));
+  write_preview(folder / "rerender.png", show_radiance(rerender->radiance, shown_exposure(scene.photo)));
   write_preview(folder / "uncertainty.png", show_unit(rerender->uncertainty));
 }
 

@@ -4,6 +4,7 @@
 
 #include "experiments/applications/edit.hpp"
 #include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"
 
@@ -39,6 +40,7 @@ void add_edit_command(CommandLine& line) {
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     const std::string summary = edit(*options);
+    refresh_run_report(options->run, options->out.empty() ? options->run / "edit" : options->out);
     write_json_result(common, summary);
   });
 }

@@ -2,6 +2,7 @@
 
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"
 
@@ -95,6 +96,7 @@ void add_insert_command(CommandLine& line) {
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     insert(*options);
+    refresh_run_report(options->run, options->out.empty() ? options->run : options->out);
   });
 }
 

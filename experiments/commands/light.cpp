@@ -2,6 +2,7 @@
 
 #include "experiments/applications/light.hpp"
 #include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"
 
@@ -44,7 +45,9 @@ void add_light_command(CommandLine& line) {
     options->device = common.device, options->command = common.command, options->json = common.json.value_or("");
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     catch_interrupts();
-    write_json_result(common, light(*options));
+    const std::string summary = light(*options);
+    refresh_run_report(options->run, options->out.empty() ? options->run : options->out);
+    write_json_result(common, summary);
   });
 }
 

@@ -96,6 +96,17 @@ struct RunFolder : testing::Test {
   static inline fs::path view_;
 };
 
+/// What another process of the program holds while it reads or writes a run.
+struct Held {
+  Held(const fs::path& run, int how) : file(run.parent_path() / fmt::format(".{}.lock", run.filename().string())) {
+    descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    ::flock(descriptor, how);
+  }
+  ~Held() { ::unlink(file.c_str()), ::close(descriptor); }
+  fs::path file;
+  int descriptor = -1;
+};
+
 TEST_F(RunFolder, ReplacesItsOwnKind) {
   put(run() / "report.html", "made again by `clerestory report`");
   EXPECT_EQ(start(taken_apart(photo(), run())), 0) << said();
@@ -135,6 +146,40 @@ TEST_F(RunFolder, RefusesToReplaceResultsMadeFromIt) {
   EXPECT_EQ(start(edited()), 0) << said();
   EXPECT_EQ(start(lit()), 0) << said();
   EXPECT_EQ(files_below(run()), before);
+}
+
+TEST_F(RunFolder, ItsReportShowsWhatWasMadeFromIt) {
+  const auto page = [&] { return text_of(run() / "report.html"); };
+  EXPECT_THAT(page(),
+              AllOf(Not(HasSubstr("With objects")), Not(HasSubstr("Edited")), Not(HasSubstr("Light at points"))));
+  ASSERT_EQ(start(inserted()), 0) << said();
+  EXPECT_THAT(page(), HasSubstr("With objects"));
+  ASSERT_EQ(start(edited()), 0) << said();
+  EXPECT_THAT(page(), AllOf(HasSubstr("With objects"), HasSubstr("Edited"), HasSubstr("roughness 0.5")));
+  ASSERT_EQ(start(lit()), 0) << said();
+  EXPECT_THAT(page(), AllOf(HasSubstr("With objects"), HasSubstr("Edited"), HasSubstr("Light at points")));
+  ASSERT_EQ(start(inserted({"--out", run() / "second"})), 0) << said();
+  EXPECT_THAT(page(), HasSubstr("second/composite.exr"));
+  // What lies elsewhere changes no page; the page made again says the same.
+  const std::string before = page();
+  ASSERT_EQ(start(lit({"--out", folder_ / "probe.exr"})), 0) << said();
+  EXPECT_EQ(page(), before);
+  ASSERT_EQ(start({"report", run()}), 0) << said();
+  EXPECT_EQ(page(), before);
+  EXPECT_THAT(page(), Not(HasSubstr(folder_.path().string()))) << "no folder of this computer";
+  EXPECT_THAT(text_of(run() / "edit/report.html"),
+              AllOf(HasSubstr("A material replaced"), HasSubstr("Before and after"), HasSubstr("Photograph")));
+  const std::string edit = text_of(run() / "edit/report.html");
+  ASSERT_EQ(start({"report", run() / "edit"}), 0) << said();
+  EXPECT_EQ(text_of(run() / "edit/report.html"), edit);
+}
+
+TEST_F(RunFolder, AReportThatCannotBeMadeAgainIsSaid) {
+  const Held held(run(), LOCK_SH);
+  const std::string before = text_of(run() / "report.html");
+  EXPECT_EQ(start(edited()), 0) << said();
+  EXPECT_THAT(said(), AllOf(HasSubstr("another process is at work"), HasSubstr("`clerestory report`")));
+  EXPECT_EQ(text_of(run() / "report.html"), before);
 }
 
 TEST_F(RunFolder, AnInputInsideIsNeverDeleted) {
@@ -227,8 +272,10 @@ TEST_F(RunFolder, ALightThatIsNotTheOneHopedForIsSaidAndRecorded) {
   const Surroundings without{{}, {{"CLERESTORY_LIGHT_WEIGHTS", folder_.path()}}};
   const fs::path out = folder_ / "by_default";
   ASSERT_EQ(start({"invert", photo(), "--gbuffer", view_, "--spp", "2", "--out", out}, without), 0) << said();
-  for (const std::string& text : {said(), text_of(out / "provenance.json"), text_of(out / "report.html")})
-    EXPECT_THAT(text, AllOf(HasSubstr("image, for there are no weights of the light"), HasSubstr(folder_.path())));
+  const std::string why = "image, for there are no weights of the light in ";
+  for (const std::string& text : {said(), text_of(out / "provenance.json")})
+    EXPECT_THAT(text, HasSubstr(why + folder_.path().string()));
+  EXPECT_THAT(text_of(out / "report.html"), HasSubstr(why + folder_.path().filename().string()));
   // Asked for, it is no fallback.
   ASSERT_EQ(start(taken_apart(photo(), folder_ / "asked"), without), 0) << said();
   EXPECT_EQ(record(folder_ / "asked" / "provenance.json")["facts"]["light"], "image");
@@ -273,7 +320,7 @@ TEST_F(RunFolder, ACameraThatIsAssumedOrOfOtherProportionsIsSaidAndRecorded) {
     EXPECT_EQ(start(words), 0) << said();
     const std::string text = record(out / "provenance.json")["facts"]["camera"];
     EXPECT_THAT(said(), HasSubstr(text));
-    EXPECT_THAT(text_of(out / "report.html"), HasSubstr(file.empty() ? view_.filename().string() : file.string()));
+    EXPECT_THAT(text_of(out / "report.html"), HasSubstr((file.empty() ? view_ : file).filename().string()));
     return text;
   };
   EXPECT_THAT(fact(camera(640, 360)), AllOf(HasSubstr("640x360"), HasSubstr("64x48"), HasSubstr("other proportions")));
@@ -331,17 +378,6 @@ TEST(RealScaleOfDepth, IsMeasuredForTheShippedWeights) {
 }
 
 // --- One at a time ---------------------------------------------------------------------------------------------------
-
-/// What another process of the program holds while it reads or writes a run.
-struct Held {
-  Held(const fs::path& run, int how) : file(run.parent_path() / fmt::format(".{}.lock", run.filename().string())) {
-    descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    ::flock(descriptor, how);
-  }
-  ~Held() { ::unlink(file.c_str()), ::close(descriptor); }
-  fs::path file;
-  int descriptor = -1;
-};
 
 TEST_F(RunFolder, AWriterKeepsAllOthersOut) {
   const Held held(run(), LOCK_EX);
