@@ -58,8 +58,8 @@ void add_invert_command(CommandLine& line) {
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Tile,
                Common::Quiet})
       .notes(
-          "The camera looks along -z, x right, y up; depth is axial, in metres. See docs/guide.md for the RUN "
-          "folder.\n" +
+          "The camera looks along -z, x right, y up; depth is axial, in metres. docs/commands.md says what the RUN "
+          "folder holds.\n" +
           lights_note());
   command.run([options, error, seconds](const CommonOptions& common) {
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
