@@ -273,6 +273,7 @@ void insert(const InsertOptions& options) {
   // The composite of an edit is also the photograph of its folder: an insertion into that may replace it.
   const ResultFiles files(options.run, out / kInsertRecord, {exr, png}, options.force, {out / kProvenanceName});
   const Scene scene = read_run(options.run);
+  render_spec(options.render), place_objects(scene, options.objects);  // refused before the work
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   inherit_facts(options.run, provenance);

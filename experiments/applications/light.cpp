@@ -51,8 +51,8 @@ Image image_of(const std::vector<float>& planar, const Size& size) {
 
 AskedPlace asked_place(const Scene& scene, const LightOptions& options) {
   if (options.at.has_value() == options.at_point.has_value())
-    throw usage_error("light is asked for at one place", "--at-point, --at", options.at ? "both" : "neither",
-                      "one of them");
+    throw usage_error("name the one place whose light is asked for", "--at, --at-point",
+                      options.at ? "both" : "neither", "one of them");
   AskedPlace place;
   if (options.at) {
     const auto [point, normal] = surface_at(scene, *options.at);

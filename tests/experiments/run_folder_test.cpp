@@ -436,6 +436,78 @@ TEST_F(RunFolder, AnImpossibleOutputIsRefusedBeforeTheDeviceIsAsked) {
   refused(lit({"--out", "/proc/probe.exr"}), "/proc");
 }
 
+TEST_F(RunFolder, WhereAResultLiesStandsAloneOnStdout) {
+  const fs::path out = folder_ / "out", results = folder_ / "stdout.txt";
+  const auto printed = [&](Words words, const Words& more = {}) {
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(start(words, {{}, {}, CLERESTORY_PROGRAM, results}), 0) << said();
+    return text_of(results);
+  };
+  EXPECT_EQ(printed(taken_apart(photo(), out)), out.string() + "\n");
+  EXPECT_THAT(said(), HasSubstr("report: ")) << "what is said goes elsewhere";
+  EXPECT_EQ(printed(inserted(), {"-q"}), (run() / "composite.png").string() + "\n");
+  EXPECT_EQ(said(), "") << "nothing but the result under -q";
+  EXPECT_EQ(printed(edited()), (run() / "edit").string() + "\n");
+  EXPECT_EQ(printed(lit()), (run() / "light.exr").string() + "\n");
+  EXPECT_EQ(printed({"report", run(), "-q"}), (run() / "report.html").string() + "\n");
+  // JSON instead, or beside it in a file.
+  EXPECT_EQ(nlohmann::json::parse(printed(taken_apart(photo(), out), {"--json"}))["run"], out.string());
+  EXPECT_GT(nlohmann::json::parse(printed(inserted(), {"--json"}))["figures"]["seconds"], 0);
+  EXPECT_EQ(printed(inserted(), {"--json=" + (folder_ / "insert.json").string()}),
+            (run() / "composite.png").string() + "\n");
+  EXPECT_EQ(record(folder_ / "insert.json")["composite"], (run() / "composite.exr").string());
+}
+
+TEST_F(RunFolder, MissingPiecesAreNamed) {
+  const fs::path lacking = folder_ / "lacking";
+  fs::copy(run(), lacking);
+  fs::remove(lacking / "depth.exr"), fs::remove(lacking / "albedo.exr");
+  for (Words words : {inserted(), edited(), lit()}) {
+    words[1] = lacking;
+    expect_refused(words, "the run has no albedo.exr, no depth.exr");
+    EXPECT_THAT(said(), AllOf(HasSubstr("without --only"), Not(HasSubstr("0x0"))));
+    words[1] = photo();
+    expect_refused(words, "a file is no run; `clerestory invert` makes one");
+    words[1] = view_.parent_path();
+    expect_refused(words, "is no run: it has no camera.json");
+  }
+  fs::remove(lacking / "provenance.json");
+  expect_refused({"report", lacking}, "is no run: it has no provenance.json");
+  expect_refused({"evaluate", run()}, "which view is this run of?");
+}
+
+// None of these waits for nets or lamps: a device that does not exist is never asked.
+TEST_F(RunFolder, MistakesAreFoundBeforeTheWork) {
+  fs::create_directory(folder_ / "no weights");
+  put(folder_ / "file", "");
+  const auto refused = [&](Words words, const std::string& because) {
+    words.insert(words.end(), {"--device", "there is no such device"});
+    expect_refused(words, because);
+  };
+  const auto objects = [&](const Words& words) {
+    Words all{"insert", run(), "--light", "image"};
+    all.insert(all.end(), words.begin(), words.end());
+    return all;
+  };
+  refused(objects({"--at", "32,40", "--mesh", "nothere.glb", "--size", "0.1"}), "nothere.glb: cannot be opened");
+  refused(objects({"--at", "99,40", "--radius", "0.1"}), "outside of the picture");
+  refused(objects({"--at", "32,40", "--radius", "-1"}), "not a length");
+  refused(objects({"--at", "32,40", "--radius", "99"}), "larger than the room");
+  refused(objects({"--at-point", "0,0,1", "--radius", "0.1"}), "behind the camera");
+  refused(objects({"--at", "32,40", "--radius", "0.1", "--spp", "1"}), "two samples");
+  const auto photographed = [&](const Words& words) {
+    Words all{"invert", photo(), "--out", folder_ / "out"};
+    all.insert(all.end(), words.begin(), words.end());
+    return all;
+  };
+  refused(photographed({"--known", "99,5,2"}),
+          "--known: the point lies outside of the picture (found 99,5, expected 0..63,0..47)");
+  refused(photographed({"--known", "5,5,-2"}), "not a distance");
+  refused(photographed({"--light-weights", folder_ / "no weights"}), "this folder has no weights of the light");
+  refused(photographed({"--light-weights", folder_ / "nothere"}), "there is no such file or folder");
+  refused({"invert", photo(), "--out", photo()}, "a file stands where a folder should be");
+}
+
 TEST_F(RunFolder, AnInsertionThatWasChangedByHandIsNotReplaced) {
   EXPECT_EQ(start(inserted()), 0) << said();
   put(run() / "composite.png", "painted over by hand");
