@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/math/panorama.hpp"
+#include "host/math/radiance.hpp"
 #include "host/ops/light/composite.hpp"
 #include "host/ops/light/gather_rays.hpp"
 #include "host/ops/light/project_rays.hpp"
@@ -16,7 +17,7 @@
 #include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/resize.hpp"
 #include "host/ops/tensor/slice.hpp"
-#include "nets/light_net.hpp"
+#include "nets/in_view.hpp"
 
 namespace clerestory {
 namespace {
@@ -24,7 +25,6 @@ namespace {
 constexpr int kGroup = 16;           // channels that are normalised together
 constexpr int kPlaceNumbers = 15;    // with the flag a multiple of 16
 constexpr double kMostExponent = 7;  // radiance of a texel stays below e^7, a thousand times white
-constexpr double kFloor = 0.01;      // of radiance in logarithms: the measures' own
 constexpr double kOpaque = 1e3;      // optical depth of the outermost sphere: nothing passes in any precision
 
 Value conv_group(const Scope& scope, Value x, int out, int stride) {
@@ -55,8 +55,8 @@ Value laid_out(Value maps, Value cameras, const Shape& picture, const ShellsSize
   const Shape& cells = maps.shape();
   std::vector<Value> pictures;
   for (int i = 0; i < cells.n; ++i) {
-    const Value hit = rescale_hits(project_rays(directions, picture_of(cameras, i), picture), picture, cells);
-    pictures.push_back(gather_rays(picture_of(maps, i), hit));
+    const Value hit = rescale_hits(project_rays(directions, item_of(cameras, i), picture), picture, cells);
+    pictures.push_back(gather_rays(item_of(maps, i), hit));
   }
   return stack(pictures);
 }
@@ -121,7 +121,7 @@ std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& le
   const Value features = concat(std::array{fine, resize_bilinear(coarse, cells.h, cells.w)});
   const Value chosen = relu(conv_bias_layer(scope / "choose", features, size.channels[0], 1, 1, 0));
   // The photograph itself, finer than its features, and a flag of where it looks.
-  const Value log = activate(affine(image, 1, kFloor), Function::Log);
+  const Value log = activate(affine(image, 1, kLightFloor), Function::Log);
   const Value level = plane_mean(log);
   const Value shown = subtract(resize_area(log, 2 * cells.h, 2 * cells.w), level);
   const Value flag = image.graph().fill({cells.n, 1, 2 * cells.h, 2 * cells.w}, 1);
@@ -130,7 +130,7 @@ std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& le
                                        places(scope, cells.n, kPlaceNumbers, size.rows, size.columns)});
   const Value numbers = completed(scope, laid, plane_mean(coarse), size);
   std::vector<Value> shells;
-  for (int i = 0; i < cells.n; ++i) shells.push_back(painted(picture_of(numbers, i), picture_of(level, i), size));
+  for (int i = 0; i < cells.n; ++i) shells.push_back(painted(item_of(numbers, i), item_of(level, i), size));
   return shells;
 }
 

@@ -1,6 +1,7 @@
 #include "nets/light_training.hpp"
 
 #include "host/error.hpp"
+#include "host/math/radiance.hpp"
 #include "host/ops/light/gather_rays.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/nn/activation.hpp"
@@ -8,6 +9,7 @@
 #include "host/ops/nn/moving_average.hpp"
 #include "host/ops/shade/accumulate_samples.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reciprocal.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 #include "nets/builder.hpp"
@@ -27,18 +29,11 @@ Value mean_of(const std::vector<Value>& terms) {
   return scale(total, 1.0 / static_cast<double>(terms.size()));
 }
 
-constexpr double kFloor = 0.01;  // of the measures: what is darker is not told apart
-
 /// 1 / sqrt(y^2 + floor): what makes an error of y a relative one.
-Value inverse_size(Value y) {
-  const Value squares = affine(activate(y, Function::Square), 1, kFloor);
-  return activate(scale(activate(squares, Function::Log), -0.5), Function::Exp);
-}
+Value inverse_size(Value y) { return reciprocal_root(affine(activate(y, Function::Square), 1, kLightFloor)); }
 
 /// 1 / (y + floor), through which no gradient goes.
-Value inverse_of_prediction(Value y, double floor) {
-  return detach(activate(scale(activate(affine(y, 1, floor), Function::Log), -1), Function::Exp));
-}
+Value inverse_of_prediction(Value y, double floor) { return detach(reciprocal(affine(y, 1, floor))); }
 
 /// {1, 1, pixels, samples}: 1 for the first half of a pixel's samples, -1 for the second.
 Tensor half_signs(int pixels, int samples) {
@@ -70,9 +65,9 @@ Shading shading_inputs(Graph& graph, const LightTrainingOptions& o) {
 /// halves' errors does not: (a - y)(b - y) = ((a + b) / 2 - y)^2 - ((a - b) / 2)^2. `relative`: over y^2 + floor.
 template <class Ask>
 Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool relative, const Ask& ask) {
-  const Surfaces surfaces{picture_of(all.surfaces.albedo, b), picture_of(all.surfaces.normal, b),
-                          picture_of(all.surfaces.material, b)};
-  const Value depth = picture_of(all.depth, b), camera = picture_of(all.camera, b), image = picture_of(all.image, b);
+  const Surfaces surfaces{item_of(all.surfaces.albedo, b), item_of(all.surfaces.normal, b),
+                          item_of(all.surfaces.material, b)};
+  const Value depth = item_of(all.depth, b), camera = item_of(all.camera, b), image = item_of(all.image, b);
   const int pixels = static_cast<int>(depth.shape().plane());
   const BrdfSamples drawn =
       sample_brdf(depth, camera, surfaces, surfaces, pixels, samples, {.points = Points::Independent});
@@ -83,7 +78,7 @@ Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool r
   const auto summed = [&](Value weight) {
     return reshape(accumulate_samples(weight, answer.mixed, drawn.pdf, {}, {}, samples).mean, image.shape());
   };
-  const Value mask = picture_of(all.mask, b), whole = summed(drawn.weight);
+  const Value mask = item_of(all.mask, b), whole = summed(drawn.weight);
   const Value apart = summed(multiply(drawn.weight, graph.constant(half_signs(pixels, samples))));
   const auto weighed = [&](Value v) { return relative ? multiply(v, inverse_size(image)) : v; };
   return subtract(squared_loss(weighed(whole), weighed(image), mask, 1.0 / 3),
@@ -98,7 +93,7 @@ Value hdr_loss(Value prediction, Value truth, Value mask) {
 }
 
 Value relative_loss(Value prediction, Value truth, Value mask) {
-  const auto log = [](Value x) { return activate(affine(x, 1, kFloor), Function::Log); };
+  const auto log = [](Value x) { return activate(affine(x, 1, kLightFloor), Function::Log); };
   const Value inverse = inverse_size(truth);
   return add(squared_loss(log(prediction), log(truth), mask, 1.0 / 3),
              squared_loss(multiply(prediction, inverse), multiply(truth, inverse), mask, 1.0 / 3), 0.25);
@@ -108,7 +103,7 @@ Value irradiance_loss(Value prediction, Value truth) {
   const Shape& s = prediction.shape();
   const auto means = [&](Value v) { return plane_mean(reshape(v, {1, s.c * s.h, s.w, 1})); };
   const Value predicted = means(prediction);
-  const Value inverse = inverse_of_prediction(predicted, kFloor);
+  const Value inverse = inverse_of_prediction(predicted, kLightFloor);
   return squared_loss(multiply(predicted, inverse), multiply(means(truth), inverse), prediction.graph().fill({}, 1),
                       1.0 / (s.c * s.h));
 }
@@ -124,7 +119,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   if (w.mixed + w.out_of_view + w.rerender + w.irradiance == 0)
     throw usage_error("every term has a weight of zero: nothing to train", "loss");
   const std::vector<LitPicture> pictures =
-      lit_pictures(graph, lit_inputs(graph, o.batch, o.height, o.width), sizes, true);
+      lit_pictures(graph, light_inputs(graph, o.batch, o.height, o.width), sizes, true);
   const Shading shading = w.rerender > 0 ? shading_inputs(graph, o) : Shading{};
 
   const bool relative = o.radiance == RadianceLoss::Relative;

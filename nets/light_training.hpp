@@ -2,8 +2,8 @@
 // is known, and the picture rendered again.
 #pragma once
 #include "host/ops/nn/adam.hpp"
-#include "nets/light_model.hpp"
 #include "nets/losses.hpp"
+#include "nets/mixed_light.hpp"
 
 namespace clerestory {
 

@@ -4,6 +4,7 @@
 #include "host/ops/nn/map_loss.hpp"
 #include "host/ops/nn/pool.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "host/ops/tensor/reciprocal.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/slice.hpp"
@@ -15,8 +16,7 @@ namespace {
 /// Mean of a map over its mask, of each picture or of all, as `shape` says; of an empty mask 0.
 Value masked_mean(Value map, Value mask, const Shape& shape) {
   const Value pixels = affine(sum_to(mask, shape), 1, 1e-6);
-  const Value inverse = activate(scale(activate(pixels, Function::Log), -1), Function::Exp);
-  return multiply(sum_to(multiply(map, mask), shape), inverse);
+  return multiply(sum_to(multiply(map, mask), shape), reciprocal(pixels));
 }
 
 }  // namespace

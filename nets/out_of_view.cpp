@@ -13,7 +13,7 @@
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/slice.hpp"
-#include "nets/light_net.hpp"
+#include "nets/in_view.hpp"
 
 namespace clerestory {
 namespace {
@@ -53,8 +53,8 @@ std::vector<LightField> paper_fields(const Scope& scope, Value code, const OutOf
     const Value biases = written(scope / fmt::format("biases.{}", i), for_biases, out, size);
     for (int n = 0; n < code.shape().n; ++n) {
       LightField& field = fields[static_cast<std::size_t>(n)];
-      field.weights.push_back(reshape(picture_of(weights, n), {out, in, 1, 1}));
-      field.biases.push_back(picture_of(biases, n));
+      field.weights.push_back(reshape(item_of(weights, n), {out, in, 1, 1}));
+      field.biases.push_back(item_of(biases, n));
     }
   }
   return fields;
@@ -73,7 +73,7 @@ std::vector<LightField> low_rank_fields(const Scope& scope, Value code, const Ou
     const Value numbers = dense(layer / "written", x, thin + out);
     for (int n = 0; n < code.shape().n; ++n) {
       LightField& field = fields[static_cast<std::size_t>(n)];
-      const Value own = picture_of(numbers, n);
+      const Value own = item_of(numbers, n);
       const Value tall = reshape(slice(own, 0, size.rank * out), {out, size.rank, 1, 1});
       const Value wide = reshape(slice(own, size.rank * out, size.rank * in), {1, size.rank, in, 1});
       // The product of the thin matrices as a convolution over `in` pixels.
@@ -93,7 +93,7 @@ Value encoded(Value position, int octaves) {
 }
 
 /// The photograph and perhaps the maps, depth in scales.
-Value trunk_input(const LitPictures& p, const OutOfViewSize& size) {
+Value trunk_input(const LightInputs& p, const OutOfViewSize& size) {
   const Value seen = size.log_input ? activate(p.image, Function::Log1p) : p.image;
   if (!size.sees_maps) return seen;
   const Value unit = activate(scale(activate(slice(p.range, 0, 1), Function::Log), -1), Function::Exp);
@@ -121,7 +121,7 @@ OutOfViewForm out_of_view_form(const std::string& name) {
   throw usage_error("there is no such form", "light.out_of_view", name, "field or shells");
 }
 
-std::vector<LightField> light_fields(const Scope& scope, const LitPictures& pictures, const OutOfViewSize& size) {
+std::vector<LightField> light_fields(const Scope& scope, const LightInputs& pictures, const OutOfViewSize& size) {
   const std::vector<Value> levels = resnet(scope / "encoder", trunk_input(pictures, size), size.trunk);
   if (size.form == OutOfViewForm::Shells) {
     std::vector<LightField> fields;
@@ -135,7 +135,7 @@ std::vector<LightField> light_fields(const Scope& scope, const LitPictures& pict
       size.hyper == HyperNet::Paper ? paper_fields(hyper, code, size) : low_rank_fields(hyper, code, size);
   if (size.background) {
     const Value colours = activate(dense(hyper / "background", code, 3), Function::Softplus);
-    for (std::size_t n = 0; n < fields.size(); ++n) fields[n].background = picture_of(colours, static_cast<int>(n));
+    for (std::size_t n = 0; n < fields.size(); ++n) fields[n].background = item_of(colours, static_cast<int>(n));
   }
   return fields;
 }

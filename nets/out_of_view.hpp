@@ -7,8 +7,8 @@
 
 #include "host/ops/light/march.hpp"
 #include "nets/builder.hpp"
+#include "nets/light_inputs.hpp"
 #include "nets/light_shells.hpp"
-#include "nets/lit_pictures.hpp"
 #include "nets/resnet.hpp"
 
 namespace clerestory {
@@ -47,7 +47,7 @@ struct LightField {
 };
 
 /// Of each picture. Surfaces and depth are read if `sees_maps`, the camera by shells.
-std::vector<LightField> light_fields(const Scope& scope, const LitPictures& pictures, const OutOfViewSize& size);
+std::vector<LightField> light_fields(const Scope& scope, const LightInputs& pictures, const OutOfViewSize& size);
 
 /// Radiance {1, 3, rows, samples} that arrives at `points` along `direction` (both {1, 3, rows, samples}, camera frame;
 /// the direction points away). range {1, 3, 1, 1} by depth_range().

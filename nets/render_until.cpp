@@ -6,14 +6,14 @@
 
 #include "host/error.hpp"
 #include "host/math/integers.hpp"
+#include "host/math/radiance.hpp"
 #include "host/math/statistics.hpp"
 #include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr double kFloor = 0.01;  // of relative errors, as in the measures
-constexpr int kRow = 16;         // samples come in such rows
+constexpr int kRow = 16;  // samples come in such rows
 
 /// Mean of squares over size^2 + floor, over the three channels of the pixels that have a depth.
 template <class Square>
@@ -25,7 +25,7 @@ double relative_mean(const Image& depth, const Image& size, Square square) {
     if (!(depth.data[p] > 0)) continue;
     for (std::size_t i = p; i < 3 * n; i += n, ++count) {
       const double y = size.data[i];
-      sum.add(square(i) / (y * y + kFloor));
+      sum.add(square(i) / (y * y + kLightFloor));
     }
   }
   return count > 0 ? sum.value() / count : 0;

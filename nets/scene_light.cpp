@@ -4,7 +4,7 @@
 
 #include "host/graph/map_chunks.hpp"
 #include "host/ops/light/image_light.hpp"
-#include "nets/net_light.hpp"
+#include "nets/learned_light.hpp"
 
 namespace clerestory {
 namespace {
@@ -31,7 +31,7 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
   if (is_learned_light(settings.light)) {
     if (!settings.nets)
       throw usage_error("learned light without its weights", "--light", settings.light, "--light-weights DIR");
-    return net_light(graph, v, scene, *settings.nets, settings.light == "net");
+    return learned_light(graph, v, scene, *settings.nets, settings.light == "net");
   }
   if (settings.light == "image")
     return without_nets({v.photo, v.ambient}, true,

@@ -1,6 +1,6 @@
 // Who answers for radiance in a scene, whoever asks: the re-render, an edit, inserted objects, a panorama.
 #pragma once
-#include "nets/light_model.hpp"
+#include "nets/mixed_light.hpp"
 #include "nets/scene_maps.hpp"
 
 namespace clerestory {

@@ -26,12 +26,16 @@ void feed_scene(Executor& executor, const Scene& scene) {
   executor.feed("ambient", Tensor({1, 3, 1, 1}, std::vector<double>(ambient.begin(), ambient.end())));
 }
 
+std::map<std::string, Tensor> map_feeds(const Scene& scene) {
+  return {{"albedo", tensor_of(scene.albedo)},
+          {"normal", tensor_of(scene.normal)},
+          {"depth", tensor_of(scene.depth)},
+          {"material", tensor_of(scene.material)},
+          {"camera", camera_tensor(std::span(&scene.camera, 1))}};
+}
+
 void feed_maps(Executor& executor, const Scene& scene) {
-  executor.feed("albedo", tensor_of(scene.albedo));
-  executor.feed("normal", tensor_of(scene.normal));
-  executor.feed("depth", tensor_of(scene.depth));
-  executor.feed("material", tensor_of(scene.material));
-  executor.feed("camera", camera_tensor(std::span(&scene.camera, 1)));
+  for (const auto& [name, map] : map_feeds(scene)) executor.feed(name, map);
 }
 
 }  // namespace clerestory

@@ -1,5 +1,8 @@
 // A scene as inputs of a graph, and how an executor is fed with it.
 #pragma once
+#include <map>
+#include <string>
+
 #include "host/graph/plan.hpp"
 #include "host/ops/shade/render.hpp"
 #include "nets/render_scene.hpp"
@@ -16,7 +19,9 @@ struct SceneValues {
 };
 SceneValues scene_values(Graph& graph, const Scene& scene);
 void feed_scene(Executor& executor, const Scene& scene);
-/// "albedo", "normal", "depth", "material" and "camera" alone: what is shaded; what lights it stays.
+/// "albedo", "normal", "depth", "material" and "camera" alone: what is shaded.
+std::map<std::string, Tensor> map_feeds(const Scene& scene);
+/// Feeds those; what lights the scene stays.
 void feed_maps(Executor& executor, const Scene& scene);
 
 Tensor tensor_of(const Image& image);  // {1, channels, height, width}

@@ -11,6 +11,7 @@
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/io/nesting.hpp"
+#include "host/math/statistics.hpp"
 #include "host/stopwatch.hpp"
 #include "tracer/balls.hpp"
 #include "tracer/envmaps.hpp"
@@ -187,22 +188,6 @@ void write_lists(const GenerateOptions& o, const RoomSource& source) {
   }
 }
 
-/// Puts the picture's 95th percentile of luminance to 0.9.
-double exposure_of(const Image& image) {
-  std::vector<float> luminance(image.pixels());
-  for (std::size_t i = 0; i < luminance.size(); ++i) {
-    luminance[i] = 0.2126f * image.data[i] + 0.7152f * image.data[image.pixels() + i] +
-                   0.0722f * image.data[2 * image.pixels() + i];
-  }
-  const auto at = luminance.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(luminance.size() - 1));
-  std::nth_element(luminance.begin(), at, luminance.end());
-  return *at > 0 ? 0.9 / static_cast<double>(*at) : 1;
-}
-
-void scale(Image& image, double factor) {
-  for (float& v : image.data) v = static_cast<float>(static_cast<double>(v) * factor);
-}
-
 /// Half where it fits: pictures and balls need no more.
 void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
@@ -231,7 +216,7 @@ class RoomWriter {
     TraceMaps maps = scene_.maps(camera);
 
     RoomView out;
-    out.exposure = exposure_of(picture.mean);
+    out.exposure = exposure_of(picture.mean.data);
     if (options_.light) {
       const Stopwatch watch;
       write_light(folder, id, camera, maps, most, out.exposure, Random(seed ^ kLightStream), summary);
@@ -239,9 +224,9 @@ class RoomWriter {
     }
     fill_maps(out, camera, std::move(maps));
     out.image = std::move(picture.mean);
-    scale(out.image, out.exposure);
-    scale(*out.emission, out.exposure);
-    scale(picture.variance, out.exposure * out.exposure);
+    scale(out.image.data, out.exposure);
+    scale(out.emission->data, out.exposure);
+    scale(picture.variance.data, out.exposure * out.exposure);
     write_exr(view_file(folder, id, "variance"), picture.variance, ExrType::Float);
     if (options_.balls) write_balls(folder, id, camera, seed, out.exposure, summary);
     write_camera(view_file(folder, id, "camera", "json"), camera, out.exposure);
@@ -258,7 +243,7 @@ class RoomWriter {
     if (options_.clamp <= 0) return std::numeric_limits<float>::infinity();
     const int columns = std::min(camera.width, kPilotColumns);
     const Camera pilot = camera.resized(columns, std::max(1, camera.height * columns / camera.width));
-    const double exposure = exposure_of(scene_.picture(pilot, kPilotSpp, seed + 1).mean);
+    const double exposure = exposure_of(scene_.picture(pilot, kPilotSpp, seed + 1).mean.data);
     return static_cast<float>(options_.clamp / exposure);
   }
 
@@ -282,7 +267,7 @@ class RoomWriter {
     DroppedSamples dropped;
     Envmaps envmaps = trace_envmaps(scene_, standing_->room.scene, camera, maps, query, &dropped);
     note(dropped, id + " envmap", query.seed, summary);
-    scale(envmaps.radiance, exposure);
+    scale(envmaps.radiance.data, exposure);
     write_envmaps(folder, id, envmaps);
 
     query.spp = kProbeSpp * options_.light_spp;
@@ -292,7 +277,7 @@ class RoomWriter {
       query.seed = static_cast<std::uint32_t>(random.bits());
       trace_probe(scene_, camera, probe, query, &dropped);
       note(dropped, id + " probe", query.seed, summary);
-      scale(probe.radiance, exposure);
+      scale(probe.radiance.data, exposure);
     }
     write_probes(folder, id, probes);
   }
@@ -306,7 +291,7 @@ class RoomWriter {
         TraceScene with(device_, with_ball(standing_->room.scene, camera, *place, kind));
         TracePicture picture = with.picture(camera, options_.spp, seed);
         note(picture.dropped, id, seed, summary);
-        scale(picture.mean, exposure);
+        scale(picture.mean.data, exposure);
         write_radiance(view_file(folder, id, "ball_" + kind.name), picture.mean);
         balls.push_back({{"name", kind.name},
                          {"center", {place->center.x, place->center.y, place->center.z}},

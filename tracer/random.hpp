@@ -14,6 +14,9 @@ class Random {
   /// An independent stream for a part of the work, so that changing one part leaves the others as they are.
   Random fork(std::uint64_t stream) const { return Random(mix(state_ ^ mix(stream + 0x9e3779b97f4a7c15u))); }
 
+  /// What a kernel counts its random numbers from, of such a part.
+  std::uint32_t seed(std::uint64_t stream) const { return static_cast<std::uint32_t>(fork(stream).bits()); }
+
   std::uint64_t bits() { return mix(state_ += 0x9e3779b97f4a7c15u); }
   float unit() { return static_cast<float>(bits() >> 40) * 0x1p-24f; }  // [0, 1)
   float between(float low, float high) { return low + (high - low) * unit(); }

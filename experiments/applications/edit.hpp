@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "nets/render_scene.hpp"
 
 namespace clerestory {

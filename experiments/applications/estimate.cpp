@@ -29,7 +29,7 @@ double maps_flops(Device& device, const std::string& preset, const Size& size, c
 
 double encoders_flops(Device& device, const LightSizes& sizes, const Size& size) {
   Graph graph;
-  const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, size.height, size.width), sizes, false)[0];
+  const LitPicture picture = lit_pictures(graph, light_inputs(graph, 1, size.height, size.width), sizes, false)[0];
   std::vector<Value> outputs{picture.pixels.features, picture.pixels.surface};
   outputs.insert(outputs.end(), picture.field.weights.begin(), picture.field.weights.end());
   outputs.insert(outputs.end(), picture.field.biases.begin(), picture.field.biases.end());
@@ -43,7 +43,7 @@ std::string flops_text(double flops) {
 
 }  // namespace
 
-double in_view_flops(const LightNetSize& s) {
+double in_view_flops(const InViewSize& s) {
   const double reading = s.again > 0 ? 2 : 1, width = s.width;
   return 2 * width * (reading * 2 * s.frequencies + (s.layers - 1) * width + 3);
 }

@@ -4,8 +4,8 @@
 
 #include "experiments/applications/predict.hpp"
 #include "host/cl/device.hpp"
-#include "nets/light_model.hpp"
 #include "nets/mgnet.hpp"
+#include "nets/mixed_light.hpp"
 
 namespace clerestory {
 
@@ -19,7 +19,7 @@ struct InvertWork {
 };
 
 /// One ray of each part.
-double in_view_flops(const LightNetSize& size);
+double in_view_flops(const InViewSize& size);
 double out_of_view_flops(const OutOfViewSize& size);  // 0 for shells, which look light up
 
 /// Nets of a preset at their own size (longer side 320 for paper, 160 for compact) on a picture of width x height, and

@@ -4,11 +4,10 @@
 #include <bit>
 
 #include "experiments/applications/chunk_progress.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/objects_layer.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_results.hpp"
-#include "experiments/applications/scene_layer.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -16,6 +15,7 @@
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
 #include "host/stopwatch.hpp"
+#include "nets/scene_layer.hpp"
 
 namespace clerestory {
 namespace {

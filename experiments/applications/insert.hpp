@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "nets/render_scene.hpp"
 #include "tracer/trace_objects.hpp"
 

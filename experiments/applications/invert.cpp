@@ -8,11 +8,11 @@
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/estimate.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/predict.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
-#include "experiments/training/shipped.hpp"
+#include "experiments/weights/shipped.hpp"
 #include "host/cl/ceilings.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"

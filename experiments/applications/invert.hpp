@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "nets/render_until.hpp"
 
 namespace clerestory {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/applications/insert.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_results.hpp"
 #include "host/error.hpp"

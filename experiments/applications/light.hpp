@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "host/io/resize.hpp"
 #include "nets/render_scene.hpp"
 #include "nets/scene_radiance.hpp"

@@ -7,7 +7,7 @@
 
 #include "experiments/evaluation/prepare.hpp"
 #include "experiments/evaluation/real_scale.hpp"
-#include "experiments/training/checkpoint.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/graph/plan.hpp"
 #include "host/io/files.hpp"
@@ -55,8 +55,7 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   double exposure = 1;
   const Image small = prepare_photo(photo, longer, &exposure);
   const Image input = net_input(small);
-  Image exposed = photo;
-  for (float& v : exposed.data) v = static_cast<float>(v * exposure);
+  const Image exposed = scaled(photo, exposure);
 
   Graph graph;
   const Value image = graph.input("image", {1, 3, input.height, input.width});

@@ -10,7 +10,7 @@
 #include "host/ops/light/ask_mlp.hpp"
 #include "host/ops/light/ask_shells.hpp"
 #include "host/ops/light/pixel_rows.hpp"
-#include "nets/light_net.hpp"
+#include "nets/in_view.hpp"
 #include "nets/out_of_view.hpp"
 
 namespace clerestory {
@@ -47,7 +47,7 @@ struct Net {
   }
 };
 
-Net in_view(const LightNetSize& size, int rows) {
+Net in_view(const InViewSize& size, int rows) {
   Net net{.rays = rows * kSamples};
   const Shape rays{1, 3, rows, kSamples};
   const int channels = size.again > 0 ? 2 * size.width : size.width, features = 2 * size.frequencies;
@@ -112,8 +112,8 @@ OutOfViewSize spheres() {
 
 /// What is timed, made when its turn comes.
 constexpr std::pair<const char*, Net (*)()> kNets[]{
-    {"in view, compact", [] { return in_view(light_net_size("compact"), 256); }},
-    {"in view, paper", [] { return in_view(light_net_size("paper"), 64); }},
+    {"in view, compact", [] { return in_view(in_view_size("compact"), 256); }},
+    {"in view, paper", [] { return in_view(in_view_size("paper"), 64); }},
     {"field, compact", [] { return out_of_view(out_of_view_size("compact"), 256); }},
     {"field, paper", [] { return out_of_view(out_of_view_size("paper"), 64); }},
     {"painted spheres", [] { return out_of_view(spheres(), 1024); }},

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "experiments/bench/bench.hpp"
-#include "nets/light_model.hpp"
+#include "nets/mixed_light.hpp"
 
 namespace clerestory {
 

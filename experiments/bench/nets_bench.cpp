@@ -151,7 +151,7 @@ Job light_step(const LightSizes& sizes, const LightTrainingOptions& o) {
 }
 
 /// LightNet's MLP as it trains: the radiance along rays, and the gradients of what it reads and of its weights.
-Job light_mlp_both_ways(const LightNetSize& size) {
+Job light_mlp_both_ways(const InViewSize& size) {
   constexpr int rows = 64, samples = 64, height = 240, width = 320;
   Job job{.items = rows * samples};
   Graph& g = *job.graph;
@@ -188,7 +188,7 @@ constexpr Row kRows[]{
     {"MGNet lite step, 160x120, batch 8", [] { return mgnet_step("lite", 8, 160, 120); }},
     {"MGNet paper step, 320x240, batch 2", [] { return mgnet_step("paper", 2, 320, 240); }},
     {"light compact step, 160x120, batch 8", [] { return light_step(compact_light(), compact_light_step()); }},
-    {"LightNet's MLP, paper, both ways", [] { return light_mlp_both_ways(light_net_size("paper")); }},
+    {"LightNet's MLP, paper, both ways", [] { return light_mlp_both_ways(in_view_size("paper")); }},
 };
 
 std::vector<Row> chosen_rows(const std::string& only) {

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "experiments/applications/edit.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"

@@ -4,7 +4,7 @@
 
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/training/evaluate.hpp"
-#include "experiments/training/shipped.hpp"
+#include "experiments/weights/shipped.hpp"
 #include "host/report/terminal.hpp"
 
 namespace clerestory {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "experiments/commands/cli.hpp"
-#include "experiments/studies/room_list.hpp"
+#include "experiments/truth/room_list.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/report/preview.hpp"

@@ -1,7 +1,7 @@
 #include "experiments/commands/insert.hpp"
 
 #include "experiments/applications/insert.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/applications/run_results.hpp"
 #include "experiments/commands/cli.hpp"

@@ -1,7 +1,7 @@
 #include "experiments/commands/invert.hpp"
 
 #include "experiments/applications/invert.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
 #include "experiments/commands/record_json.hpp"
 #include "host/report/progress.hpp"

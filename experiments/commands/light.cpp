@@ -1,7 +1,7 @@
 #include "experiments/commands/light.hpp"
 
 #include "experiments/applications/light.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
 #include "experiments/results/catalogue.hpp"
 #include "experiments/results/result.hpp"
-#include "experiments/training/checkpoint.hpp"
-#include "experiments/training/shipped.hpp"
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/files.hpp"
 #include "host/report/table.hpp"

@@ -41,9 +41,9 @@ std::string run(const RunArguments& arguments, const CommonOptions& given) {
   const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
   std::vector<std::string> fixed;
   if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
-  if (study_kind(arguments.words[0], overrides) == "training")
-    return run_trainings(arguments, overrides, fixed, common);
-  const Schema schema = study_schema();
+  const std::string kind = study_kind(arguments.words[0], overrides);
+  if (kind == "training") return run_trainings(arguments, overrides, fixed, common);
+  const Schema schema = study_schema(kind);
   if (!arguments.many) return run_study(load_config(arguments.words[0], schema, overrides).with(fixed), common.command);
   for (const std::string& word : overrides)
     if (word.starts_with("run.seed="))

@@ -4,8 +4,8 @@
 #include <cstdio>
 
 #include "experiments/studies/sweep.hpp"
-#include "experiments/training/checkpoint.hpp"
 #include "experiments/training/trainer.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {

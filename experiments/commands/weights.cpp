@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "experiments/training/checkpoint.hpp"
-#include "experiments/training/light_validation.hpp"
-#include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
+#include "experiments/weights/light_text.hpp"
+#include "experiments/weights/maps_text.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/io/files.hpp"
 #include "host/report/terminal.hpp"
 
@@ -54,7 +54,7 @@ void export_maps(const WeightsArguments& arguments, Device device) {
   check_weights_folder(folder, {arguments.out});
   write_weights(arguments.out, *loaded.states, loaded.history, loaded.means,
                 {loaded.preset, net_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
-                 inference_states(loaded.net), read_moments(arguments.file)});
+                 maps_states(loaded.net), read_moments(arguments.file)});
   std::printf("%s\n%s\n", arguments.out.c_str(), write_folder_card(folder, arguments.out).c_str());
 }
 

@@ -86,7 +86,7 @@ PreparedView prepare_view(const RoomView& view, int width, int height) {
   PreparedView out;
   const float exposure = static_cast<float>(exposure_of(view.image.data));
   out.image = fit(view.image, true);
-  for (float& v : out.image.data) v *= exposure;
+  scale(out.image.data, exposure);
 
   std::vector<float> depths;
   for (std::size_t i = 0; i < view.depth.pixels(); ++i)
@@ -124,7 +124,7 @@ Image prepare_photo(const Image& linear, int longer, double* exposure) {
   if (exposure) *exposure = factor;
   const Size size = net_size(linear.width, linear.height, longer);
   Image image = resize_area(linear, size.width, size.height);
-  for (float& v : image.data) v *= static_cast<float>(factor);
+  scale(image.data, static_cast<float>(factor));
   return image;
 }
 

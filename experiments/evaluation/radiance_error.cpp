@@ -32,8 +32,8 @@ void RadianceError::divide_by_views() {
 }
 
 void RadianceErrorSums::add(double answer, double truth, double weight) {
-  const double d = answer - truth, l = std::log((std::max(answer, 0.0) + kLightFloor) / (truth + kLightFloor));
-  relative_ += weight * (d * d / (truth * truth + kLightFloor)), squared_logs_ += weight * (l * l);
+  const double l = std::log((std::max(answer, 0.0) + kLightFloor) / (truth + kLightFloor));
+  relative_ += weight * relative_square(answer, truth), squared_logs_ += weight * (l * l);
   symmetric_ += weight * symmetric_error(answer, truth);
   clipped_ += weight * squared(std::min(answer, 1.0) - std::min(truth, 1.0));
   shown_ += weight * squared(shown_value(answer) - shown_value(truth));

@@ -4,10 +4,9 @@
 #include <array>
 #include <vector>
 
-namespace clerestory {
+#include "host/math/radiance.hpp"
 
-/// What keeps relative errors and logarithms finite in the dark; pictures have their 95th percentile at 0.9.
-inline constexpr double kLightFloor = 0.01;
+namespace clerestory {
 
 /// As a screen shows linear radiance, 0 to 1.
 inline constexpr double kShownGamma = 2.2;

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "experiments/applications/light_weights.hpp"
-#include "experiments/studies/compare.hpp"
+#include "experiments/evaluation/picture_error.hpp"
+#include "experiments/studies/room_study.hpp"
 #include "experiments/studies/strip.hpp"
-#include "experiments/studies/study_run.hpp"
-#include "experiments/studies/traced_room.hpp"
+#include "experiments/truth/study_light.hpp"
+#include "experiments/truth/traced_room.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 
@@ -19,20 +19,25 @@ constexpr double kLeastShare = 0.02;  // of the view: a surface that shows less 
 constexpr int kMostStrips = 4;        // rooms shown
 
 /// Pictures compared: the composite and the layer's render of the edited scene alone, by light; the photograph.
-std::vector<std::pair<std::string, std::string>> pictures(const std::vector<std::string>& lights) {
-  std::vector<std::pair<std::string, std::string>> rows;
-  for (const std::string& light : lights) rows.emplace_back("edit/" + light, "edit, " + light);
-  for (const std::string& light : lights) rows.emplace_back("render/" + light, "render alone, " + light);
-  rows.emplace_back("photo", "photograph unchanged");
+struct Compared {
+  std::string who, label;
+};
+std::string edited_by(const std::string& light) { return "edit by " + light; }
+std::string rendered_by(const std::string& light) { return "render by " + light; }
+const std::string kPhotograph = "photograph";
+std::vector<Compared> pictures(const std::vector<std::string>& lights) {
+  std::vector<Compared> rows;
+  for (const std::string& light : lights) rows.push_back({edited_by(light), "edit, " + light});
+  for (const std::string& light : lights) rows.push_back({rendered_by(light), "render alone, " + light});
+  rows.push_back({kPhotograph, "photograph unchanged"});
   return rows;
 }
 
-class EditStudy : public StudyRun {
+class EditStudy : public RoomStudy {
  public:
-  using StudyRun::StudyRun;
+  using RoomStudy::RoomStudy;
 
  private:
-  /// One record a room.
   void measure() override {
     lights_ = config_.texts("edit.lights");
     for (const std::string& light : lights_) {
@@ -41,23 +46,23 @@ class EditStudy : public StudyRun {
       use_light(settings_);
     }
     settings_.spp = static_cast<int>(config_.integer("edit.spp"));
-    measure_rooms([this](const ListedRoom& listed) { run_room(listed); });
+    measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });
   }
 
-  void run_room(const ListedRoom& listed) {
+  RoomFindings run_room(const ListedRoom& listed) {
     const std::int64_t r = listed.index;
     TracedRoom view(device_, listed, static_cast<int>(config_.integer("data.width")),
                     static_cast<int>(config_.integer("data.height")));
     const World& world = view.room.scene;
     Scene& scene = view.scene;
     const int spp = static_cast<int>(config_.integer("data.spp"));
-    const auto tracer_seed = static_cast<std::uint32_t>(Random(listed.seed).fork(1).bits());
+    const auto tracer_seed = Random(listed.seed).seed(1);
     scene.photo = view.traced.picture(view.camera, spp, tracer_seed).mean;
     const auto exposure = static_cast<float>(exposure_of(scene.photo.data));
-    for (float& v : scene.photo.data) v *= exposure;
+    scale(scene.photo.data, exposure);
 
     for (const std::string& light : lights_) lit_[light] = under_light(settings_, light, device_, scene);
-    MetricRecord record{r + 1, 0, {}};
+    RoomFindings found;
     for (const EditCase& edit : edit_cases()) {
       stop_if_interrupted("study");
       const int material = material_of_surface(view.room, view.camera, view.maps, edit.surface, kLeastShare);
@@ -65,12 +70,12 @@ class EditStudy : public StudyRun {
       TraceScene changed(device_, with_material(world, material, edit.change));
       // At equal seeds paths that do not meet the surface are equal: errors are those of the edit.
       Image truth = changed.picture(view.camera, spp, tracer_seed).mean;
-      for (float& v : truth.data) v *= exposure;
+      scale(truth.data, exposure);
       const Image mask = mask_of_material(world, view.maps, material);
       check_maps(changed.maps(view.camera), apply_edit(scene, mask, edit.change), edit);
-      run_case(r, edit, scene, mask, truth, record);
+      run_case(r, edit, scene, mask, truth, found);
     }
-    add_record(std::move(record));
+    return found;
   }
 
   /// The truth is that of the edit: maps agree, to the rounding of a texture's sum of three weighted values.
@@ -90,7 +95,7 @@ class EditStudy : public StudyRun {
   }
 
   void run_case(std::int64_t r, const EditCase& edit, const Scene& scene, const Image& mask, const Image& truth,
-                MetricRecord& record) {
+                RoomFindings& found) {
     const std::size_t n = scene.photo.pixels();
     std::vector<bool> edited(n), others(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -98,16 +103,15 @@ class EditStudy : public StudyRun {
       edited[i] = used && mask.data[i] > 0, others[i] = used && mask.data[i] == 0;
     }
     if (std::none_of(others.begin(), others.end(), [](bool o) { return o; })) return;
-    const auto note = [&](const std::string& picture, std::int64_t seed, const Image& image, double seconds) {
+    const auto note = [&](const std::string& who, std::int64_t seed, const Image& image, double seconds) {
       for (const auto& [region, used] : {std::pair{"edited", &edited}, {"others", &others}}) {
         const RadianceError e = picture_error(image, truth, *used);
-        const std::string key = fmt::format("{}/{}/{}/s{}/", edit.key, picture, region, seed);
-        record.values.insert(record.values.end(),
-                             {{key + "relmse", e.relmse}, {key + "psnr", e.psnr}, {key + "seconds", seconds}});
+        for (const auto& [metric, value] : {std::pair{"relmse", e.relmse}, {"psnr", e.psnr}, {"seconds", seconds}})
+          found.add(Finding{metric, region, who, edit.key}.of(seed), value);
       }
     };
     const auto bounces = static_cast<int>(config_.integer("edit.bounces"));
-    note("photo", 0, scene.photo, 0);
+    note(kPhotograph, 0, scene.photo, 0);
     Image shown;
     const Scene after = apply_edit(scene, mask, edit.change).scene;
     for (std::int64_t s = 0; s < config_.integer("edit.seeds"); ++s)
@@ -115,9 +119,9 @@ class EditStudy : public StudyRun {
         RenderSettings& settings = lit_.at(light);
         settings.seed = static_cast<std::uint32_t>(s + 1);
         const Edit done = edit_scene(device_, scene, mask, edit.change, settings, bounces);
-        note("edit/" + light, s, done.composite, done.seconds);
+        note(edited_by(light), s, done.composite, done.seconds);
         const Rendering alone = render_scene(device_, after, settings);
-        note("render/" + light, s, alone.radiance, alone.seconds);
+        note(rendered_by(light), s, alone.radiance, alone.seconds);
         if (shown.data.empty()) shown = done.composite;
       }
     if (r < kMostStrips)
@@ -125,16 +129,9 @@ class EditStudy : public StudyRun {
                   {scene.photo, shown, truth});
   }
 
-  /// Values of one picture: a list of seeds for every room that has the case.
-  std::vector<std::vector<double>> values(const std::string& picture, const std::string& what) const {
-    std::vector<std::vector<double>> rooms;
-    for (const MetricRecord& record : records_) {
-      std::vector<double> seeds;
-      for (const auto& [name, value] : record.values)
-        if (name.rfind(picture + "/s", 0) == 0 && name.ends_with("/" + what)) seeds.push_back(value);
-      if (!seeds.empty()) rooms.push_back(seeds);
-    }
-    return rooms;
+  /// Of one picture: a list of seeds for every room that has the case.
+  Findings::BySeed values(const Finding& finding) const {
+    return found().present_by_seed(finding, config_.integer("edit.seeds"));
   }
   static std::vector<double> means(const std::vector<std::vector<double>>& rooms) {
     std::vector<double> list;
@@ -155,19 +152,19 @@ class EditStudy : public StudyRun {
                      {"of", "rooms", Best::None, 3},
                      {"time", "s a view", Best::None, 3}};
     for (const EditCase& edit : edit_cases()) {
-      const std::vector<double> photo = means(values(edit.key + "/photo/" + region, "relmse"));
+      const std::vector<double> photo = means(values({"relmse", region, kPhotograph, edit.key}));
       if (photo.empty()) throw Error(ErrorKind::Failed, "no view shows such a surface", edit.name);
-      for (const auto& [key, label] : pictures(lights_)) {
-        const std::string picture = edit.key + "/" + key + "/" + region;
-        const auto errors = values(picture, "relmse");
+      for (const auto& [who, label] : pictures(lights_)) {
+        const auto errors = values({"relmse", region, who, edit.key});
         const std::vector<double> of_rooms = means(errors);
         std::vector<double> spread;
         for (const std::vector<double>& seeds : errors) spread.push_back(standard_deviation(seeds));
         double closer = 0;
         for (std::size_t i = 0; i < photo.size(); ++i) closer += of_rooms[i] < photo[i];
         table.add({edit.name, label, measure_of(of_rooms), Measure{median(of_rooms)}, Measure{mean(spread)},
-                   measure_of(means(values(picture, "psnr"))), Measure{closer},
-                   Measure{static_cast<double>(photo.size())}, Measure{median(means(values(picture, "seconds")))}});
+                   measure_of(means(values({"psnr", region, who, edit.key}))), Measure{closer},
+                   Measure{static_cast<double>(photo.size())},
+                   Measure{median(means(values({"seconds", region, who, edit.key})))}});
       }
     }
     return table;
@@ -243,6 +240,14 @@ Image mask_of_material(const World& world, const TraceMaps& maps, int material) 
         world.triangles[static_cast<std::size_t>(maps.triangle[i])].material == material)
       mask.data[i] = 1;
   return mask;
+}
+
+void add_edit_keys(Schema& schema) {
+  schema.section("edit", "Materials replaced in rooms.")
+      .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
+      .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})
+      .texts("edit.lights", {"image", "panorama", "constant"}, "Who answers, +lamps with lamps fitted")
+      .integer("edit.bounces", 2, "Bounces of light that follow the edit", {1, 8});
 }
 
 std::string run_edit_study(const Config& config, const std::vector<std::string>& command) {

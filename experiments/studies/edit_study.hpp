@@ -11,6 +11,9 @@
 
 namespace clerestory {
 
+/// Keys of its own.
+void add_edit_keys(Schema& schema);
+
 /// study.kind = "edit". Returns the run directory.
 std::string run_edit_study(const Config& config, const std::vector<std::string>& command);
 

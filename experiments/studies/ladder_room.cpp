@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <map>
 
-#include "experiments/studies/compare.hpp"
-#include "experiments/studies/crop.hpp"
-#include "experiments/studies/predicted_scene.hpp"
-#include "experiments/studies/traced_room.hpp"
+#include "experiments/evaluation/picture_error.hpp"
+#include "experiments/truth/crop.hpp"
+#include "experiments/truth/predicted_scene.hpp"
+#include "experiments/truth/traced_room.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "host/stopwatch.hpp"
@@ -14,10 +14,6 @@
 
 namespace clerestory {
 namespace {
-
-std::uint32_t seed_of(std::uint64_t seed, std::uint64_t stream) {
-  return static_cast<std::uint32_t>(Random(seed).fork(stream).bits());
-}
 
 Image mean_of(const Image& a, const Image& b) {
   Image m = a;
@@ -30,8 +26,8 @@ using Halves = std::array<Image, 2>;
 Halves traced_halves(TraceScene& traced, const Camera& camera, int spp, double exposure, std::uint64_t seed) {
   Halves halves;
   for (std::size_t k = 0; k < 2; ++k) {
-    halves[k] = traced.picture(camera, (spp + 1) / 2, seed_of(seed, k)).mean;
-    for (float& v : halves[k].data) v = static_cast<float>(v * exposure);
+    halves[k] = traced.picture(camera, (spp + 1) / 2, Random(seed).seed(k)).mean;
+    scale(halves[k].data, exposure);
   }
   return halves;
 }
@@ -81,8 +77,7 @@ class RoomLadder {
       : device_(device), options_(options), seed_(room.seed), view_(device, room, options.width, options.height) {
     photo_ = traced_halves(view_.traced, view_.camera, options.picture_spp, 1, Random(seed_).fork(1).bits());
     exposure_ = exposure_of(mean_of(photo_[0], photo_[1]).data);
-    for (Image& half : photo_)
-      for (float& v : half.data) v = static_cast<float>(v * exposure_);
+    for (Image& half : photo_) scale(half.data, exposure_);
     view_.scene.photo = mean_of(photo_[0], photo_[1]);
     place_ = place_ball(view_.traced, view_.camera, Random(seed_).fork(200));
     lit_[1] = std::make_unique<Lit>(device, view_.scene, options.render);
@@ -96,8 +91,7 @@ class RoomLadder {
       TraceScene with(device_, with_ball(view_.room.scene, view_.camera, *place_, kind));
       if (std::optional<Job> job = ball_job(with, kind.name)) climb(std::move(*job));
     }
-    result_.values.emplace_back("ball", place_ ? 1 : 0);
-    result_.values.emplace_back("dropped", dropped_);
+    result_.found.add({"ball"}, place_ ? 1 : 0), result_.found.add({"dropped"}, dropped_);
     return std::move(result_);
   }
 
@@ -150,7 +144,7 @@ class RoomLadder {
     for (int s = 0; s < options_.seeds; ++s) {
       stop_if_interrupted("study");
       RenderSettings settings = options_.render;
-      settings.seed = seed_of(seed_, 20 + static_cast<std::uint64_t>(s));
+      settings.seed = Random(seed_).seed(20 + static_cast<std::uint64_t>(s));
       for (const int maps : {1, 0}) {  // true maps say which pixels are compared
         add_rungs(job, maps, settings);
         add_plain(job, maps, settings);
@@ -191,8 +185,8 @@ class RoomLadder {
   /// Errors of all rows, each seed beside the next.
   void conclude(const Job& job) {
     const Image truth = mean_of(job.truth[0], job.truth[1]);
-    const auto note = [&](const char* what, const std::string& row, std::size_t s, double value) {
-      result_.values.emplace_back(fmt::format("{}/{}/{}.s{}", job.key, what, row, s), value);
+    const auto note = [&](const char* metric, const std::string& row, std::size_t s, double value) {
+      result_.found.add(Finding{metric, job.key, row}.of(static_cast<std::int64_t>(s)), value);
     };
     for (const auto& [key, row] : job.rows)
       for (std::size_t s = 0; s < row.pictures.size(); ++s) {
@@ -253,7 +247,7 @@ double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Imag
   for (std::size_t i = 0; i < x.data.size(); ++i) {
     if (!used[i % used.size()]) continue;
     const double p = x.data[i], q = y.data[i], s = a.data[i], t = b.data[i], truth = 0.5 * (s + t);
-    sum.add(0.5 * ((p - s) * (q - t) + (p - t) * (q - s)) / (truth * truth + 0.01)), ++values;
+    sum.add(0.5 * ((p - s) * (q - t) + (p - t) * (q - s)) / (truth * truth + kLightFloor)), ++values;
   }
   if (values == 0) throw Error(ErrorKind::Failed, "no pixel to compare", "picture error");
   return sum.value() / values;

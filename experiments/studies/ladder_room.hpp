@@ -5,8 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/studies/linked_light.hpp"
-#include "experiments/studies/room_list.hpp"
+#include "experiments/studies/findings.hpp"
+#include "experiments/truth/linked_light.hpp"
+#include "experiments/truth/room_list.hpp"
 
 namespace clerestory {
 
@@ -35,8 +36,7 @@ struct LadderOptions {
 };
 
 struct LadderRoom {
-  /// "<job>/<relmse, psnr or seconds>/<row>.s<seed>"; jobs: render, and the balls by name.
-  std::vector<std::pair<std::string, double>> values;
+  RoomFindings found;  // relmse, psnr and seconds of each region (render, and the balls by name), row and seed
   /// By job: the tracer's picture, then one a rung.
   std::vector<std::pair<std::string, std::vector<Image>>> strips;
 };

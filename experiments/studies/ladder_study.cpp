@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "experiments/studies/ladder_room.hpp"
+#include "experiments/studies/room_study.hpp"
 #include "experiments/studies/strip.hpp"
-#include "experiments/studies/study_run.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/balls.hpp"
 
@@ -15,12 +15,11 @@ namespace {
 constexpr int kMostStrips = 4;                            // rooms shown
 constexpr double kLeastPsnr = 20, kMostOfConstant = 0.5;  // the bar for the re-render with true maps
 
-class LadderStudy : public StudyRun {
+class LadderStudy : public RoomStudy {
  public:
-  using StudyRun::StudyRun;
+  using RoomStudy::RoomStudy;
 
  private:
-  /// One record a room.
   void measure() override {
     options_.render.light = "net", options_.render.spp = static_cast<int>(config_.integer("ladder.spp"));
     use_light(options_.render);
@@ -35,33 +34,29 @@ class LadderStudy : public StudyRun {
       const std::int64_t r = listed.index;
       for (const auto& [job, strip] : room.strips)
         if (r < kMostStrips) write_strip(run_.artifact(fmt::format("room{}_{}_tracer_then_rungs.png", r, job)), strip);
-      add_record({r + 1, 0, std::move(room.values)});
+      return std::move(room.found);
     });
   }
 
   /// Over seeds: means over rooms and jobs; nothing where no room has such a job.
-  std::optional<Measure> over_seeds(const std::vector<std::string>& jobs, const std::string& what,
+  std::optional<Measure> over_seeds(const std::vector<std::string>& jobs, const char* metric,
                                     const std::string& rung) const {
     std::vector<double> seeds;
     for (std::int64_t s = 0; s < config_.integer("ladder.seeds"); ++s) {
       std::vector<double> all;
       for (const std::string& job : jobs)
-        for (const double v : values_of(fmt::format("{}/{}/{}.s{}", job, what, rung, s))) all.push_back(v);
+        for (const double v : found().values(Finding{metric, job, rung}.of(s))) all.push_back(v);
       if (all.empty()) return std::nullopt;
       seeds.push_back(mean(all));
     }
     return measure_of(seeds);
   }
   /// Over rooms, each by its mean over seeds.
-  double median_of_rooms(const std::string& job, const std::string& what, const std::string& rung) const {
-    std::vector<double> sums;
-    const auto seeds = config_.integer("ladder.seeds");
-    for (std::int64_t s = 0; s < seeds; ++s) {
-      const std::vector<double> of = values_of(fmt::format("{}/{}/{}.s{}", job, what, rung, s));
-      sums.resize(of.size());
-      for (std::size_t i = 0; i < of.size(); ++i) sums[i] += of[i] / static_cast<double>(seeds);
-    }
-    return median(sums);
+  double median_of_rooms(const char* metric, const std::string& rung) const {
+    std::vector<double> means;
+    for (const auto& seeds : found().present_by_seed({metric, "render", rung}, config_.integer("ladder.seeds")))
+      means.push_back(mean(seeds));
+    return median(means);
   }
 
   static const std::vector<std::string>& render_only() {
@@ -102,7 +97,7 @@ class LadderStudy : public StudyRun {
         "inside it is none; predicted depth is brought to scale at the ball's foot; relMSE without the noise of layer "
         "and "
         "reference, PSNR with it; the re-render is what lamps were fitted to",
-        records_.size(), config_.integer("ladder.spp"), config_.integer("ladder.seeds"));
+        found().rooms(), config_.integer("ladder.spp"), config_.integer("ladder.seeds"));
     table.columns = {{"links", "", Best::None, 3},
                      {"re-render relMSE", "eps 0.01, no noise", Best::None, 3},
                      {"change", "relMSE", Best::None, 3},
@@ -166,10 +161,10 @@ class LadderStudy : public StudyRun {
          {std::pair<std::string, std::string>{"maps", "nets alone"}, {plain_key("net+lamps", true), "with lamps"}}) {
       const Measure psnr = *over_seeds(render_only(), "psnr", key), ours = *over_seeds(render_only(), "relmse", key);
       const double share = ours.mean / over_seeds(render_only(), "relmse", constant)->mean;
-      table.add({"PSNR, dB, " + light, psnr, Measure{median_of_rooms("render", "psnr", key)},
+      table.add({"PSNR, dB, " + light, psnr, Measure{median_of_rooms("psnr", key)},
                  fmt::format("at least {}", kLeastPsnr), psnr.mean >= kLeastPsnr ? "yes" : "no"});
       table.add({"relMSE over a constant ambient's, " + light, Measure{share},
-                 Measure{median_of_rooms("render", "relmse", key) / median_of_rooms("render", "relmse", constant)},
+                 Measure{median_of_rooms("relmse", key) / median_of_rooms("relmse", constant)},
                  fmt::format("at most {}", kMostOfConstant), share <= kMostOfConstant ? "yes" : "no"});
     }
     return table;
@@ -197,8 +192,8 @@ class LadderStudy : public StudyRun {
     write_table("ladder_bar", bar_table());
     provenance_.facts["what limits the re-render"] = limit_of(render_only());
     provenance_.facts["what limits balls"] = limit_of(balls());
-    provenance_.figures["paths dropped as not finite"] = sum(values_of("dropped"));
-    provenance_.figures["rooms with a ball"] = sum(values_of("ball"));
+    provenance_.figures["paths dropped as not finite"] = sum(found().values({"dropped"}));
+    provenance_.figures["rooms with a ball"] = sum(found().values({"ball"}));
   }
 
   LadderOptions options_;
@@ -209,6 +204,13 @@ class LadderStudy : public StudyRun {
 std::optional<double> change_beyond_spread(const Measure& before, const Measure& after) {
   if (std::abs(after.mean - before.mean) <= std::max(before.deviation, after.deviation)) return std::nullopt;
   return after.mean / before.mean - 1;
+}
+
+void add_ladder_keys(Schema& schema) {
+  schema.section("ladder", "Links of the learned light replaced by the truth.")
+      .integer("ladder.spp", 64, "Samples a pixel of the layer", {2, 65536})
+      .integer("ladder.emission_spp", 1024, "Samples a pixel of true light from emitters", {2, 65536})
+      .integer("ladder.seeds", 3, "Repetitions with other seeds", {3, 1000});
 }
 
 std::string run_ladder_study(const Config& config, const std::vector<std::string>& command) {

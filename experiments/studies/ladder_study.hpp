@@ -20,6 +20,9 @@
 
 namespace clerestory {
 
+/// Keys of its own.
+void add_ladder_keys(Schema& schema);
+
 /// study.kind = "ladder". Returns the run directory. Throws usage_error where weights of the light or of the maps are
 /// missing.
 std::string run_ladder_study(const Config& config, const std::vector<std::string>& command);

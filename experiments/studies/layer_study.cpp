@@ -8,6 +8,7 @@
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
 #include "host/io/datasets.hpp"
+#include "host/math/radiance.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/plot.hpp"
 #include "host/report/progress.hpp"
@@ -36,8 +37,7 @@ Errors errors_of(const Scene& scene, const Image& picture, const Image& truth, d
     if (scene.material.data[2 * n + i] > 0 || scene.depth.data[i] <= 0) continue;
     const int rough = scene.material.data[i] >= limit;
     for (std::size_t c = 0; c < 3; ++c) {
-      const double t = truth.data[c * n + i], d = picture.data[c * n + i] - t;
-      sums[rough] += d * d / (t * t + 0.01), counts[rough] += 1;
+      sums[rough] += relative_square(picture.data[c * n + i], truth.data[c * n + i]), counts[rough] += 1;
     }
   }
   return {sums[0] / counts[0], sums[1] / counts[1]};
@@ -180,6 +180,13 @@ class LayerStudy : public StudyRun {
 };
 
 }  // namespace
+
+void add_layer_keys(Schema& schema) {
+  schema.integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
+      .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
+      .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
+      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"});
+}
 
 std::string run_layer_study(const Config& config, const std::vector<std::string>& command) {
   return LayerStudy(config, command).run();

@@ -8,6 +8,9 @@
 
 namespace clerestory {
 
+/// Keys of its own.
+void add_layer_keys(Schema& schema);
+
 /// study.kind = "layer". Returns the run directory.
 std::string run_layer_study(const Config& config, const std::vector<std::string>& command);
 

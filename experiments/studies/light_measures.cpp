@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/bench/light_bench.hpp"
 #include "experiments/evaluation/light_errors.hpp"
-#include "experiments/studies/compare.hpp"
-#include "experiments/studies/known_light.hpp"
+#include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/trained_run.hpp"
-#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/light_validation.hpp"
+#include "experiments/truth/lit_room.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/math/statistics.hpp"

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "experiments/studies/sweep.hpp"
-#include "experiments/training/light_validation.hpp"
 #include "host/cl/device.hpp"
 
 namespace clerestory {

@@ -7,10 +7,10 @@
 #include <map>
 #include <numeric>
 
-#include "experiments/applications/light_weights.hpp"
 #include "experiments/evaluation/detection.hpp"
-#include "experiments/studies/known_light.hpp"
-#include "experiments/studies/study_run.hpp"
+#include "experiments/studies/room_study.hpp"
+#include "experiments/truth/lit_room.hpp"
+#include "experiments/truth/study_light.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"
@@ -113,27 +113,30 @@ std::vector<float> photograph_at(const std::vector<int>& pixel, const Image& pho
   return planar;
 }
 
-class LightStudy : public StudyRun {
+const Finding kHitShare{"share", "hits"};
+Finding seconds_of(const std::string& who) { return {"seconds for a million rays", "all", who}; }
+Finding way_of(const std::string& rays) { return {"way gone", rays}; }
+const Finding kDistance{"distance", "probes"};
+const std::string kAngle = "angle", kRange = "range", kTruth = "truth";
+
+class LightStudy : public RoomStudy {
  public:
-  using StudyRun::StudyRun;
+  using RoomStudy::RoomStudy;
 
  private:
-  /// One record a room.
   void measure() override {
-    options_ = known_light_options(config_);
+    options_ = lit_room_options(config_);
     settings_.light = "net";
     use_light(settings_);
     if (options_.predicted) options_.maps_weights = use_maps();
     measure_rooms([this](const ListedRoom& listed) {
       LitRoom room(device_, listed, options_);
-      values_.clear();
+      room_ = {};
       for (int v = 0; v < options_.views; ++v) {
         stop_if_interrupted("study");
         measure_view(listed.index, v, room.view(v));
       }
-      MetricRecord record{listed.index + 1, 0, {}};
-      for (const auto& [key, list] : values_) record.values.emplace_back(key, mean(list));
-      add_record(std::move(record));
+      return room_;
     });
   }
 
@@ -150,7 +153,7 @@ class LightStudy : public StudyRun {
       measure_probe(fmt::format("v{}p{}", v, p), rays.probes[p], truth, rays, answers, known.view.probes[p].distance);
     measure_way(v, truth, rays, answers);
     for (const auto& [key, seconds] : answers.seconds)
-      values_["seconds for a million rays/" + key].push_back(seconds / static_cast<double>(truth.count()) * 1e6);
+      room_.add(seconds_of(key), seconds / static_cast<double>(truth.count()) * 1e6);
   }
 
   ViewAnswers ask(const Scene& scene, const ViewRays& rays) {
@@ -189,6 +192,7 @@ class LightStudy : public StudyRun {
 
   void measure_draw(std::size_t seed, const ViewRays& rays, const KnownRays& truth, const ViewAnswers& answers) {
     const Used& draw = rays.draws[seed];
+    const auto item = static_cast<std::int64_t>(seed);
     std::vector<std::pair<std::string, Used>> kinds;
     for (const Named& kind : ray_kinds()) kinds.emplace_back(kind.key, of_kind(kind.key, draw, answers.pixel));
     Used& surface = kinds.emplace_back("surface", Used{}).second;
@@ -196,15 +200,14 @@ class LightStudy : public StudyRun {
     for (const auto& [kind, used] : kinds) {
       if (used.empty()) continue;
       for (const Answerer& who : answerers())
-        note(kind, fmt::format("{} {}", who.key, seed), error_of(who.key, truth, used, answers));
+        note(Finding{"", kind, who.key}.of(item), error_of(who.key, truth, used, answers));
     }
-    values_["share of hits/" + std::to_string(seed)].push_back(static_cast<double>(kinds[0].second.size()) /
-                                                               static_cast<double>(draw.size()));
+    room_.add(kHitShare.of(item), static_cast<double>(kinds[0].second.size()) / static_cast<double>(draw.size()));
   }
 
-  void note(const std::string& where, const std::string& who, const RadianceError& e) {
-    for (const RadianceFigure& f : kRadianceFigures)
-      values_[fmt::format("{}, {}/{}", f.name, where, who)].push_back(e.*f.value);
+  /// Every figure of it, under the name but for its metric.
+  void note(Finding finding, const RadianceError& e) {
+    for (const RadianceFigure& f : kRadianceFigures) finding.metric = f.key, room_.add(finding, e.*f.value);
   }
 
   static std::vector<float> planar(const std::vector<float>& whole, const Used& used) {
@@ -217,20 +220,22 @@ class LightStudy : public StudyRun {
 
   void measure_probe(const std::string& name, const Used& used, const KnownRays& truth, const ViewRays& rays,
                      const ViewAnswers& answers, double distance) {
-    values_["probe distance/" + name].push_back(distance);
+    const auto finding = [&](const std::string& metric, const std::string& who) {
+      return Finding{metric, "probes", who, "", name};
+    };
+    room_.add({kDistance.metric, kDistance.region, "", "", name}, distance);
     const std::vector<double> weights = probe_weights();
     for (const Answerer& who : answerers()) {
-      const std::string key = who.key + " " + name;
-      note("probes", key, error_of(who.key, truth, used, answers));
+      note(finding("", who.key), error_of(who.key, truth, used, answers));
       if (who.key == "oracle") continue;
       const std::vector<float>& answer = answers.radiance.at(who.key);
-      values_["angle, probes/" + key].push_back(truth.angle(answer, used));
-      values_["range, probes/" + key].push_back(log_intensity_range(planar(answer, used), weights));
+      room_.add(finding(kAngle, who.key), truth.angle(answer, used));
+      room_.add(finding(kRange, who.key), log_intensity_range(planar(answer, used), weights));
     }
     std::vector<float> light;
     for (std::size_t c = 0; c < 3; ++c)
       for (const std::size_t i : used) light.push_back(rays.truth[i][c]);
-    values_["range, probes/truth " + name].push_back(log_intensity_range(light, weights));
+    room_.add(finding(kRange, kTruth), log_intensity_range(light, weights));
   }
 
   /// Of all probes of the view together: from the better of the clipped photograph and its mean colour to the truth.
@@ -243,38 +248,14 @@ class LightStudy : public StudyRun {
       const auto relmse = [&](const char* who) { return error_of(who, truth, used, answers).relmse; };
       const double share =
           way_gone(std::min(relmse("clipped"), relmse("mean")), relmse("net"), truth.noise(rays.noise, used));
-      values_[fmt::format("way gone, {}/view {}", kind.key, v)].push_back(share);
+      room_.add(way_of(kind.key).of(v), share);
     }
   }
 
   // --- What the records say ---------------------------------------------------------------------------------------
 
-  double value(std::size_t room, const std::string& key) const {
-    return value_of(room, key).value_or(std::numeric_limits<double>::quiet_NaN());  // no view of it had such rays
-  }
-  /// All finite values whose name begins so, of one room or of all.
-  std::vector<double> values(const std::string& begin, std::optional<std::size_t> room = std::nullopt) const {
-    std::vector<double> found;
-    for (std::size_t r = 0; r < records_.size(); ++r)
-      for (const auto& [name, v] : records_[r].values)
-        if ((!room || *room == r) && name.starts_with(begin) && std::isfinite(v)) found.push_back(v);
-    return found;
-  }
-  /// Means of each room.
-  std::vector<double> room_means(const std::string& begin) const {
-    std::vector<double> means;
-    for (std::size_t r = 0; r < records_.size(); ++r)
-      if (const std::vector<double> of_room = values(begin, r); !of_room.empty()) means.push_back(mean(of_room));
-    return means;
-  }
-
-  /// [room][seed]
-  std::vector<std::vector<double>> by_seed(const std::string& group, const std::string& who) const {
-    std::vector<std::vector<double>> rooms(records_.size());
-    for (std::size_t r = 0; r < records_.size(); ++r)
-      for (std::int64_t s = 0; s < config_.integer("study.seeds"); ++s)
-        rooms[r].push_back(value(r, fmt::format("{}/{} {}", group, who, s)));
-    return rooms;
+  Findings::BySeed by_seed(const RadianceFigure& figure, const std::string& rays, const std::string& who) const {
+    return found().by_seed({figure.key, rays, who}, config_.integer("study.seeds"));
   }
   Cell over_rooms_or_nothing(const std::vector<std::vector<double>>& rooms) const {
     const bool any = std::ranges::any_of(
@@ -285,7 +266,7 @@ class LightStudy : public StudyRun {
   std::string setting() const {
     const double clamp = config_.real("incident.clamp");
     return fmt::format(
-        "{} rooms of {} x {} views, {} maps{}, {} photograph, {}", records_.size(), rooms_.file.filename().string(),
+        "{} rooms of {} x {} views, {} maps{}, {} photograph, {}", found().rooms(), rooms_.file.filename().string(),
         config_.integer("incident.views"), config_.text("data.maps"),
         config_.text("data.maps") == "predicted" ? " (depth by the predicted scale)" : "",
         config_.flag("incident.clipped_picture") ? "clipped" : "HDR",
@@ -309,8 +290,8 @@ class LightStudy : public StudyRun {
       for (const Answerer& who : answerers()) {
         std::vector<Cell> row{kind.label, who.label};
         for (const RadianceFigure& f : kRadianceFigures)
-          row.push_back(over_rooms_or_nothing(by_seed(fmt::format("{}, {}", f.name, kind.key), who.key)));
-        const std::vector<double> seconds = values_of("seconds for a million rays/" + who.key);
+          row.push_back(over_rooms_or_nothing(by_seed(f, kind.key, who.key)));
+        const std::vector<double> seconds = found().values(seconds_of(who.key));
         row.push_back(seconds.empty() ? Cell{} : Cell{Measure{median(seconds)}});
         table.add(std::move(row));
       }
@@ -329,11 +310,10 @@ class LightStudy : public StudyRun {
                            {{f.name, "difference", Best::None, 3}, {"full is", "", Best::None, 3}});
     for (const Named& kind : ray_kinds())
       for (const Answerer& who : answerers()) {
-        if (who.key == "net" || room_means("relMSE, " + kind.key + "/net ").empty()) continue;
+        if (who.key == "net" || found().room_means({kRelMse.key, kind.key, "net"}).empty()) continue;
         std::vector<Cell> row{kind.label, who.label};
         for (const RadianceFigure& f : figures) {
-          const std::string group = fmt::format("{}, {}", f.name, kind.key);
-          const PairedDifference d = paired_difference(by_seed(group, "net"), by_seed(group, who.key));
+          const PairedDifference d = paired_difference(by_seed(f, kind.key, "net"), by_seed(f, kind.key, who.key));
           row.insert(row.end(), {Measure{d.mean, d.spread, 2}, std::string(d.verdict())});
         }
         table.add(row);
@@ -352,10 +332,10 @@ class LightStudy : public StudyRun {
                      {"who answers", "", Best::None, 3},  {"relMSE", "eps 0.01", Best::None, 3},
                      {"relMSE", "median", Best::None, 3}, {"log-RGB RMSE", "", Best::None, 3}};
     for (const Answerer& who : answerers()) {
-      const std::vector<double> relmse = room_means("relMSE, surface/" + who.key + " ");
+      const std::vector<double> relmse = found().room_means({kRelMse.key, "surface", who.key});
       if (relmse.empty()) continue;
       table.add({"0, on surfaces", Cell{}, who.label, measure_of(relmse), Measure{median(relmse)},
-                 measure_or_nothing(room_means("log-RGB RMSE, surface/" + who.key + " "))});
+                 measure_or_nothing(found().room_means({kLogRmse.key, "surface", who.key}))});
     }
     const std::vector<double>& from = distance_bins();
     for (std::size_t b = 0; b + 1 < from.size(); ++b)
@@ -365,29 +345,22 @@ class LightStudy : public StudyRun {
 
   void add_distance(Table& table, double from, double to, const Answerer& who) const {
     std::vector<double> relmse, logs;
-    each_probe([&](std::size_t r, const std::string& name, double distance) {
-      if (distance < from || distance >= to) return;
-      relmse.push_back(value(r, fmt::format("relMSE, probes/{} {}", who.key, name)));
-      logs.push_back(value(r, fmt::format("log-RGB RMSE, probes/{} {}", who.key, name)));
-    });
+    for (std::size_t r = 0; r < found().rooms(); ++r)
+      for (const auto& [probe, distance] : found().items(r, kDistance)) {
+        if (distance < from || distance >= to) continue;
+        relmse.push_back(found().value_or_nan(r, {kRelMse.key, "probes", who.key, "", probe}));
+        logs.push_back(found().value_or_nan(r, {kLogRmse.key, "probes", who.key, "", probe}));
+      }
     if (relmse.empty()) return;
     const std::string bin = std::isfinite(to) ? fmt::format("{} to {}", from, to) : fmt::format("from {}", from);
     table.add({bin, Measure{static_cast<double>(relmse.size())}, who.label, measure_of(relmse), Measure{median(relmse)},
                measure_of(logs)});
   }
 
-  template <class Visit>
-  void each_probe(const Visit& visit) const {
-    const std::string begin = "probe distance/";
-    for (std::size_t r = 0; r < records_.size(); ++r)
-      for (const auto& [name, v] : records_[r].values)
-        if (name.starts_with(begin)) visit(r, name.substr(begin.size()), v);
-  }
-
   /// What every room's probes are beside the mean of all other rooms', by metric: means of rooms.
   std::map<std::string, std::vector<double>> mean_panorama_errors() const {
-    std::vector<std::vector<Image>> rooms(records_.size());
-    for (std::size_t r = 0; r < records_.size(); ++r)
+    std::vector<std::vector<Image>> rooms(found().rooms());
+    for (std::size_t r = 0; r < found().rooms(); ++r)
       for (int v = 0; v < config_.integer("incident.views"); ++v)
         for (Probe& probe : read_probes(probe_folder(static_cast<std::int64_t>(r)), view_id(v)))
           rooms[r].push_back(std::move(probe.radiance));
@@ -405,9 +378,9 @@ class LightStudy : public StudyRun {
           truth[i] = {probe.plane(0)[i], probe.plane(1)[i], probe.plane(2)[i]};
         const KnownRays known(std::move(truth), weights);
         const RadianceError e = known.error(others, texels);
-        for (const RadianceFigure& f : kRadianceFigures) of_room[f.name].push_back(e.*f.value);
-        of_room["angle"].push_back(known.angle(others, texels));
-        of_room["range"].push_back(log_intensity_range(others, weights));
+        for (const RadianceFigure& f : kRadianceFigures) of_room[f.key].push_back(e.*f.value);
+        of_room[kAngle].push_back(known.angle(others, texels));
+        of_room[kRange].push_back(log_intensity_range(others, weights));
       }
       for (const auto& [metric, list] : of_room) errors[metric].push_back(mean(list));
     }
@@ -439,13 +412,13 @@ class LightStudy : public StudyRun {
                           {"log-intensity range", "ln of 99th over 1st percentile", Best::None, 3}});
     const auto rooms = [&](const std::string& metric, const std::string& who) {
       std::vector<std::vector<double>> means;
-      for (const double m : room_means(fmt::format("{}, probes/{} ", metric, who))) means.push_back({m});
+      for (const double m : found().room_means({metric, "probes", who})) means.push_back({m});
       return means.empty() ? Cell() : Cell(over_rooms(means));
     };
     const auto add = [&](const std::string& label, const auto& of) {
       std::vector<Cell> row{label};
-      for (const RadianceFigure& f : kRadianceFigures) row.push_back(of(f.name));
-      row.push_back(of("angle")), row.push_back(of("range"));
+      for (const RadianceFigure& f : kRadianceFigures) row.push_back(of(f.key));
+      row.push_back(of(kAngle)), row.push_back(of(kRange));
       table.add(std::move(row));
     };
     for (const Answerer& who : answerers()) add(who.label, [&](const std::string& m) { return rooms(m, who.key); });
@@ -456,7 +429,7 @@ class LightStudy : public StudyRun {
         for (const double m : others.at(metric)) means.push_back({m});
       return means.empty() ? Cell() : Cell(over_rooms(means));
     });
-    add("truth", [&](const std::string& metric) { return metric == "range" ? rooms("range", "truth") : Cell(); });
+    add("truth", [&](const std::string& metric) { return metric == kRange ? rooms(kRange, kTruth) : Cell(); });
     return table;
   }
 
@@ -472,7 +445,7 @@ class LightStudy : public StudyRun {
                      {"share", "25 % of views below", Best::None, 3},
                      {"share", "75 % of views below", Best::None, 3}};
     for (const Named& kind : ray_kinds()) {
-      const std::vector<double> shares = values("way gone, " + kind.key + "/");
+      const std::vector<double> shares = found().finite_items(way_of(kind.key));
       if (shares.empty()) continue;
       table.add({kind.label, Measure{static_cast<double>(shares.size())}, Measure{median(shares)},
                  Measure{quantile(shares, 0.25)}, Measure{quantile(shares, 0.75)}});
@@ -489,13 +462,13 @@ class LightStudy : public StudyRun {
       write_table(name, table);
       std::fputs("\n", stdout);
     }
-    provenance_.figures["share of rays that hit"] = mean(values("share of hits/"));
+    provenance_.figures["share of rays that hit"] = mean(found().finite_items(kHitShare));
     provenance_.facts["what is in view"] = "a ray that SSRT answers on the maps in use, sure or not";
   }
 
-  KnownLightOptions options_;
+  LitRoomOptions options_;
   RenderSettings settings_;
-  std::map<std::string, std::vector<double>> values_;  // of the room that is measured, one a view
+  RoomFindings room_;  // that is measured
 };
 
 }  // namespace

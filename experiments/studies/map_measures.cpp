@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "experiments/studies/trained_run.hpp"
-#include "experiments/training/checkpoint.hpp"
 #include "experiments/training/evaluate.hpp"
+#include "experiments/weights/weights.hpp"
 
 namespace clerestory {
 

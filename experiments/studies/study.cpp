@@ -1,11 +1,13 @@
 #include "experiments/studies/study.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "experiments/studies/edit_study.hpp"
 #include "experiments/studies/ladder_study.hpp"
 #include "experiments/studies/layer_study.hpp"
 #include "experiments/studies/light_study.hpp"
+#include "experiments/studies/study_keys.hpp"
 #include "experiments/studies/training_study.hpp"
 #include "experiments/studies/truth_study.hpp"
 #include "experiments/studies/uncertainty_study.hpp"
@@ -16,6 +18,28 @@
 namespace clerestory {
 
 namespace {
+
+/// A kind of study: its keys beside those of all, and what runs it.
+struct StudyKind {
+  std::string name;
+  std::vector<void (*)(Schema&)> keys;
+  std::string (*run)(const Config& config, const std::vector<std::string>& command);
+};
+/// The list of studies: a new one is a line here. Trainings have a list of their own (training_study.hpp).
+const std::vector<StudyKind>& kinds() {
+  static const std::vector<StudyKind> all{
+      {"layer", {add_layer_keys, add_thickness_keys}, run_layer_study},
+      {"truth", {add_truth_keys, add_thickness_keys}, run_truth_study},
+      {"edit", {add_edit_keys, add_light_keys}, run_edit_study},
+      {"light", {add_light_keys, add_maps_keys, add_incident_keys}, run_light_study},
+      {"uncertainty", {add_uncertainty_keys, add_light_keys, add_maps_keys, add_incident_keys}, run_uncertainty_study},
+      {"ladder", {add_ladder_keys, add_light_keys, add_maps_keys}, run_ladder_study},
+      {"user", {add_user_keys, add_light_keys, add_maps_keys}, run_user_study}};
+  return all;
+}
+const StudyKind& kind_named(const std::string& name) {
+  return *std::ranges::find(kinds(), name, &StudyKind::name);  // study.kind lets no other name pass
+}
 
 void add_run_keys(Schema& schema) {
   schema.section("run", "Where results go.")
@@ -31,61 +55,14 @@ void add_run_keys(Schema& schema) {
       .aside();
 }
 
-void add_study_keys(Schema& schema) {
+/// What all kinds but trainings have.
+void add_common_keys(Schema& schema) {
+  std::vector<std::string> names{"training"};
+  for (const StudyKind& kind : kinds()) names.push_back(kind.name);
   schema.section("study", "What is compared.")
-      .text("study.kind", "layer", "Which study",
-            {"layer", "truth", "edit", "training", "light", "uncertainty", "ladder", "user"})
-      .integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
-      .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
-      .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000})
-      .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
-      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"})
-      .real("study.thickness", 0,
-            "Metres behind a surface at which a ray passes unseen (kinds layer, truth); 0: surfaces have no back",
-            {0, 100});
-  schema.section("truth", "The layer under true light against the tracer (kind truth).")
-      .integer("truth.batches", 16, "Independent estimates of each picture", {2, 1000})
-      .integer("truth.layer_spp", 512, "Samples a pixel of one of the layer's", {2, 65536})
-      .integer("truth.picture_spp", 1024, "Samples a pixel of one of the tracer's", {1, 65536})
-      .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
-      .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
-  schema.section("user", "What a user gets (kind user).")
-      .integer("user.spp", 64, "Samples a pixel of the layer", {2, 65536})
-      .integer("user.truth_spp", 1024, "Samples a pixel of the tracer's pictures that judge", {2, 65536})
-      .integer("user.probes", 4, "Points in free air; fewer where there is no place for them", {0, 100})
-      .integer("user.probe_spp", 64, "Paths of a texel in each of two estimates of their light", {1, 65536})
-      .texts("user.lights", {"net+lamps", "net", "constant+fit", "constant+lamps", "constant", "image"},
-             "Who answers, the first against the others; +lamps: lamps fitted, constant+fit: a fitted constant");
-  schema.section("edit", "Materials replaced in rooms (kind edit).")
-      .integer("edit.spp", 64, "Samples a pixel", {2, 65536})
-      .integer("edit.seeds", 3, "Repetitions with other seeds", {1, 1000})
-      .texts("edit.lights", {"image", "panorama", "constant"}, "Who answers, +lamps with lamps fitted")
-      .integer("edit.bounces", 2, "Bounces of light that follow the edit", {1, 8});
-  schema.section("ladder", "Links of the learned light replaced by the truth (kind ladder).")
-      .integer("ladder.spp", 64, "Samples a pixel of the layer", {2, 65536})
-      .integer("ladder.emission_spp", 1024, "Samples a pixel of true light from emitters", {2, 65536})
-      .integer("ladder.seeds", 3, "Repetitions with other seeds", {3, 1000});
-  schema.section("light", "Learned light (kinds user, ladder, light, uncertainty).")
-      .text("light.weights", "", "Its weights, a folder or a file; empty: the shipped ones");
-  schema.section("maps", "Predicted maps (kinds user, ladder, light, uncertainty).")
-      .text("maps.weights", "", "MGNet's weights; empty: the shipped ones");
-  schema.section("incident", "Light along rays (kinds light, uncertainty); study.seeds draws of rays.")
-      .integer("incident.views", 3, "Views of each room", {1, 100})
-      .integer("incident.points", 256, "Points of a view and draw: surfaces, and a fifth free probes", {1, 65536})
-      .integer("incident.directions", 16, "Rays from each point, a multiple of 16", {16, 128})
-      .integer("incident.ray_spp", 64, "Paths of the truth along a ray from a surface", {1, 65536})
-      .integer("incident.probes", 2, "Free probes of a view; fewer where there is no place for them", {0, 100})
-      .integer("incident.probe_spp", 64, "Paths of a texel in each of a probe's two estimates", {1, 65536})
-      .real("incident.clamp", 1, "Most that one indirect contribution adds, in whites of the picture; 0: no bound",
-            {0, 1e6})
-      .flag("incident.clipped_picture", false, "Clamp the photograph to [0, 1], as a camera does; the truth never is");
-  schema.section("uncertainty", "u against the tracer's first surfaces (kind uncertainty).")
-      .integers("uncertainty.constants", {1, 3, 10, 30, 100}, "Constants of u = tanh(constant delta)", {1, 100000})
-      .real("uncertainty.footprints", 1.5, "A hit is real up to so many footprints of its pixel off", {0, 1000})
-      .integer("uncertainty.bins", 10, "Bins of the reliability curve", {1, 1000});
+      .text("study.kind", "layer", "Which study", names)
+      .integer("study.seeds", 3, "Repetitions with other seeds", {1, 1000});
   schema.section("data", "Generated rooms of a list, one view each.")
-      .text("data.maps", "true", "Maps (kinds light, uncertainty); predicted ones with depth by the predicted scale",
-            {"true", "predicted"})
       .integer("data.rooms", 6, "Rooms", {1, 1000})
       .integer("data.width", 160, "Pixels", {16, 4096})
       .integer("data.height", 120, "Pixels", {16, 4096})
@@ -96,38 +73,35 @@ void add_study_keys(Schema& schema) {
 
 }  // namespace
 
-Schema study_schema() {
+Schema study_schema(const std::string& kind) {
   Schema schema;
-  add_run_keys(schema), add_study_keys(schema);
+  add_run_keys(schema), add_common_keys(schema);
+  for (const auto add_keys : kind_named(kind).keys) add_keys(schema);
   return schema;
 }
 
 std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words) {
   Schema all;  // of every kind
   all.include(training_schema());
-  add_study_keys(all), add_ablation_keys(all);
-  const auto kind_of = [&](const std::vector<std::string>& overrides) {
-    return load_config(config, all, overrides).text("study.kind");
-  };
-  for (const std::string& word : words) {
-    const std::vector<std::vector<std::string>> values = expand_sweep({word});
-    if (values.size() < 2 || word.find("study.kind=") == std::string::npos) continue;
-    const auto training = std::ranges::count(values, "training", kind_of);
-    if (training > 0 && static_cast<std::size_t>(training) < values.size())
-      throw usage_error("trainings are not swept with other studies", "study.kind", word,
-                        "a config of trainings by itself, such as experiments/configs/ablation_hdr.toml");
-  }
-  return kind_of(expand_sweep(words)[0]);
+  add_common_keys(all), add_ablation_keys(all);
+  std::set<void (*)(Schema&)> keys;
+  for (const StudyKind& kind : kinds()) keys.insert(kind.keys.begin(), kind.keys.end());
+  for (const auto add_keys : keys) add_keys(all);
+  for (const std::string& word : words)
+    if (word.starts_with("study.kind=") && expand_sweep({word}).size() > 1)
+      throw usage_error("studies of several kinds are not swept together", "study.kind", word, "one kind");
+  return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
 }
 
 Config study_config(const std::filesystem::path& config, const std::vector<std::string>& words) {
-  const bool training = study_kind(config, words) == "training";
-  return load_config(config, training ? training_study_schema() : study_schema(), expand_sweep(words)[0]);
+  const std::string kind = study_kind(config, words);
+  return load_config(config, kind == "training" ? training_study_schema() : study_schema(kind), expand_sweep(words)[0]);
 }
 
 std::string study_hash(const std::filesystem::path& config, const std::vector<std::string>& words, bool many) {
-  if (study_kind(config, words) == "training") return training_study_hash(config, words);
-  return many ? sweep_hash(config, study_schema(), words, {}) : config_hash(study_config(config, words));
+  const std::string kind = study_kind(config, words);
+  if (kind == "training") return training_study_hash(config, words);
+  return many ? sweep_hash(config, study_schema(kind), words, {}) : config_hash(study_config(config, words));
 }
 
 std::string run_study(const Config& config, const std::vector<std::string>& command) {
@@ -135,13 +109,7 @@ std::string run_study(const Config& config, const std::vector<std::string>& comm
   if (kind == "training")
     throw usage_error("a study of trainings has keys of its own", "study.kind (" + config.origin("study.kind") + ")",
                       kind, "a config of trainings by itself");
-  if (kind == "truth") return run_truth_study(config, command);
-  if (kind == "user") return run_user_study(config, command);
-  if (kind == "ladder") return run_ladder_study(config, command);
-  if (kind == "edit") return run_edit_study(config, command);
-  if (kind == "light") return run_light_study(config, command);
-  if (kind == "uncertainty") return run_uncertainty_study(config, command);
-  return run_layer_study(config, command);
+  return kind_named(kind).run(config, command);
 }
 
 RunTables study_tables(const std::filesystem::path& run) {

@@ -8,11 +8,10 @@
 
 namespace clerestory {
 
-/// Keys of a study's config: `study.kind` says which. Trainings have their own (training_study.hpp).
-Schema study_schema();
+/// Keys of the config of a study of that kind, `study.kind`. Trainings have their own (training_study.hpp).
+Schema study_schema(const std::string& kind);
 
-/// `study.kind` of a config with overrides, of which any may list values; of several kinds the first. Throws
-/// usage_error when trainings are listed beside other kinds: their configs have other keys.
+/// `study.kind` of a config with overrides, of which any but it may list values: every kind has keys of its own.
 std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words);
 
 /// The config of a study of any kind with overrides; of those that list values the first.

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/studies/run_directory_report.hpp"
-#include "experiments/training/checkpoint.hpp"
-#include "experiments/training/shipped.hpp"
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
@@ -125,7 +125,7 @@ std::vector<RoomDescription> StudyRun::described_rooms() const {
   return rooms_of_seeds(file, rooms_.seeds, rooms_.described.string()).rooms;
 }
 
-void StudyRun::measure_rooms(const std::function<void(const ListedRoom& room)>& measure_room) {
+void StudyRun::each_room(const std::function<void(const ListedRoom& room)>& visit) {
   const RoomAssets assets = load_assets(default_assets(), rooms_.setting);
   const std::vector<RoomDescription> described = described_rooms();
   const auto rooms = static_cast<std::int64_t>(rooms_.seeds.size()), done = static_cast<std::int64_t>(records_.size());
@@ -133,7 +133,7 @@ void StudyRun::measure_rooms(const std::function<void(const ListedRoom& room)>& 
   Progress progress("study", rooms, "rooms", done);
   for (std::int64_t r = done; r < rooms; ++r) {
     const auto i = static_cast<std::size_t>(r);
-    measure_room({r, rooms_.seeds[i], rooms_.setting, assets, described.empty() ? nullptr : &described[i]});
+    visit({r, rooms_.seeds[i], rooms_.setting, assets, described.empty() ? nullptr : &described[i]});
     progress.advance();
   }
 }
@@ -167,19 +167,6 @@ void StudyRun::write_table(const std::string& name, const Table& table) const {
 void StudyRun::add_record(MetricRecord record) {
   metrics_->write(record.step, record.values);
   records_.push_back(std::move(record));
-}
-
-std::optional<double> StudyRun::value_of(std::size_t record, const std::string& key) const {
-  for (const auto& [name, value] : records_[record].values)
-    if (name == key) return value;
-  return std::nullopt;
-}
-
-std::vector<double> StudyRun::values_of(const std::string& key) const {
-  std::vector<double> values;
-  for (std::size_t r = 0; r < records_.size(); ++r)
-    if (const std::optional<double> value = value_of(r, key)) values.push_back(*value);
-  return values;
 }
 
 }  // namespace clerestory

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/studies/room_list.hpp"
+#include "experiments/truth/room_list.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/config.hpp"
 #include "host/report/metrics.hpp"
@@ -32,8 +32,8 @@ class StudyRun {
   /// Tables and facts from records_.
   virtual void conclude() = 0;
 
-  /// Calls `measure_room` for each of the first data.rooms rooms of data.list that has no record yet.
-  void measure_rooms(const std::function<void(const ListedRoom& room)>& measure_room);
+  /// Calls `visit` for each of the first data.rooms rooms of data.list that has no record yet.
+  void each_room(const std::function<void(const ListedRoom& room)>& visit);
   /// Generated rooms of one view each, as the config's section `data` asks.
   GenerateOptions view_options() const;
   std::vector<std::filesystem::path> make_views(const GenerateOptions& options);
@@ -49,10 +49,6 @@ class StudyRun {
 
   /// Into the run's metrics, then to records_.
   void add_record(MetricRecord record);
-  /// The value of that name in a record; nothing where the record lacks it.
-  std::optional<double> value_of(std::size_t record, const std::string& key) const;
-  /// Of every record that has it.
-  std::vector<double> values_of(const std::string& key) const;
 
   Config config_;
   RoomList rooms_;

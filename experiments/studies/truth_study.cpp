@@ -4,19 +4,16 @@
 #include <cmath>
 #include <cstdio>
 
+#include "experiments/evaluation/picture_error.hpp"
+#include "experiments/studies/room_study.hpp"
 #include "experiments/studies/strip.hpp"
-#include "experiments/studies/study_run.hpp"
-#include "experiments/studies/traced_room.hpp"
-#include "experiments/studies/truth_light.hpp"
+#include "experiments/truth/traced_room.hpp"
+#include "experiments/truth/truth_light.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace {
-
-std::uint32_t seed_of(std::uint64_t seed, std::uint64_t stream) {
-  return static_cast<std::uint32_t>(Random(seed).fork(stream).bits());
-}
 
 std::vector<double> values_of(const Image& image) { return {image.data.begin(), image.data.end()}; }
 
@@ -53,48 +50,44 @@ const std::vector<LightRow>& light_rows() {
   return rows;
 }
 
-class TruthStudy : public StudyRun {
+class TruthStudy : public RoomStudy {
  public:
-  using StudyRun::StudyRun;
+  using RoomStudy::RoomStudy;
 
  private:
-  /// One record a room.
   void measure() override {
-    measure_rooms([this](const ListedRoom& listed) { run_room(listed); });
+    measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });
   }
 
-  void run_room(const ListedRoom& listed) {
+  RoomFindings run_room(const ListedRoom& listed) {
     TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
                     static_cast<int>(config_.integer("data.height")));
     const TruthOptions options{
         static_cast<int>(config_.integer("truth.batches")), static_cast<int>(config_.integer("truth.layer_spp")),
         static_cast<int>(config_.integer("truth.picture_spp")), config_.real("truth.level"), listed.seed};
     TruthComparison compared = compare_with_tracer(device_, room.traced, room.scene, options);
-    MetricRecord record{
-        listed.index + 1, 0, {{"whole/stated", compared.whole_by_stated}, {"dropped", compared.dropped}}};
-    for (const auto& [name, a] : {std::pair{"reflected/", compared.reflected}, {"whole/", compared.whole}})
-      for (const auto& [what, value] : {std::pair{"pixels", a.pixels},
-                                        {"values", a.values},
-                                        {"within", a.within},
-                                        {"difference", a.difference},
-                                        {"error", a.error}})
-        record.values.emplace_back(std::string(name) + what, value);
-    compare_lights(listed, room, compared, record);
-    add_record(std::move(record));
+    RoomFindings found;
+    found.add({"stated", "whole"}, compared.whole_by_stated), found.add({"dropped"}, compared.dropped);
+    for (const auto& [region, a] : {std::pair{"reflected", compared.reflected}, {"whole", compared.whole}})
+      for (const auto& [metric, value] : {std::pair{"pixels", a.pixels},
+                                          {"values", a.values},
+                                          {"within", a.within},
+                                          {"difference", a.difference},
+                                          {"error", a.error}})
+        found.add({metric, region}, value);
+    compare_lights(listed, room, compared, found);
+    return found;
   }
 
   /// From here on pictures have the exposure of generated views: the 95th percentile of luminance is 0.9.
-  void compare_lights(const ListedRoom& listed, TracedRoom& room, TruthComparison& compared, MetricRecord& record) {
+  void compare_lights(const ListedRoom& listed, TracedRoom& room, TruthComparison& compared, RoomFindings& found) {
     const auto exposure = static_cast<float>(exposure_of(compared.tracer.data));
-    const auto exposed = [exposure](Image image) {
-      for (float& v : image.data) v *= exposure;
-      return image;
-    };
+    const auto exposed = [exposure](const Image& image) { return scaled(image, exposure); };
     Scene& scene = room.scene;
     const Image truth = exposed(compared.tracer);
     scene.photo = truth;
     RenderSettings settings;
-    settings.spp = static_cast<int>(config_.integer("truth.light_spp")), settings.seed = seed_of(listed.seed, 1);
+    settings.spp = static_cast<int>(config_.integer("truth.light_spp")), settings.seed = Random(listed.seed).seed(1);
     settings.thickness = config_.real("study.thickness");
 
     // Emitting pixels are shown as they are in every picture.
@@ -104,10 +97,9 @@ class TruthStudy : public StudyRun {
       return picture;
     };
     std::vector<Image> strip{truth, shown(exposed(compared.layer))};
-    const auto note = [&](const std::string& key, const RadianceError& e, double seconds) {
-      record.values.emplace_back(key + "/relmse", e.relmse);
-      record.values.emplace_back(key + "/psnr", e.psnr);
-      record.values.emplace_back(key + "/seconds", seconds);
+    const auto note = [&](const std::string& light, const RadianceError& e, double seconds) {
+      for (const auto& [metric, value] : {std::pair{"relmse", e.relmse}, {"psnr", e.psnr}, {"seconds", seconds}})
+        found.add({metric, "picture", light}, value);
     };
     const TruthRendering traced = render_truth(device_, room.traced, scene, settings);
     Image picture(scene.width(), scene.height(), 3);
@@ -125,13 +117,13 @@ class TruthStudy : public StudyRun {
     write_strip(run_.artifact(fmt::format("room{}_tracer_truth_image_panorama_constant.png", listed.index)), strip);
   }
 
-  double value(std::size_t room, const std::string& key) const {
-    if (const std::optional<double> found = value_of(room, key)) return *found;
-    throw Error(ErrorKind::Failed, "a record lacks a value", run_.metrics_path().string(), key);
+  double value(std::size_t room, const Finding& finding) const {
+    if (const std::optional<double> value = found().value(room, finding)) return *value;
+    throw Error(ErrorKind::Failed, "a record lacks a value", run_.metrics_path().string(), text_of(finding));
   }
-  Agreement agreement_of(std::size_t room, const std::string& name) const {
-    return {value(room, name + "/pixels"), value(room, name + "/values"), value(room, name + "/within"),
-            value(room, name + "/difference"), value(room, name + "/error")};
+  Agreement agreement_of(std::size_t room, const char* region) const {
+    return {value(room, {"pixels", region}), value(room, {"values", region}), value(room, {"within", region}),
+            value(room, {"difference", region}), value(room, {"error", region})};
   }
 
   /// The table of agreement, and in the provenance what it says.
@@ -156,9 +148,9 @@ class TruthStudy : public StudyRun {
     };
     std::vector<Agreement> reflected, whole;
     std::vector<double> stated;
-    for (std::size_t r = 0; r < records_.size(); ++r) {
+    for (std::size_t r = 0; r < found().rooms(); ++r) {
       reflected.push_back(agreement_of(r, "reflected")), whole.push_back(agreement_of(r, "whole"));
-      stated.push_back(value(r, "whole/stated"));
+      stated.push_back(value(r, {"stated", "whole"}));
       add(fmt::format("{}", r), reflected.back(), whole.back(), stated.back());
     }
     const Agreement all = together(reflected);
@@ -180,9 +172,10 @@ class TruthStudy : public StudyRun {
                      {"time", "s a view", Best::None, 3}};
     for (const LightRow& row : light_rows()) {
       std::vector<double> of[3];
-      for (std::size_t r = 0; r < records_.size(); ++r) {
-        of[0].push_back(value(r, row.key + "/relmse")), of[1].push_back(value(r, row.key + "/psnr"));
-        of[2].push_back(value(r, row.key + "/seconds"));
+      for (std::size_t r = 0; r < found().rooms(); ++r) {
+        of[0].push_back(value(r, {"relmse", "picture", row.key})),
+            of[1].push_back(value(r, {"psnr", "picture", row.key}));
+        of[2].push_back(value(r, {"seconds", "picture", row.key}));
       }
       table.add({row.label, measure_of(of[0]), measure_of(of[1]), measure_of(of[2])});
     }
@@ -195,23 +188,12 @@ class TruthStudy : public StudyRun {
     std::fputs("\n", stdout);
     write_table("lights", lights);
     double dropped = 0;
-    for (std::size_t r = 0; r < records_.size(); ++r) dropped += value(r, "dropped");
+    for (std::size_t r = 0; r < found().rooms(); ++r) dropped += value(r, {"dropped"});
     provenance_.figures["samples dropped as not finite"] = dropped;
   }
 };
 
 }  // namespace
-
-Scene scene_of(const TraceMaps& maps, const Camera& camera) {
-  Scene scene;
-  scene.camera = camera, scene.albedo = maps.albedo, scene.normal = maps.normal, scene.depth = maps.depth;
-  scene.material = Image(camera.width, camera.height, 3);
-  std::copy(maps.roughness.data.begin(), maps.roughness.data.end(), scene.material.plane(0));
-  std::copy(maps.metallic.data.begin(), maps.metallic.data.end(), scene.material.plane(1));
-  std::transform(maps.emitter.begin(), maps.emitter.end(), scene.material.plane(2),
-                 [](int emitter) { return emitter >= 0 ? 1.0f : 0.0f; });
-  return scene;
-}
 
 TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Scene& scene,
                                     const TruthOptions& options) {
@@ -225,13 +207,13 @@ TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Sc
   settings.points = "independent";  // the standard error of Sobol's points is stated too large
   for (int k = 0; k < options.batches; ++k) {
     stop_if_interrupted("study");
-    settings.seed = seed_of(options.seed, 10 + 2 * static_cast<std::uint64_t>(k));
+    settings.seed = Random(options.seed).seed(10 + 2 * static_cast<std::uint64_t>(k));
     const TruthRendering layer = render_truth(device, traced, scene, settings);
     ours.add(
         layer.whole.radiance.real, [&](std::size_t i) { return std::pow(layer.whole.standard_error.real[i], 2); }, n);
     our_reflected.push_back(layer.reflected.radiance.real), our_whole.push_back(layer.whole.radiance.real);
 
-    const std::uint32_t seed = seed_of(options.seed, 11 + 2 * static_cast<std::uint64_t>(k));
+    const std::uint32_t seed = Random(options.seed).seed(11 + 2 * static_cast<std::uint64_t>(k));
     const TracePicture all = traced.picture(scene.camera, options.picture_spp, seed);
     const TracePicture direct = traced.picture(scene.camera, options.picture_spp, seed, 1);
     theirs.add(
@@ -252,6 +234,15 @@ TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Sc
       share_by_stated(ours.mean, ours.variance, theirs.mean, theirs.variance, result.used, options.level);
   result.layer = ours.picture(scene), result.tracer = theirs.picture(scene);
   return result;
+}
+
+void add_truth_keys(Schema& schema) {
+  schema.section("truth", "The layer under true light against the tracer.")
+      .integer("truth.batches", 16, "Independent estimates of each picture", {2, 1000})
+      .integer("truth.layer_spp", 512, "Samples a pixel of one of the layer's", {2, 65536})
+      .integer("truth.picture_spp", 1024, "Samples a pixel of one of the tracer's", {1, 65536})
+      .real("truth.level", 0.9975, "Share of values that chance leaves inside the limits", {0.5, 0.9999})
+      .integer("truth.light_spp", 64, "Samples a pixel in the comparison of lights", {2, 65536});
 }
 
 std::string run_truth_study(const Config& config, const std::vector<std::string>& command) {

@@ -13,13 +13,16 @@
 #include <string>
 #include <vector>
 
-#include "experiments/studies/compare.hpp"
+#include "experiments/studies/agreement.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/config.hpp"
 #include "nets/scene.hpp"
 #include "tracer/trace_scene.hpp"
 
 namespace clerestory {
+
+/// Keys of its own.
+void add_truth_keys(Schema& schema);
 
 /// study.kind = "truth". Returns the run directory.
 std::string run_truth_study(const Config& config, const std::vector<std::string>& command);
@@ -37,9 +40,6 @@ struct TruthComparison {
   std::vector<bool> used;      // pixels compared
   double dropped = 0;          // samples and paths that were not finite
 };
-
-/// A view's true maps, without rounding, as a scene; its photograph is left empty.
-Scene scene_of(const TraceMaps& maps, const Camera& camera);
 
 /// `scene`: scene_of(traced.maps(camera), camera).
 TruthComparison compare_with_tracer(Device& device, TraceScene& traced, const Scene& scene,

@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
-#include <map>
 
 #include "experiments/evaluation/detection.hpp"
-#include "experiments/studies/known_light.hpp"
-#include "experiments/studies/study_run.hpp"
+#include "experiments/studies/room_study.hpp"
 #include "experiments/training/light_validation.hpp"
+#include "experiments/truth/lit_room.hpp"
 #include "host/io/resize.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/plot.hpp"
@@ -20,14 +18,23 @@ namespace {
 
 constexpr double kLeastCosine = 0.1;
 
-class UncertaintyStudy : public StudyRun {
+/// Of rays of a kind, mixed by one constant of u.
+Finding error_finding(const char* metric, const char* rays, std::int64_t constant) {
+  return {metric, rays, fmt::format("constant {}", constant)};
+}
+/// Of the bins of u: "rays", of these "false", and the sum of their "u".
+Finding bin_finding(const char* metric, std::int64_t constant, std::size_t bin) {
+  return Finding{metric, "bins of u", fmt::format("constant {}", constant)}.of(static_cast<std::int64_t>(bin));
+}
+const Finding kHitShare{"share", "rays that hit"}, kFalseShare{"share", "false hits"}, kArea{"AUC", "false hits"};
+
+class UncertaintyStudy : public RoomStudy {
  public:
-  using StudyRun::StudyRun;
+  using RoomStudy::RoomStudy;
 
  private:
-  /// One record a room.
   void measure() override {
-    options_ = known_light_options(config_);
+    options_ = lit_room_options(config_);
     RenderSettings settings;
     settings.light = "net";
     use_light(settings);
@@ -42,23 +49,21 @@ class UncertaintyStudy : public StudyRun {
                              nets.states, "auto");
     measure_rooms([&](const ListedRoom& listed) {
       LitRoom room(device_, listed, options_);
-      values_.clear(), counts_.clear();
+      RoomFindings found;
       for (int v = 0; v < options_.views; ++v) {
         const KnownView known = room.view(v);
         for (std::size_t s = 0; s < known.draws.size(); ++s) {
           stop_if_interrupted("study");
-          measure_draw(room, known, s, predictor);
+          measure_draw(room, known, static_cast<std::int64_t>(s), predictor, found);
         }
       }
-      MetricRecord record{listed.index + 1, 0, {}};
-      for (const auto& [key, list] : values_) record.values.emplace_back(key, mean(list));
-      for (const auto& [key, count] : counts_) record.values.emplace_back(key, count);
-      add_record(std::move(record));
+      return found;
     });
   }
 
-  void measure_draw(LitRoom& room, const KnownView& known, std::size_t seed, LightPredictor& predictor) {
-    const LightRays& rays = known.draws[seed];
+  void measure_draw(LitRoom& room, const KnownView& known, std::int64_t seed, LightPredictor& predictor,
+                    RoomFindings& found) {
+    const LightRays& rays = known.draws[static_cast<std::size_t>(seed)];
     const LightAnswers answers = predictor.answer(known.view, rays);
     const std::vector<Vec3> met = room.first_surfaces(known, rays);
     std::vector<double> delta;
@@ -72,75 +77,62 @@ class UncertaintyStudy : public StudyRun {
       is_false.push_back(!is_real_hit(known.view, answers.pixel[i], met[i], config_.real("uncertainty.footprints")));
     }
     if (hits.empty()) return;
-    note_detection(seed, delta, is_false);
-    values_[fmt::format("rays that hit/{}", seed)].push_back(static_cast<double>(hits.size()) /
-                                                             static_cast<double>(all.size()));
+    note_detection(seed, delta, is_false, found);
+    found.add(kHitShare.of(seed), static_cast<double>(hits.size()) / static_cast<double>(all.size()));
     const KnownRays truth(rays.light);
     for (const std::int64_t k : config_.integers("uncertainty.constants")) {
       const std::vector<float> mixed =
           mixed_light(answers.in_view, answers.out_of_view, answers.delta, answers.pixel, static_cast<double>(k));
       for (const auto& [kind, used] : {std::pair{"hits", &hits}, {"all", &all}}) {
         const RadianceError e = truth.error(mixed, *used);
-        values_[fmt::format("relMSE, {}/{} {}", kind, k, seed)].push_back(e.relmse);
-        values_[fmt::format("log-RGB RMSE, {}/{} {}", kind, k, seed)].push_back(e.log_rmse);
+        found.add(error_finding(kRelMse.key, kind, k).of(seed), e.relmse);
+        found.add(error_finding(kLogRmse.key, kind, k).of(seed), e.log_rmse);
       }
     }
   }
 
   /// u grows with delta whatever the constant, and so does the area under the curve not change with it.
-  void note_detection(std::size_t seed, const std::vector<double>& delta, const std::vector<bool>& is_false) {
-    values_[fmt::format("false hits/{}", seed)].push_back(static_cast<double>(std::ranges::count(is_false, true)) /
-                                                          static_cast<double>(is_false.size()));
-    if (const double area = area_under_curve(delta, is_false); std::isfinite(area))
-      values_[fmt::format("AUC/{}", seed)].push_back(area);
+  void note_detection(std::int64_t seed, const std::vector<double>& delta, const std::vector<bool>& is_false,
+                      RoomFindings& found) {
+    found.add(kFalseShare.of(seed),
+              static_cast<double>(std::ranges::count(is_false, true)) / static_cast<double>(is_false.size()));
+    if (const double area = area_under_curve(delta, is_false); std::isfinite(area)) found.add(kArea.of(seed), area);
     const int bins = bin_count();
     for (const std::int64_t k : config_.integers("uncertainty.constants")) {
       std::vector<double> u;
       for (const double d : delta) u.push_back(std::tanh(static_cast<double>(k) * d));
       const std::vector<ReliabilityBin> filled = reliability_bins(u, is_false, bins);
       for (std::size_t b = 0; b < filled.size(); ++b) {
-        counts_[bin_key(k, b, "rays")] += filled[b].count, counts_[bin_key(k, b, "false")] += filled[b].positive;
-        counts_[bin_key(k, b, "u")] += filled[b].score;
+        found.sum(bin_finding("rays", k, b), filled[b].count),
+            found.sum(bin_finding("false", k, b), filled[b].positive);
+        found.sum(bin_finding("u", k, b), filled[b].score);
       }
     }
   }
 
   int bin_count() const { return static_cast<int>(config_.integer("uncertainty.bins")); }
-  static std::string bin_key(std::int64_t constant, std::size_t bin, const char* what) {
-    return fmt::format("bins of u, constant {}/{} {}", constant, what, bin);
-  }
 
   // --- What the records say ---------------------------------------------------------------------------------------
 
-  double value(std::size_t room, const std::string& key) const {
-    return value_of(room, key).value_or(std::numeric_limits<double>::quiet_NaN());
-  }
-  /// Means over rooms, one a seed; empty where no room has such a value.
-  std::vector<double> seed_means(const std::string& begin) const {
-    std::vector<double> means;
-    for (std::int64_t s = 0; s < config_.integer("study.seeds"); ++s) {
-      std::vector<double> rooms;
-      for (std::size_t r = 0; r < records_.size(); ++r)
-        if (const double v = value(r, begin + std::to_string(s)); std::isfinite(v)) rooms.push_back(v);
-      if (!rooms.empty()) means.push_back(mean(rooms));
-    }
-    return means;
+  std::vector<double> seed_means(const Finding& finding) const {
+    return found().seed_means(finding, config_.integer("study.seeds"));
   }
   /// Of all rooms and draws together.
   std::vector<ReliabilityBin> bins_of(std::int64_t constant) const {
     std::vector<ReliabilityBin> bins(static_cast<std::size_t>(bin_count()));
-    for (std::size_t r = 0; r < records_.size(); ++r)
+    for (std::size_t r = 0; r < found().rooms(); ++r)
       for (std::size_t b = 0; b < bins.size(); ++b) {
-        const double count = value(r, bin_key(constant, b, "rays"));
-        if (!(count > 0)) continue;
-        bins[b].count += count, bins[b].positive += value(r, bin_key(constant, b, "false"));
-        bins[b].score += value(r, bin_key(constant, b, "u"));
+        const auto value = [&](const char* metric) {
+          return found().value_or_nan(r, bin_finding(metric, constant, b));
+        };
+        if (!(value("rays") > 0)) continue;
+        bins[b].count += value("rays"), bins[b].positive += value("false"), bins[b].score += value("u");
       }
     return bins;
   }
 
   std::string setting() const {
-    return fmt::format("{} rooms x {} views, {} maps", records_.size(), config_.integer("incident.views"),
+    return fmt::format("{} rooms x {} views, {} maps", found().rooms(), config_.integer("incident.views"),
                        config_.text("data.maps"));
   }
 
@@ -155,11 +147,11 @@ class UncertaintyStudy : public StudyRun {
                      {"log-RGB RMSE, all rays", "", Best::None, 3},
                      {"u off the share of false hits", "mean over hits", Best::None, 3}};
     for (const std::int64_t k : config_.integers("uncertainty.constants")) {
-      const auto errors = [&](const char* group) {
-        return measure_or_nothing(seed_means(fmt::format("{}/{} ", group, k)));
+      const auto errors = [&](const RadianceFigure& f, const char* rays) {
+        return measure_or_nothing(seed_means(error_finding(f.key, rays, k)));
       };
-      table.add({Measure{static_cast<double>(k)}, errors("relMSE, hits"), errors("relMSE, all"),
-                 errors("log-RGB RMSE, hits"), errors("log-RGB RMSE, all"), Measure{calibration_error(bins_of(k))}});
+      table.add({Measure{static_cast<double>(k)}, errors(kRelMse, "hits"), errors(kRelMse, "all"),
+                 errors(kLogRmse, "hits"), errors(kLogRmse, "all"), Measure{calibration_error(bins_of(k))}});
     }
     return table;
   }
@@ -173,8 +165,8 @@ class UncertaintyStudy : public StudyRun {
     table.columns = {{"rays that hit", "share", Best::None, 3},
                      {"of these false", "share", Best::None, 3},
                      {"AUC", "whatever the constant", Best::None, 3}};
-    table.add({measure_or_nothing(seed_means("rays that hit/")), measure_or_nothing(seed_means("false hits/")),
-               measure_or_nothing(seed_means("AUC/"))});
+    table.add({measure_or_nothing(seed_means(kHitShare)), measure_or_nothing(seed_means(kFalseShare)),
+               measure_or_nothing(seed_means(kArea))});
     return table;
   }
 
@@ -199,9 +191,7 @@ class UncertaintyStudy : public StudyRun {
     draw_reliability();
   }
 
-  KnownLightOptions options_;
-  std::map<std::string, std::vector<double>> values_;  // of the room that is measured: one a view
-  std::map<std::string, double> counts_;               // and what is summed over its views and draws
+  LitRoomOptions options_;
 };
 
 }  // namespace
@@ -234,6 +224,13 @@ std::vector<float> mixed_light(const std::vector<float>& in_view, const std::vec
     }
   }
   return mixed;
+}
+
+void add_uncertainty_keys(Schema& schema) {
+  schema.section("uncertainty", "u against the tracer's first surfaces.")
+      .integers("uncertainty.constants", {1, 3, 10, 30, 100}, "Constants of u = tanh(constant delta)", {1, 100000})
+      .real("uncertainty.footprints", 1.5, "A hit is real up to so many footprints of its pixel off", {0, 1000})
+      .integer("uncertainty.bins", 10, "Bins of the reliability curve", {1, 1000});
 }
 
 std::string run_uncertainty_study(const Config& config, const std::vector<std::string>& command) {

@@ -10,6 +10,9 @@
 
 namespace clerestory {
 
+/// Keys of its own.
+void add_uncertainty_keys(Schema& schema);
+
 /// study.kind = "uncertainty". Returns the run directory. Throws usage_error when there are no weights of the light, or
 /// when views have another size than the nets read.
 std::string run_uncertainty_study(const Config& config, const std::vector<std::string>& command);

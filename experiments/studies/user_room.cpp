@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "experiments/applications/insert.hpp"
-#include "experiments/applications/light_weights.hpp"
 #include "experiments/evaluation/light_errors.hpp"
-#include "experiments/studies/compare.hpp"
-#include "experiments/studies/crop.hpp"
-#include "experiments/studies/predicted_scene.hpp"
-#include "experiments/studies/traced_room.hpp"
+#include "experiments/evaluation/picture_error.hpp"
+#include "experiments/truth/crop.hpp"
+#include "experiments/truth/predicted_scene.hpp"
+#include "experiments/truth/study_light.hpp"
+#include "experiments/truth/traced_room.hpp"
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
@@ -43,10 +43,10 @@ class UserRoomMeasurement {
  public:
   UserRoomMeasurement(Device& device, const ListedRoom& room, const UserOptions& options)
       : device_(device), options_(options), random_(room.seed), view_(device, room, options.width, options.height) {
-    const Image linear = view_.traced.picture(view_.camera, options.photo_spp, seed_of(kPhoto)).mean;
+    const Image linear = view_.traced.picture(view_.camera, options.photo_spp, random_.seed(kPhoto)).mean;
     exposure_ = static_cast<float>(exposure_of(linear.data));
     view_.scene.photo = camera_picture(exposed(linear));
-    truth_ = exposed(view_.traced.picture(view_.camera, options.truth_spp, seed_of(kTruth)).mean);
+    truth_ = exposed(view_.traced.picture(view_.camera, options.truth_spp, random_.seed(kTruth)).mean);
     const std::size_t n = truth_.pixels();
     for (std::size_t i = 0; i < n; ++i)
       used_.push_back(view_.scene.depth.data[i] > 0 && view_.scene.material.data[2 * n + i] == 0);
@@ -71,11 +71,7 @@ class UserRoomMeasurement {
   }
 
  private:
-  std::uint32_t seed_of(std::uint64_t stream) const { return static_cast<std::uint32_t>(random_.fork(stream).bits()); }
-  Image exposed(Image image) const {
-    for (float& v : image.data) v *= exposure_;
-    return image;
-  }
+  Image exposed(Image image) const { return scaled(std::move(image), exposure_); }
 
   // --- The truth --------------------------------------------------------------------------------------------------
 
@@ -98,7 +94,8 @@ class UserRoomMeasurement {
       std::vector<bool> wanted = ball.near;
       for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = wanted[i] || ball.shows[i];
       const Crop crop = crop_to(view_.camera, wanted);
-      paste(exposed(with.picture(crop.camera, options_.truth_spp, seed_of(kTruth)).mean), crop, wanted, ball.picture);
+      paste(exposed(with.picture(crop.camera, options_.truth_spp, random_.seed(kTruth)).mean), crop, wanted,
+            ball.picture);
       balls_.push_back(std::move(ball));
     }
   }
@@ -165,7 +162,7 @@ class UserRoomMeasurement {
     stop_if_interrupted("study");
     RenderSettings settings = under_light(options_.render, light, device_, scene);
     for (int s = 0; s < options_.seeds; ++s) {
-      settings.seed = seed_of(kLayer + static_cast<std::uint64_t>(s));
+      settings.seed = random_.seed(kLayer + static_cast<std::uint64_t>(s));
       const Rendering again = render_scene(device_, scene, settings);
       note(light, "render", s, picture_error(again.radiance, truth_, used_));
       if (light == "constant") note(kOracle, "render", s, best_scaled_error(again.radiance, truth_, used_));

@@ -8,7 +8,7 @@
 
 #include "experiments/evaluation/radiance_error.hpp"
 #include "experiments/evaluation/summary.hpp"
-#include "experiments/studies/room_list.hpp"
+#include "experiments/truth/room_list.hpp"
 #include "host/cl/device.hpp"
 #include "nets/render_scene.hpp"
 

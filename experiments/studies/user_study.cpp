@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "experiments/applications/light_weights.hpp"
 #include "experiments/applications/predict.hpp"
 #include "experiments/evaluation/detection.hpp"
+#include "experiments/studies/room_study.hpp"
 #include "experiments/studies/strip.hpp"
-#include "experiments/studies/study_run.hpp"
 #include "experiments/studies/user_room.hpp"
-#include "experiments/training/checkpoint.hpp"
+#include "experiments/truth/study_light.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/balls.hpp"
 
@@ -42,31 +42,29 @@ std::string label_of(const std::string& light) {
   return light;
 }
 
-std::string key_of(const std::string& maps, const std::string& light, const std::string& job, const char* figure,
-                   int seed) {
-  return fmt::format("{}/{}/{}/{}/{}", maps, light, job, figure, seed);
-}
-std::string map_key(const MapErrorInfo& error, const char* who) { return fmt::format("maps/{}/{}", error.key, who); }
+/// Of a predicted map: `who`: ours or a trivial predictor.
+Finding map_finding(const MapErrorInfo& error, const char* who) { return {error.key, "maps", who}; }
+const Finding kScale{"scale", "maps", "ours"}, kSeconds{"seconds", "render"}, kBall{"ball"};
 
-class UserStudy : public StudyRun {
+class UserStudy : public RoomStudy {
  public:
-  using StudyRun::StudyRun;
+  using RoomStudy::RoomStudy;
 
  private:
-  /// One record a room.
   void measure() override {
     prepare();
     measure_rooms([this](const ListedRoom& listed) {
       const UserRoom room = measure_user_room(device_, listed, options_, means_ ? &*means_ : nullptr);
-      MetricRecord record{listed.index + 1, 0, {{"ball", room.ball}, {"render/seconds", room.seconds}}};
+      RoomFindings found;
+      found.add(kBall, room.ball), found.add(kSeconds, room.seconds);
       for (const UserError& e : room.errors)
         for (const RadianceFigure& f : kRadianceFigures)
-          record.values.emplace_back(key_of(e.maps, e.light, e.job, f.key, e.seed), e.error.*f.value);
-      for (int m = 0; m < map_error_count; ++m) add_map_errors(record, room.maps, static_cast<MapError>(m));
-      if (room.maps.log_scale_error) record.values.emplace_back("maps/scale", *room.maps.log_scale_error);
+          found.add(Finding{f.key, e.job, e.light, e.maps}.of(e.seed), e.error.*f.value);
+      for (int m = 0; m < map_error_count; ++m) add_map_errors(found, room.maps, static_cast<MapError>(m));
+      if (room.maps.log_scale_error) found.add(kScale, *room.maps.log_scale_error);
       if (listed.index < kMostStrips)
         write_strip(run_.artifact(fmt::format("room{}_photo_tracers_ball_then_lights.png", listed.index)), room.strip);
-      add_record(std::move(record));
+      return found;
     });
   }
 
@@ -86,26 +84,17 @@ class UserStudy : public StudyRun {
       means_ = weights.means->maps(options_.width, options_.height);
   }
 
-  static void add_map_errors(MetricRecord& record, const ViewResult& result, MapError error) {
+  static void add_map_errors(RoomFindings& found, const ViewResult& result, MapError error) {
     const auto add = [&](const char* who, const MapErrors& errors) {
-      if (const auto& e = errors[static_cast<std::size_t>(error)])
-        record.values.emplace_back(map_key(info(error), who), *e);
+      if (const auto& e = errors[static_cast<std::size_t>(error)]) found.add(map_finding(info(error), who), *e);
     };
     add("ours", result.ours), add("mean map", result.mean_map), add("picture", result.picture);
     add("constant", result.constant);
   }
 
-  /// [room][seed]; rooms without it are left out.
-  std::vector<std::vector<double>> values(const std::string& maps, const std::string& light, const std::string& job,
-                                          const RadianceFigure& figure) const {
-    std::vector<std::vector<double>> rooms;
-    for (std::size_t r = 0; r < records_.size(); ++r) {
-      std::vector<double> seeds;
-      for (int s = 0; s < static_cast<int>(config_.integer("study.seeds")); ++s)
-        if (const auto v = value_of(r, key_of(maps, light, job, figure.key, s))) seeds.push_back(*v);
-      if (!seeds.empty()) rooms.push_back(std::move(seeds));
-    }
-    return rooms;
+  Findings::BySeed values(const std::string& maps, const std::string& light, const std::string& job,
+                          const RadianceFigure& figure) const {
+    return found().present_by_seed({figure.key, job, light, maps}, config_.integer("study.seeds"));
   }
   Cell cell(const std::string& maps, const std::string& light, const std::string& job,
             const RadianceFigure& figure) const {
@@ -126,7 +115,7 @@ class UserStudy : public StudyRun {
         "{} rooms of {} ({}), one photograph of {}x{} each, clipped at white and stored in 8 bits; mean over rooms and "
         "{} seeds of the layer, ± the larger of the spread over seeds and the standard error over rooms; {} samples a "
         "pixel, truth by {}, nothing clamped",
-        records_.size(), rooms_.file.filename().string(),
+        found().rooms(), rooms_.file.filename().string(),
         rooms_.setting == Setting::HeldOut ? "content kept out of training" : "content of the training",
         config_.integer("data.width"), config_.integer("data.height"), config_.integer("study.seeds"),
         config_.integer("user.spp"), config_.integer("user.truth_spp"));
@@ -235,15 +224,16 @@ class UserStudy : public StudyRun {
     for (int m = 0; m < map_error_count; ++m) {
       const MapErrorInfo& error = info(static_cast<MapError>(m));
       std::vector<Cell> row{std::string(error.name), std::string(error.unit)};
-      for (const char* who : {"ours", "mean map", "picture", "constant"}) row.push_back(of_rooms(map_key(error, who)));
+      for (const char* who : {"ours", "mean map", "picture", "constant"})
+        row.push_back(of_rooms(map_finding(error, who)));
       table.add(std::move(row));
     }
-    table.add({"scale of depth", "|ln predicted / true|", of_rooms("maps/scale"), Cell{}, Cell{}, Cell{}});
+    table.add({"scale of depth", "|ln predicted / true|", of_rooms(kScale), Cell{}, Cell{}, Cell{}});
     return table;
   }
-  Cell of_rooms(const std::string& key) const {
+  Cell of_rooms(const Finding& finding) const {
     std::vector<std::vector<double>> rooms;
-    for (const double v : values_of(key)) rooms.push_back({v});
+    for (const double v : found().values(finding)) rooms.push_back({v});
     return rooms.empty() ? Cell() : Cell(over_rooms(rooms));
   }
 
@@ -255,8 +245,8 @@ class UserStudy : public StudyRun {
       write_table(name, table);
       std::fputs("\n", stdout);
     }
-    provenance_.figures["rooms with a ball"] = sum(values_of("ball"));
-    provenance_.figures["seconds: a re-render, median"] = median(values_of("render/seconds"));
+    provenance_.figures["rooms with a ball"] = sum(found().values(kBall));
+    provenance_.figures["seconds: a re-render, median"] = median(found().values(kSeconds));
   }
 
   UserOptions options_;
@@ -264,6 +254,16 @@ class UserStudy : public StudyRun {
 };
 
 }  // namespace
+
+void add_user_keys(Schema& schema) {
+  schema.section("user", "What a user gets.")
+      .integer("user.spp", 64, "Samples a pixel of the layer", {2, 65536})
+      .integer("user.truth_spp", 1024, "Samples a pixel of the tracer's pictures that judge", {2, 65536})
+      .integer("user.probes", 4, "Points in free air; fewer where there is no place for them", {0, 100})
+      .integer("user.probe_spp", 64, "Paths of a texel in each of two estimates of their light", {1, 65536})
+      .texts("user.lights", {"net+lamps", "net", "constant+fit", "constant+lamps", "constant", "image"},
+             "Who answers, the first against the others; +lamps: lamps fitted, constant+fit: a fitted constant");
+}
 
 std::string run_user_study(const Config& config, const std::vector<std::string>& command) {
   return UserStudy(config, command).run();

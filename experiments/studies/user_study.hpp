@@ -11,6 +11,9 @@
 
 namespace clerestory {
 
+/// Keys of its own.
+void add_user_keys(Schema& schema);
+
 /// study.kind = "user". Returns the run directory. Throws usage_error where weights are missing.
 std::string run_user_study(const Config& config, const std::vector<std::string>& command);
 

@@ -1,14 +1,11 @@
 #include "experiments/training/checkpoint.hpp"
 
-#include <array>
 #include <bit>
-#include <cmath>
-#include <cstdlib>
-#include <set>
 
-#include "experiments/training/light_validation.hpp"
-#include "experiments/training/metadata.hpp"
-#include "experiments/training/network.hpp"
+#include "experiments/weights/maps_text.hpp"
+#include "experiments/weights/metadata.hpp"
+#include "experiments/weights/moments.hpp"
+#include "experiments/weights/stored_states.hpp"
 #include "host/error.hpp"
 
 namespace clerestory {
@@ -16,145 +13,9 @@ namespace {
 
 constexpr const char* progress_tensor = "training.progress";
 
-std::vector<long> stored_shape(const Shape& s) { return {s.n, s.c, s.h, s.w}; }
-
-std::string shape_text(const std::vector<long>& shape) { return fmt::format("{}", fmt::join(shape, "x")); }
-
-StoredTensor stored_state(const States& states, const std::string& name) {
-  const Tensor tensor = states.get(name);
-  StoredTensor stored(stored_shape(tensor.shape), tensor.floats());
-  if (const std::string found = not_finite(stored); !found.empty())
-    throw Error(ErrorKind::Failed, "a state of the network is not finite; the file before stays", name, found);
-  return stored;
-}
-
-/// The tensor `name` of a file, which must have this shape.
-const StoredTensor& shaped_tensor(const TensorFile& file, const std::string& name, const Shape& shape,
-                                  const std::string& where) {
-  const StoredTensor& stored = file.get(name, where);
-  if (stored.shape != stored_shape(shape))
-    throw usage_error("a tensor has another shape than the network", where + ": " + name, shape_text(stored.shape),
-                      shape_text(stored_shape(shape)));
-  return stored;
-}
-
-void set_state(States& states, const std::string& name, const Shape& shape, const TensorFile& file,
-               const std::string& where) {
-  states.set(name, Tensor(shape, shaped_tensor(file, name, shape, where).floats(where + ": " + name)));
-}
-
 void must_agree(const TensorFile& file, const std::string& key, const std::string& expected, const std::string& where) {
   if (fact(file, key, where) != expected)
     throw usage_error("the checkpoint belongs to another run", where + ": " + key, fact(file, key, where), expected);
-}
-
-std::string facts_text(double value) { return fmt::format("{}", value); }
-
-void describe_validation(TensorFile& file, const History& history) {
-  if (history.legs.empty() || history.legs.back().curve.empty()) return;
-  const HistoryPoint& last = history.legs.back().curve.back();
-  file.metadata["score"] = facts_text(last.score);
-  file.metadata["scale_error"] = facts_text(last.scale_error);
-  const std::vector<ErrorName>& names = error_names(history.kind());
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (std::isfinite(last.errors[i])) file.metadata["error." + names[i].key] = facts_text(last.errors[i]);
-}
-
-History stored_history(const TensorFile& file, const std::string& where) {
-  const auto found = file.metadata.find("history");
-  return found == file.metadata.end() ? History{} : history_from_json(found->second, where);
-}
-
-/// Tensors and metadata of weights, but for the mean maps.
-TensorFile weights_of(const States& states, const History& history, const WeightsFacts& facts) {
-  TensorFile file;
-  std::uint64_t numbers = 0;
-  for (const auto& [name, shape] : facts.states) {
-    file.tensors[name] = stored_state(states, name);
-    numbers += static_cast<std::uint64_t>(shape.count());
-  }
-  std::set<std::uint64_t> seeds;
-  for (const Leg& leg : history.legs) seeds.insert(leg.seed);
-  file.metadata["kind"] = "weights";
-  file.metadata["net"] = facts.net;
-  file.metadata["preset"] = facts.preset;
-  file.metadata["width"] = std::to_string(facts.size.width);
-  file.metadata["height"] = std::to_string(facts.size.height);
-  file.metadata["longer_side"] = std::to_string(std::max(facts.size.width, facts.size.height));
-  file.metadata["numbers"] = std::to_string(numbers);
-  file.metadata["hours"] = facts_text(history.hours());
-  file.metadata["views_seen"] = std::to_string(history.views_seen());
-  file.metadata["seeds"] = fmt::format("{}", fmt::join(seeds, ","));
-  file.metadata["commit"] = facts.commit;
-  file.metadata["history"] = history_json(history);
-  describe_validation(file, history);
-  return file;
-}
-
-Size stored_size(const TensorFile& file, const std::string& where) {
-  return {whole_fact(file, "width", where, 16, 4096), whole_fact(file, "height", where, 16, 4096)};
-}
-
-/// "maps" or "light".
-std::string trained_kind(const TensorFile& file, const std::string& where) {
-  const auto kind = file.metadata.find("kind");
-  return kind != file.metadata.end() && kind->second == "light" ? "light" : stored_history(file, where).kind();
-}
-
-void must_be_light(const TensorFile& file, const std::string& where) {
-  if (const std::string kind = trained_kind(file, where); kind != "light")
-    throw usage_error("these are no weights of the light", where, "weights of the " + kind,
-                      "what `clerestory weights export` or `train` wrote for model.kind=light");
-}
-
-constexpr std::array<const char*, 2> light_parts{"local", "global"};
-
-std::filesystem::path light_file(const std::filesystem::path& folder, const std::string& part) {
-  return folder / ("light_" + part + ".safetensors");
-}
-
-/// Both parts of a folder as one file.
-TensorFile read_light_folder(const std::filesystem::path& folder) {
-  TensorFile both;
-  const std::string twin = light_file(folder, light_parts[0]).string();
-  for (const std::string part : light_parts) {
-    const std::filesystem::path path = light_file(folder, part);
-    const std::string where = path.string();
-    TensorFile file = read_finite_safetensors(path);
-    must_be_light(file, where);
-    if (fact(file, "part", where) != part)
-      throw usage_error("this is another part of the light", where, fact(file, "part", where), part);
-    const LightSizes sizes = light_from_text(fact(file, "net", where), where);
-    for (const auto& [name, shape] : light_states(sizes))
-      if (name.starts_with(part + ".")) shaped_tensor(file, name, shape, where);
-    if (both.metadata.empty()) both.metadata = file.metadata;
-    for (const char* key : {"net", "preset", "width", "height", "history"})
-      if (fact(file, key, where) != fact(both, key, twin))
-        throw usage_error("the two parts of the light do not belong together", fmt::format("{}: {}", where, key),
-                          fact(file, key, where), fmt::format("{} as in {}", fact(both, key, twin), twin));
-    both.tensors.merge(file.tensors);
-  }
-  return both;
-}
-
-TensorFile read_weights_files(const std::filesystem::path& path) {
-  return std::filesystem::is_directory(path) ? read_light_folder(path) : read_finite_safetensors(path);
-}
-
-/// What a file of the given kind says about its net, as this program would write it.
-std::string net_of(const TensorFile& file, const std::string& where) {
-  const std::string& text = fact(file, "net", where);
-  return trained_kind(file, where) == "light" ? light_text(light_from_text(text, where)) : text;
-}
-
-void fill(LoadedStates& out, const TensorFile& file, const std::string& where,
-          const std::map<std::string, Shape>& wanted, Device device) {
-  out.metadata = file.metadata;
-  out.preset = fact(file, "preset", where);
-  out.size = stored_size(file, where);
-  out.history = stored_history(file, where);
-  out.states = std::make_shared<States>(std::move(device));
-  for (const auto& [name, shape] : wanted) set_state(*out.states, name, shape, file, where);
 }
 
 }  // namespace
@@ -210,95 +71,6 @@ TrainingProgress go_on_from(const TensorFile& file, const std::string& where, St
   p.history = stored_history(file, where);
   if (MeanMaps::stored(file)) p.means = MeanMaps::restore(file, where);
   return p;
-}
-
-void write_weights(const std::filesystem::path& path, const States& states, const History& history,
-                   const std::optional<MeanMaps>& means, const WeightsFacts& facts) {
-  TensorFile file = weights_of(states, history, facts);
-  if (means) means->store(file);
-  store_moments(file, facts.moments);
-  write_safetensors(path, file, FloatStorage::F16);
-}
-
-void write_light(const std::filesystem::path& folder, const States& states, const History& history,
-                 const WeightsFacts& facts) {
-  for (const std::string part : light_parts) {
-    WeightsFacts own = facts;
-    std::erase_if(own.states, [&](const auto& state) { return !state.first.starts_with(part + "."); });
-    TensorFile file = weights_of(states, history, own);
-    file.metadata["kind"] = "light", file.metadata["part"] = part;
-    store_moments(file, facts.moments, part + ".");
-    write_safetensors(light_file(folder, part), file, FloatStorage::F16);
-  }
-}
-
-std::vector<std::filesystem::path> weights_files(const std::filesystem::path& path) {
-  if (!std::filesystem::is_directory(path)) return {path};
-  std::vector<std::filesystem::path> files;
-  for (const char* part : light_parts) files.push_back(light_file(path, part));
-  return files;
-}
-
-InitialWeights read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
-                                    const std::map<std::string, Shape>& wanted) {
-  const std::string where = path.string();
-  const TensorFile file = read_weights_files(path);
-  if (file.metadata.contains("net") && net_of(file, where) != net)
-    throw usage_error("weights of another net", where, file.metadata.at("net"), net);
-  for (const auto& [name, shape] : wanted) set_state(states, name, shape, file, where);
-  const Moments moments = stored_moments(file, where);
-  set_moments(states, moments, where);
-  return {stored_history(file, where), moments.steps};
-}
-
-void read_encoder_weights(const std::filesystem::path& path, States& states,
-                          const std::map<std::string, Shape>& wanted) {
-  const TensorFile file = read_finite_safetensors(path);
-  const std::string where = path.string();
-  const std::string way_out = "an encoder of the preset's layers and channels, or model.encoder = \"random\"";
-  std::size_t found = 0;
-  for (const auto& [name, shape] : wanted) {
-    if (!name.starts_with("encoder.")) continue;
-    const auto stored = file.tensors.find(name);
-    if (stored == file.tensors.end() || stored->second.shape != stored_shape(shape))
-      throw usage_error("the weights are of another encoder", where + ": " + name,
-                        stored == file.tensors.end() ? "none" : shape_text(stored->second.shape), way_out);
-    set_state(states, name, shape, file, where);
-    ++found;
-  }
-  if (found != file.tensors.size())
-    throw usage_error("the encoder has no use for all of its weights", where,
-                      fmt::format("{} tensors of which it takes {}", file.tensors.size(), found), way_out);
-}
-
-History read_history(const std::filesystem::path& path) {
-  return stored_history(read_finite_safetensors(path), path.string());
-}
-
-Moments read_moments(const std::filesystem::path& path) {
-  return stored_moments(read_weights_files(path), path.string());
-}
-
-LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
-  const std::string where = path.string();
-  const TensorFile file = read_finite_safetensors(path);
-  if (trained_kind(file, where) == "light")
-    throw usage_error("these are weights of the light", where, "", "weights of the maps");
-  LoadedWeights out;
-  out.net = net_from_text(fact(file, "net", where), where);
-  fill(out, file, where, inference_states(out.net), std::move(device));
-  if (MeanMaps::stored(file)) out.means = MeanMaps::restore(file, where);
-  return out;
-}
-
-LoadedLight load_light(const std::filesystem::path& path, Device device) {
-  const std::string where = path.string();
-  const TensorFile file = read_weights_files(path);
-  must_be_light(file, where);
-  LoadedLight out;
-  out.net = light_from_text(fact(file, "net", where), where);
-  fill(out, file, where, light_states(out.net), std::move(device));
-  return out;
 }
 
 }  // namespace clerestory

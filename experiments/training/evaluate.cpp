@@ -4,8 +4,10 @@
 #include <cmath>
 #include <set>
 
-#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/validation.hpp"
+#include "experiments/weights/maps_text.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"

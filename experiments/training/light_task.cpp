@@ -6,11 +6,13 @@
 #include "experiments/training/light_validation.hpp"
 #include "experiments/training/network.hpp"
 #include "experiments/training/report.hpp"
-#include "experiments/training/shipped.hpp"
 #include "experiments/training/streamed_light.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/training_views.hpp"
 #include "experiments/training/validation.hpp"
+#include "experiments/weights/light_text.hpp"
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/math/panorama.hpp"
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
@@ -34,12 +36,12 @@ struct LightNetwork {
   long parameters = 0;
 
   LightNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states) {
-    training = light_training(graph, o.light, o.light_step);
-    states->initialise(graph, o.seed);
+    training = light_training(graph, o.model.light, o.light.step);
+    states->initialise(graph, o.run.seed);
     std::vector<Value> outputs;
     for (const auto& [name, value] : training.losses) outputs.push_back(value);
     for (const Value& p : graph.parameters()) parameters += p.shape().count();
-    run = std::make_unique<Executor>(compile(graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
+    run = std::make_unique<Executor>(compile(graph, outputs, device, {.gemm = o.model.gemm}, true), std::move(states));
   }
 
   Losses step(const LightBatch& batch, std::int64_t step, double rate) {
@@ -106,20 +108,21 @@ class LightTask : public TrainingTask {
  public:
   LightTask(Device device, const TrainingOptions& options, const TrainingStates& states)
       : options_(options),
-        store_(fixed_names(options), options.size.width, options.size.height, options.cache_bytes),
-        validation_store_(name_views(options.validation_roots, options.validation_split), options.size.width,
-                          options.size.height, 0),
+        store_(fixed_names(options), options.model.size.width, options.model.size.height, options.data.cache_bytes),
+        validation_store_(name_views(options.data.validation_roots, options.data.validation_split),
+                          options.model.size.width, options.model.size.height, 0),
         network_(device, options, states.trained),
-        predictor_(device, options.light, options.size.width, options.size.height, kJudgedRows, kJudgedSamples,
-                   states.judged, options.gemm),
-        panorama_(device, options.light, options.size.width, options.size.height, probe_height, probe_width,
-                  states.judged, options.gemm),
+        predictor_(device, options.model.light, options.model.size.width, options.model.size.height, kJudgedRows,
+                   kJudgedSamples, states.judged, options.model.gemm),
+        panorama_(device, options.model.light, options.model.size.width, options.model.size.height, probe_height,
+                  probe_width, states.judged, options.model.gemm),
         device_(device) {
-    for (const JudgingList& list : options.lists) lists_.emplace_back(list.name, all_views(list.folder), options.size);
+    for (const JudgingList& list : options.data.lists)
+      lists_.emplace_back(list.name, all_views(list.folder), options.model.size);
   }
 
-  std::string net() const override { return light_text(options_.light); }
-  std::map<std::string, Shape> weights() const override { return light_states(options_.light); }
+  std::string net() const override { return light_text(options_.model.light); }
+  std::map<std::string, Shape> weights() const override { return light_states(options_.model.light); }
   const std::vector<ViewName>& views() const override { return store_.names(); }
   TrainingData data(std::int64_t step) const override { return data_of(options_, store_.names(), step); }
 
@@ -127,28 +130,28 @@ class LightTask : public TrainingTask {
     std::vector<std::string> notes{fmt::format(
         "light {}: {:.2f} M parameters, {} MiB on {}; {}, {} for validation, {}x{}, batch {}, {} x {} rays a "
         "view",
-        options_.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
-        device_.info().name, data_text(options_, store_.size()), validation_store_.size(), options_.size.width,
-        options_.size.height, options_.batch, options_.light_step.rows, options_.light_step.samples)};
+        options_.model.preset, static_cast<double>(network_.parameters) * 1e-6, network_.run->bytes() >> 20,
+        device_.info().name, data_text(options_, store_.size()), validation_store_.size(), options_.model.size.width,
+        options_.model.size.height, options_.train.batch, options_.light.step.rows, options_.light.step.samples)};
     if (const std::string note = frozen_note(network_.training.frozen); !note.empty()) notes.push_back(note);
     return notes;
   }
 
   std::vector<LeftOut> left_out() const override {
-    if (options_.light_step.weights.rerender > 0) return {};
+    if (options_.light.step.weights.rerender > 0) return {};
     return {{"pictures rendered again", "loss.rerender is 0", ""}};
   }
 
   void begin(TrainingProgress& progress) override {
-    if (options_.maps != "true") predict_maps();
+    if (options_.light.maps != "true") predict_maps();
     step_ = progress.step, first_ = progress.history.views_seen_before();
     moment_steps_ = progress.moment_steps;
-    if (store_.size() > 0) order_.emplace(store_.size(), options_.seed);
-    if (options_.stream.on)
-      streamed_.emplace(options_.stream, options_.size, options_.seed,
-                        static_cast<std::uint64_t>(first_ + step_ * options_.batch), predict_for_stream());
-    judged_ = read_judged(validation_store_, options_.validation_views);
-    for (LightList& list : lists_) list.views = read_judged(list.store, options_.list_views);
+    if (store_.size() > 0) order_.emplace(store_.size(), options_.run.seed);
+    if (options_.data.stream.on)
+      streamed_.emplace(options_.data.stream, options_.model.size, options_.run.seed,
+                        static_cast<std::uint64_t>(first_ + step_ * options_.train.batch), predict_for_stream());
+    judged_ = read_judged(validation_store_, options_.data.validation_views);
+    for (LightList& list : lists_) list.views = read_judged(list.store, options_.data.list_views);
     stream_ = std::make_unique<LightStream>([this](std::int64_t step) { return batch(step); }, progress.step);
   }
 
@@ -200,8 +203,9 @@ class LightTask : public TrainingTask {
     std::vector<JudgedLight> judged;
     for (const std::size_t i : spread(store.size(), static_cast<std::size_t>(views))) {
       const auto view = store.get(i);
-      judged.push_back({store.name(i).text(), view,
-                        draw_rays(*view, kJudgedRows, kJudgedSamples, options_.sampling.probe_rows, kJudgedKey + i)});
+      judged.push_back(
+          {store.name(i).text(), view,
+           draw_rays(*view, kJudgedRows, kJudgedSamples, options_.light.sampling.probe_rows, kJudgedKey + i)});
     }
     return judged;
   }
@@ -209,10 +213,12 @@ class LightTask : public TrainingTask {
   /// The second phase of progressive training: MGNet is frozen, and the light's nets learn to live with its errors; of
   /// `both` every other view, by its key, has true maps still.
   void predict_maps() {
-    const bool both = options_.maps == "both";
-    if (both) predicted_.emplace(store_.names(), options_.size.width, options_.size.height, options_.cache_bytes);
-    const LoadedWeights weights = load_weights(weights_or_shipped(options_.maps_weights), device_);
-    MapPredictor predictor(device_, weights.net, weights.states, 1, options_.gemm);
+    const bool both = options_.light.maps == "both";
+    if (both)
+      predicted_.emplace(store_.names(), options_.model.size.width, options_.model.size.height,
+                         options_.data.cache_bytes);
+    const LoadedWeights weights = load_weights(weights_or_shipped(options_.light.maps_weights), device_);
+    MapPredictor predictor(device_, weights.net, weights.states, 1, options_.model.gemm);
     std::vector<LightStore*> stores{both ? &*predicted_ : &store_, &validation_store_};
     for (LightList& list : lists_) stores.push_back(&list.store);
     std::size_t views = 0;
@@ -227,17 +233,18 @@ class LightTask : public TrainingTask {
   }
 
   NamedLightView view_at(std::uint64_t position, bool predicted) {
-    if (streamed_ && !is_fixed(options_.stream, options_.seed, position)) return streamed_->at(position, predicted);
+    if (streamed_ && !is_fixed(options_.data.stream, options_.run.seed, position))
+      return streamed_->at(position, predicted);
     const std::size_t view = order_->at(position);
     return {store_.name(view).text(), (predicted && predicted_ ? *predicted_ : store_).get(view)};
   }
 
   /// MGNet on a queue of its own, for the thread that makes batches.
   StreamedLight::Predict predict_for_stream() const {
-    if (options_.maps == "true") return {};
-    const Device device = Device::open(options_.device);
-    const LoadedWeights weights = load_weights(weights_or_shipped(options_.maps_weights), device);
-    const auto predictor = std::make_shared<MapPredictor>(device, weights.net, weights.states, 1, options_.gemm);
+    if (options_.light.maps == "true") return {};
+    const Device device = Device::open(options_.run.device);
+    const LoadedWeights weights = load_weights(weights_or_shipped(options_.light.maps_weights), device);
+    const auto predictor = std::make_shared<MapPredictor>(device, weights.net, weights.states, 1, options_.model.gemm);
     return [predictor](const Image& picture) { return predictor->predict({&picture})[0].maps; };
   }
 
@@ -245,18 +252,18 @@ class LightTask : public TrainingTask {
     std::vector<std::shared_ptr<const LightView>> views;
     std::vector<std::uint64_t> keys;
     std::vector<std::string> names;
-    for (int k = 0; k < options_.batch; ++k) {
-      const auto position = static_cast<std::uint64_t>(first_ + step * options_.batch + k);
-      const std::uint64_t key = keyed_bits(options_.seed, position, kLightKey);
-      const bool both = options_.maps == "both";
-      const bool predicted = both ? keyed_uniform(key, 0, kMapsDraw) < 0.5 : options_.maps == "predicted";
+    for (int k = 0; k < options_.train.batch; ++k) {
+      const auto position = static_cast<std::uint64_t>(first_ + step * options_.train.batch + k);
+      const std::uint64_t key = keyed_bits(options_.run.seed, position, kLightKey);
+      const bool both = options_.light.maps == "both";
+      const bool predicted = both ? keyed_uniform(key, 0, kMapsDraw) < 0.5 : options_.light.maps == "predicted";
       const NamedLightView seen = view_at(position, predicted);
       views.push_back(seen.view), names.push_back(seen.name), keys.push_back(key);
     }
-    LightBatch batch = light_batch(views, options_.light_step, options_.sampling, keys);
+    LightBatch batch = light_batch(views, options_.light.step, options_.light.sampling, keys);
     batch.views = std::move(names);
-    const auto at = static_cast<std::uint64_t>(first_ + step * options_.batch);
-    batch.draws = static_cast<std::uint32_t>(keyed_bits(options_.seed, at, kGraphKey));
+    const auto at = static_cast<std::uint64_t>(first_ + step * options_.train.batch);
+    batch.draws = static_cast<std::uint32_t>(keyed_bits(options_.run.seed, at, kGraphKey));
     return batch;
   }
 

@@ -31,7 +31,7 @@ LightPredictor::LightPredictor(Device device, const LightSizes& given, int width
   State& s = *state_;
   s.samples = samples;
   const LightSizes sizes = without_jitter(given);
-  const LitPicture picture = lit_pictures(s.graph, lit_inputs(s.graph, 1, height, width), sizes, false)[0];
+  const LitPicture picture = lit_pictures(s.graph, light_inputs(s.graph, 1, height, width), sizes, false)[0];
   const Shape three{1, 3, rows, samples};
   s.answer = ask_light(s.graph, picture, sizes, s.graph.input("points", three), s.graph.input("directions", three),
                        s.graph.input("skip", {1, 1, rows, samples}, Type::Int));
@@ -101,17 +101,6 @@ HistoryPoint LightSummary::point() const {
   add(&RadianceError::relmse), add(&RadianceError::log_rmse);
   point.score = known > 0 ? std::exp(logs / known) : 1;
   return point;
-}
-
-std::map<std::string, Shape> light_states(const LightSizes& sizes) {
-  Graph graph;
-  const Shape rays{1, 3, 1, 16};
-  const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 64, 64), sizes, false)[0];
-  ask_light(graph, picture, sizes, graph.input("points", rays), graph.input("directions", rays),
-            graph.input("skip", {1, 1, 1, 16}, Type::Int));
-  std::map<std::string, Shape> states;
-  for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
-  return states;
 }
 
 }  // namespace clerestory

@@ -1,11 +1,10 @@
 // Learned light judged along rays whose truth is known, beside what needs no network.
 #pragma once
 #include "experiments/evaluation/light_errors.hpp"
-#include "experiments/training/history.hpp"
 #include "experiments/training/light_batches.hpp"
-#include "experiments/training/light_text.hpp"
+#include "experiments/weights/history.hpp"
 #include "host/graph/plan.hpp"
-#include "nets/light_model.hpp"
+#include "nets/mixed_light.hpp"
 
 namespace clerestory {
 
@@ -52,8 +51,5 @@ class LightPredictor {
 };
 
 LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& predictor);
-
-/// States of the light's nets that inference needs.
-std::map<std::string, Shape> light_states(const LightSizes& sizes);
 
 }  // namespace clerestory

@@ -1,9 +1,12 @@
 // MGNet as a task of the trainer.
+#include "experiments/training/checkpoint.hpp"
 #include "experiments/training/keyed.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/photo.hpp"
 #include "experiments/training/report.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/validation.hpp"
+#include "experiments/weights/maps_text.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -15,49 +18,51 @@ class MapsTask : public TrainingTask {
  public:
   MapsTask(Device device, const TrainingOptions& options, const TrainingStates& states)
       : options_(options),
-        store_(fixed_names(options), options.size.width, options.size.height, options.cache_bytes),
-        validation_store_(name_views(options.validation_roots, options.validation_split), options.size.width,
-                          options.size.height, 0),
+        store_(fixed_names(options), options.model.size.width, options.model.size.height, options.data.cache_bytes),
+        validation_store_(name_views(options.data.validation_roots, options.data.validation_split),
+                          options.model.size.width, options.model.size.height, 0),
         network_(device, options, states.trained),
-        predictor_(device, options.net, states.judged, std::min(8, options.batch), options.gemm),
+        predictor_(device, options.model.net, states.judged, std::min(8, options.train.batch), options.model.gemm),
         device_name_(device.info().name) {}
 
-  std::string net() const override { return net_text(options_.net); }
-  std::map<std::string, Shape> weights() const override { return inference_states(options_.net); }
+  std::string net() const override { return net_text(options_.model.net); }
+  std::map<std::string, Shape> weights() const override { return maps_states(options_.model.net); }
   const std::vector<ViewName>& views() const override { return store_.names(); }
   TrainingData data(std::int64_t step) const override { return data_of(options_, store_.names(), step); }
 
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes{
         fmt::format("MGNet {}: {:.2f} M parameters, {} MiB on {}; {}, {} for validation, {}x{}, batch {}",
-                    options_.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20,
-                    device_name_, data_text(options_, store_.size()), validation_store_.size(), options_.size.width,
-                    options_.size.height, options_.batch)};
-    if (options_.w_perceptual == 0)
+                    options_.model.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20,
+                    device_name_, data_text(options_, store_.size()), validation_store_.size(),
+                    options_.model.size.width, options_.model.size.height, options_.train.batch)};
+    if (options_.loss.weights.perceptual == 0)
       notes.push_back("the perceptual term is off: no ImageNet weights of VGG16 were given (loss.perceptual_weights)");
     if (const std::string note = frozen_note(network_.frozen()); !note.empty()) notes.push_back(note);
     return notes;
   }
 
   std::vector<LeftOut> left_out() const override {
-    if (options_.w_perceptual > 0) return {};
+    if (options_.loss.weights.perceptual > 0) return {};
     return {{"perceptual loss", "no ImageNet weights of VGG16 were given", ""}};
   }
 
   void begin(TrainingProgress& progress) override {
     const std::int64_t first = progress.history.views_seen_before();
-    const auto position = static_cast<std::uint64_t>(first + progress.step * options_.batch);
-    views_ = options_.stream.on ? streamed_views(options_.stream, options_.size, &store_, options_.seed, position)
-                                : fixed_views(store_, options_.seed);
+    const auto position = static_cast<std::uint64_t>(first + progress.step * options_.train.batch);
+    views_ = options_.data.stream.on
+                 ? streamed_views(options_.data.stream, options_.model.size, &store_, options_.run.seed, position)
+                 : fixed_views(store_, options_.run.seed);
     if (!progress.means) progress.means = mean_maps(position);
-    const MapSet means = progress.means->maps(options_.size.width, options_.size.height);
-    const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.validation_views));
+    const MapSet means = progress.means->maps(options_.model.size.width, options_.model.size.height);
+    const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.data.validation_views));
     judged_ = read_for_judgement(validation_store_, which, &means);
-    for (const JudgingList& list : options_.lists) lists_.push_back({list.name, read_list(list, means)});
-    const int longer = std::max(options_.size.width, options_.size.height);
-    for (const std::filesystem::path& folder : options_.frames) frames_.push_back(read_frame(folder, longer));
+    for (const JudgingList& list : options_.data.lists) lists_.push_back({list.name, read_list(list, means)});
+    const int longer = std::max(options_.model.size.width, options_.model.size.height);
+    for (const std::filesystem::path& folder : options_.data.frames) frames_.push_back(read_frame(folder, longer));
     means_ = progress.means, moment_steps_ = progress.moment_steps;
-    stream_ = batch_stream(*views_, options_.augmentation, options_.seed, first, options_.batch, progress.step);
+    stream_ = batch_stream(*views_, options_.data.augmentation, options_.run.seed, first, options_.train.batch,
+                           progress.step);
   }
 
   Losses step(double rate) override {
@@ -90,7 +95,8 @@ class MapsTask : public TrainingTask {
   void report(const RunDirectory& run, const Config& config, const History& history,
               const Provenance& provenance) override {
     if (!summary_) judge();  // killed between the last checkpoint and here
-    const std::vector<std::string> conventions = evaluation_conventions(options_.size.width, options_.size.height);
+    const std::vector<std::string> conventions =
+        evaluation_conventions(options_.model.size.width, options_.model.size.height);
     write_training_report(
         run, config, history,
         {summary_table(*summary_, "Validation views"), fmt::format("{}", fmt::join(conventions, "\n")),
@@ -105,8 +111,8 @@ class MapsTask : public TrainingTask {
   };
 
   std::vector<JudgedView> read_list(const JudgingList& list, const MapSet& means) const {
-    ViewStore store(all_views(list.folder), options_.size.width, options_.size.height, 0);
-    const auto which = spread(store.size(), static_cast<std::size_t>(options_.list_views));
+    ViewStore store(all_views(list.folder), options_.model.size.width, options_.model.size.height, 0);
+    const auto which = spread(store.size(), static_cast<std::size_t>(options_.data.list_views));
     std::vector<JudgedView> views = read_for_judgement(store, which, &means);
     for (std::size_t i = 0; list.photographed && i < views.size(); ++i)
       views[i].view.image = as_photographed(views[i].view.image, keyed_bits(kPhotoKey, which[i], 0));
@@ -131,8 +137,8 @@ class MapsTask : public TrainingTask {
 
   MeanMaps mean_maps(std::uint64_t position) {
     MeanMaps means;
-    ViewStore some(views_->some(position, static_cast<std::size_t>(options_.mean_views)), options_.size.width,
-                   options_.size.height, 0);
+    ViewStore some(views_->some(position, static_cast<std::size_t>(options_.data.mean_views)),
+                   options_.model.size.width, options_.model.size.height, 0);
     Progress bar("training mean", static_cast<std::int64_t>(some.size()), "views");
     for (std::size_t i = 0; i < some.size(); ++i) {
       means.add(some.get(i));

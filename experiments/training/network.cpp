@@ -1,9 +1,9 @@
 #include "experiments/training/network.hpp"
 
 #include <cstdio>
-#include <sstream>
 #include <utility>
 
+#include "experiments/weights/maps_text.hpp"
 #include "host/error.hpp"
 #include "host/io/safetensors.hpp"
 #include "nets/mgnet_training.hpp"
@@ -38,19 +38,19 @@ struct TrainingNetwork::State {
 TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states)
     : state_(std::make_unique<State>()) {
   MgnetTrainingOptions options;
-  options.batch = o.batch, options.height = padded_size(o.size.height), options.width = padded_size(o.size.width);
-  options.weights = {o.w_albedo, o.w_normal,     o.w_material,  o.w_depth,
-                     o.w_scale,  o.w_perceptual, o.w_log_depth, o.w_metallic};
-  options.encoder_rate = o.encoder_rate;
-  options.adam.beta1 = o.beta1, options.adam.beta2 = o.beta2, options.average = o.average;
-  state_->training = mgnet_training(state_->graph, o.net, options);
-  states->initialise(state_->graph, o.seed);
-  if (o.w_perceptual > 0) set_frozen_features(o.perceptual_weights, *states);
+  options.batch = o.train.batch, options.height = padded_size(o.model.size.height),
+  options.width = padded_size(o.model.size.width);
+  options.weights = o.loss.weights;
+  options.encoder_rate = o.train.encoder_rate;
+  options.adam.beta1 = o.train.beta1, options.adam.beta2 = o.train.beta2, options.average = o.train.average;
+  state_->training = mgnet_training(state_->graph, o.model.net, options);
+  states->initialise(state_->graph, o.run.seed);
+  if (o.loss.weights.perceptual > 0) set_frozen_features(o.loss.perceptual_weights, *states);
   std::vector<Value> outputs;
   for (const auto& [name, value] : state_->training.losses) outputs.push_back(value);
   for (const Value& p : state_->graph.parameters()) state_->parameters += static_cast<std::size_t>(p.shape().count());
-  state_->run =
-      std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.gemm}, true), std::move(states));
+  state_->run = std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.model.gemm}, true),
+                                           std::move(states));
 }
 
 TrainingNetwork::~TrainingNetwork() = default;
@@ -119,7 +119,7 @@ MapPredictor::~MapPredictor() = default;
 namespace {
 
 /// Picture `index` of a fetched map, without its padding.
-Image picture_of(const std::vector<float>& data, const Shape& shape, std::size_t index, int width, int height) {
+Image picture_at(const std::vector<float>& data, const Shape& shape, std::size_t index, int width, int height) {
   Image padded(shape.w, shape.h, shape.c);
   const auto first = data.begin() + static_cast<std::ptrdiff_t>(index * static_cast<std::size_t>(shape.item()));
   padded.data.assign(first, first + shape.item());
@@ -151,92 +151,13 @@ std::vector<MapPrediction> MapPredictor::predict(const std::vector<const Image*>
                              depth = net.run->fetch_floats(m.depth), material = net.run->fetch_floats(m.material),
                              log_scale = net.run->fetch_floats(m.log_scale);
     for (std::size_t k = 0; k < batch && first + k < pictures.size(); ++k)
-      out.push_back({{picture_of(albedo, m.albedo.shape(), k, width, height),
-                      picture_of(normal, m.normal.shape(), k, width, height),
-                      picture_of(depth, m.depth.shape(), k, width, height),
-                      picture_of(material, m.material.shape(), k, width, height)},
+      out.push_back({{picture_at(albedo, m.albedo.shape(), k, width, height),
+                      picture_at(normal, m.normal.shape(), k, width, height),
+                      picture_at(depth, m.depth.shape(), k, width, height),
+                      picture_at(material, m.material.shape(), k, width, height)},
                      log_scale[k]});
   }
   return out;
-}
-
-std::map<std::string, Shape> inference_states(const MgnetSize& net) {
-  Graph graph;
-  mgnet(graph, graph.input("image", {1, 3, 64, 64}), net, false);
-  std::map<std::string, Shape> states;
-  for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
-  return states;
-}
-
-namespace {
-
-std::string encoder_text(const DensenetSize& e) {
-  return fmt::format("growth {}, {} first channels, layers {}", e.growth, e.first, fmt::join(e.layers, "-"));
-}
-std::string encoder_text(const EfficientnetSize& e) {
-  return fmt::format("channels {}, layers {}", fmt::join(e.channels, "-"), fmt::join(e.layers, "-"));
-}
-
-}  // namespace
-
-std::string net_text(const MgnetSize& net) {
-  const std::string encoder = std::visit([](const auto& e) { return encoder_text(e); }, net.encoder);
-  return fmt::format("{}, {}decoder {}", encoder, net.shared() ? "shared " : "", fmt::join(net.steps(), "-"));
-}
-
-namespace {
-
-/// "6-12-24-16" into a list of that length, each from 1 to `most`; false if it is something else.
-bool read_list(const std::string& text, std::span<int> list, int most) {
-  std::istringstream in("-" + text);
-  char dash = 0;
-  for (int& number : list)
-    if (!(in >> dash >> number) || dash != '-' || number <= 0 || number > most) return false;
-  return in.eof() || in.peek() == std::istringstream::traits_type::eof();
-}
-
-bool read_encoder(const std::vector<std::string>& parts, DensenetSize& e) {
-  int read = 0;
-  if (parts.size() != 4 || !parts[2].starts_with("layers ")) return false;
-  const auto number = [&](const std::string& text, const char* form, int& value, int most) {
-    read = 0;
-    return std::sscanf(text.c_str(), form, &value, &read) == 1 && read == static_cast<int>(text.size()) && value > 0 &&
-           value <= most;
-  };
-  return number(parts[0], "growth %d%n", e.growth, 256) && number(parts[1], "%d first channels%n", e.first, 1024) &&
-         read_list(parts[2].substr(7), e.layers, 256);
-}
-bool read_encoder(const std::vector<std::string>& parts, EfficientnetSize& e) {
-  return parts.size() == 3 && parts[0].starts_with("channels ") && parts[1].starts_with("layers ") &&
-         read_list(parts[0].substr(9), e.channels, 4096) && read_list(parts[1].substr(7), e.layers, 256);
-}
-
-/// "decoder 128-64-32-16-16" or "shared decoder ..." into the net's steps; false if it is something else.
-bool read_steps(const std::string& text, MgnetSize& net) {
-  const std::string name = net.shared() ? "shared decoder " : "decoder ";
-  return text.starts_with(name) && read_list(text.substr(name.size()), net.steps(), 4096) && net.steps_wanted().empty();
-}
-
-std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts;
-  for (std::size_t at = 0, comma = 0; comma != std::string::npos; at = comma + 2) {
-    comma = text.find(", ", at);
-    parts.push_back(text.substr(at, comma - at));
-  }
-  return parts;
-}
-
-}  // namespace
-
-MgnetSize net_from_text(const std::string& text, const std::string& where) {
-  const bool shared = text.find("shared decoder") != std::string::npos;
-  MgnetSize net = mgnet_size(text.starts_with("channels ") ? "lite" : shared ? "shared" : "compact");
-  const std::vector<std::string> parts = parts_of(text);
-  const bool sane = std::visit([&](auto& encoder) { return read_encoder(parts, encoder); }, net.encoder) &&
-                    read_steps(parts.back(), net);
-  if (!sane)
-    throw usage_error("the shape of the net makes no sense", where + ": net", text, net_text(mgnet_size("compact")));
-  return net;
 }
 
 }  // namespace clerestory

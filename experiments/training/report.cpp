@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include "experiments/evaluation/real_scale.hpp"
-#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/network.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/io/files.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"

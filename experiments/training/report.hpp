@@ -2,7 +2,7 @@
 #pragma once
 #include <functional>
 
-#include "experiments/training/history.hpp"
+#include "experiments/weights/history.hpp"
 #include "host/report/html.hpp"
 #include "host/report/run_directory.hpp"
 

@@ -191,8 +191,8 @@ int whole(const Config& c, const std::string& key, int otherwise) {
   return value > 0 ? value : otherwise;
 }
 
-/// The preset's net with what the config changes.
-MgnetSize net_of(const Config& c) {
+/// The preset's MGNet with what the config changes.
+MgnetSize maps_net_of(const Config& c) {
   MgnetSize net = mgnet_size(c.text("model.preset"));
   const auto replace = [&](const char* key, std::span<int> list) {
     const auto& given = c.integers(key);
@@ -218,12 +218,12 @@ MgnetSize net_of(const Config& c) {
 }
 
 /// The preset's light with what the config changes.
-LightSizes light_of(const Config& c) {
+LightSizes light_net_of(const Config& c) {
   const std::string& preset = c.text("model.preset");
   forbid(preset != "paper" && preset != "compact", c, "model.preset", "the light's nets have no such preset",
          "paper or compact");
   LightSizes sizes = light_sizes(preset);
-  LightNetSize& in_view = sizes.in_view;
+  InViewSize& in_view = sizes.in_view;
   sizes.delta = delta_depth_of(c.text("light.delta"));
   if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
   in_view.width = whole(c, "light.width", in_view.width), in_view.layers = whole(c, "light.layers", in_view.layers);
@@ -251,9 +251,9 @@ LightSizes light_of(const Config& c) {
   return sizes;
 }
 
-LightTrainingOptions light_step_of(const Config& c, const TrainingOptions& o) {
+LightTrainingOptions light_step_of(const Config& c, const Size& size, const TrainSection& train) {
   LightTrainingOptions step;
-  step.batch = o.batch, step.height = o.size.height, step.width = o.size.width;
+  step.batch = train.batch, step.height = size.height, step.width = size.width;
   const auto number = [&](const char* key) { return static_cast<int>(c.integer(key)); };
   step.rows = number("light.rows"), step.samples = number("light.samples");
   step.shade_width = number("light.shade_width"), step.shade_height = number("light.shade_height");
@@ -262,11 +262,11 @@ LightTrainingOptions light_step_of(const Config& c, const TrainingOptions& o) {
     forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
   step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender"), c.real("loss.irradiance")};
   step.radiance = radiance_loss_of(c.text("loss.radiance"));
-  step.adam.beta1 = o.beta1, step.adam.beta2 = o.beta2, step.average = o.average;
+  step.adam.beta1 = train.beta1, step.adam.beta2 = train.beta2, step.average = train.average;
   return step;
 }
 
-StreamOptions stream_of(const Config& c, const TrainingOptions& o) {
+StreamOptions stream_of(const Config& c, const Size& size) {
   StreamOptions stream;
   stream.on = !c.text("stream.setting").empty();
   const auto number = [&](const char* key) { return static_cast<int>(c.integer(key)); };
@@ -278,10 +278,10 @@ StreamOptions stream_of(const Config& c, const TrainingOptions& o) {
   rooms.handling = {c.real("stream.roll"), c.real("stream.close_ups")};
   rooms.light_spp = number("stream.light_spp"), rooms.probes = number("stream.probes");
   const int scale = rooms.light ? 1 : number("stream.scale");  // light lies at the pixels of its view
-  rooms.width = scale * o.size.width, rooms.height = scale * o.size.height;
+  rooms.width = scale * size.width, rooms.height = scale * size.height;
   stream.times = number("stream.times"), stream.window = number("stream.window");
   stream.fixed = c.real("stream.fixed"), stream.crop_low = c.real("stream.crop");
-  stream.device = o.device;
+  stream.device = c.text("run.device");
   forbid(stream.on && c.real("train.epochs") > 0, c, "train.epochs", "a stream of rooms has no end to pass over",
          "train.steps or train.minutes");
   return stream;
@@ -309,6 +309,97 @@ std::vector<JudgingList> lists_of(const Config& c) {
   return lists;
 }
 
+int count_of(const Config& c, const char* key) { return static_cast<int>(c.integer(key)); }
+
+RunSection run_of(const Config& c) {
+  return {c.text("run.root"),   c.text("run.experiment"), c.text("run.variant"),
+          c.text("run.device"), c.text("run.tile"),       static_cast<std::uint64_t>(c.integer("run.seed"))};
+}
+
+ModelSection model_of(const Config& c) {
+  ModelSection o;
+  o.kind = c.text("model.kind"), o.preset = c.text("model.preset");
+  o.net = maps_net_of(c);
+  if (o.kind == "light") o.light = light_net_of(c);
+  o.size = {count_of(c, "model.width"), count_of(c, "model.height")};
+  o.encoder = c.text("model.encoder"), o.init = c.text("model.init"), o.gemm = c.text("model.gemm");
+  return o;
+}
+
+Augmentation augmentation_of(const Config& c) {
+  const auto& exposure = c.reals("data.exposure");
+  forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range",
+         "two numbers, the lower first");
+  return {c.flag("data.flip"), exposure[0], exposure[1], c.real("data.photographs")};
+}
+
+/// What only a maps' training knows.
+void forbid_for_light(const Config& c) {
+  forbid(!c.texts("data.frames").empty(), c, "data.frames", "photographs with measured depth say nothing of light",
+         "none where model.kind = light");
+  for (const auto& [key, given] : {std::pair{"data.photographs", c.real("data.photographs") > 0},
+                                   std::pair{"data.photographed", !c.texts("data.photographed").empty()}})
+    forbid(given, c, key, "the light's views are not seen through such cameras", "left out where model.kind = light");
+}
+
+DataSection data_of(const Config& c, const ModelSection& model) {
+  if (model.kind == "light") forbid_for_light(c);
+  DataSection o;
+  o.train_roots = c.texts("data.train"), o.validation_roots = c.texts("data.validation");
+  if (o.validation_roots.empty()) o.validation_roots = o.train_roots;
+  o.train_split = c.text("data.train_split"), o.validation_split = c.text("data.validation_split");
+  o.validation_views = count_of(c, "data.validation_views"), o.mean_views = count_of(c, "data.mean_views");
+  o.lists = lists_of(c), o.list_views = count_of(c, "data.list_views");
+  o.frames.assign(c.texts("data.frames").begin(), c.texts("data.frames").end());
+  o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
+  o.augmentation = augmentation_of(c);
+  o.stream = stream_of(c, model.size);
+  return o;
+}
+
+LearningRate rate_of(const Config& c) {
+  const std::string& schedule = c.text("train.schedule");
+  LearningRate rate;
+  rate.kind = schedule == "step"     ? LearningRate::Kind::Step
+              : schedule == "cosine" ? LearningRate::Kind::Cosine
+                                     : LearningRate::Kind::Constant;
+  rate.initial = c.real("train.rate"), rate.least = c.real("train.rate_least");
+  rate.factor = c.real("train.rate_factor"), rate.every = c.real("train.rate_every");
+  rate.warmup = c.integer("train.warmup");
+  return rate;
+}
+
+TrainSection train_of(const Config& c) {
+  TrainSection o;
+  o.batch = count_of(c, "train.batch");
+  o.steps = c.integer("train.steps"), o.epochs = c.real("train.epochs"), o.minutes = c.real("train.minutes");
+  forbid(o.steps == 0 && o.epochs == 0 && o.minutes == 0, c, "train.steps", "the run has no end",
+         "train.steps, train.epochs or train.minutes above 0");
+  o.rate = rate_of(c), o.encoder_rate = c.real("train.encoder_rate");
+  o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2"), o.average = c.real("train.average");
+  return o;
+}
+
+LossSection loss_of(const Config& c) {
+  LossSection o;
+  o.perceptual_weights = c.text("loss.perceptual_weights");
+  LossWeights& w = o.weights;
+  w.albedo = c.real("loss.albedo"), w.normal = c.real("loss.normal"), w.material = c.real("loss.material");
+  w.depth = c.real("loss.depth"), w.log_depth = c.real("loss.log_depth"), w.scale = c.real("loss.scale");
+  w.metallic = c.real("loss.metallic"), w.perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
+  return o;
+}
+
+LightSection light_of(const Config& c, const TrainingOptions& o) {
+  const Augmentation& a = o.data.augmentation;
+  LightSection light;
+  if (o.model.kind == "light") light.step = light_step_of(c, o.model.size, o.train);
+  light.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), a.flip, a.exposure_low,
+                    a.exposure_high,         c.flag("light.ldr")};
+  light.maps = c.text("light.maps"), light.maps_weights = c.text("light.maps_weights");
+  return light;
+}
+
 }  // namespace
 
 const Schema& training_schema() {
@@ -333,56 +424,10 @@ double LearningRate::at(std::int64_t step, double fraction) const {
 
 TrainingOptions training_options(const Config& c) {
   TrainingOptions o;
-  o.root = c.text("run.root"), o.experiment = c.text("run.experiment"), o.variant = c.text("run.variant");
-  o.device = c.text("run.device"), o.tile = c.text("run.tile");
-  o.seed = static_cast<std::uint64_t>(c.integer("run.seed"));
-  o.preset = c.text("model.preset"), o.init = c.text("model.init"), o.gemm = c.text("model.gemm");
-  o.size = {static_cast<int>(c.integer("model.width")), static_cast<int>(c.integer("model.height"))};
-  o.train_roots = c.texts("data.train"), o.validation_roots = c.texts("data.validation");
-  if (o.validation_roots.empty()) o.validation_roots = o.train_roots;
-  o.train_split = c.text("data.train_split"), o.validation_split = c.text("data.validation_split");
-  o.validation_views = static_cast<int>(c.integer("data.validation_views"));
-  o.mean_views = static_cast<int>(c.integer("data.mean_views"));
-  o.lists = lists_of(c), o.list_views = static_cast<int>(c.integer("data.list_views"));
-  o.frames.assign(c.texts("data.frames").begin(), c.texts("data.frames").end());
-  forbid(!o.frames.empty() && c.text("model.kind") == "light", c, "data.frames",
-         "photographs with measured depth say nothing of light", "none where model.kind = light");
-  for (const auto& [key, given] : {std::pair{"data.photographs", c.real("data.photographs") > 0},
-                                   std::pair{"data.photographed", !c.texts("data.photographed").empty()}})
-    forbid(given && c.text("model.kind") == "light", c, key, "the light's views are not seen through such cameras",
-           "left out where model.kind = light");
-  o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
-  o.kind = c.text("model.kind");
-  o.net = net_of(c);
-  const auto& exposure = c.reals("data.exposure");
-  forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range",
-         "two numbers, the lower first");
-  o.augmentation = {c.flag("data.flip"), exposure[0], exposure[1], c.real("data.photographs")};
-  o.stream = stream_of(c, o);
-  o.batch = static_cast<int>(c.integer("train.batch"));
-  o.steps = c.integer("train.steps"), o.epochs = c.real("train.epochs"), o.minutes = c.real("train.minutes");
-  forbid(o.steps == 0 && o.epochs == 0 && o.minutes == 0, c, "train.steps", "the run has no end",
-         "train.steps, train.epochs or train.minutes above 0");
-  const std::string& schedule = c.text("train.schedule");
-  o.rate.kind = schedule == "step"     ? LearningRate::Kind::Step
-                : schedule == "cosine" ? LearningRate::Kind::Cosine
-                                       : LearningRate::Kind::Constant;
-  o.rate.initial = c.real("train.rate"), o.rate.factor = c.real("train.rate_factor"),
-  o.rate.every = c.real("train.rate_every");
-  o.rate.least = c.real("train.rate_least"), o.rate.warmup = c.integer("train.warmup");
-  o.encoder_rate = c.real("train.encoder_rate"), o.encoder = c.text("model.encoder");
-  o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2"), o.average = c.real("train.average");
-  o.w_albedo = c.real("loss.albedo"), o.w_normal = c.real("loss.normal"), o.w_material = c.real("loss.material");
-  o.w_depth = c.real("loss.depth"), o.w_scale = c.real("loss.scale");
-  o.w_metallic = c.real("loss.metallic"), o.w_log_depth = c.real("loss.log_depth");
-  o.perceptual_weights = c.text("loss.perceptual_weights");
-  o.w_perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
-  if (o.kind == "light") o.light = light_of(c), o.light_step = light_step_of(c, o);
-  o.maps = c.text("light.maps"), o.maps_weights = c.text("light.maps_weights");
-  o.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), o.augmentation.flip, exposure[0], exposure[1],
-                c.flag("light.ldr")};
-  o.log_every = c.integer("log.every"), o.validate_every = c.integer("log.validate_every");
-  o.checkpoint_every = c.integer("log.checkpoint_every"), o.checkpoint_minutes = c.real("log.checkpoint_minutes");
+  o.run = run_of(c), o.model = model_of(c), o.data = data_of(c, o.model), o.train = train_of(c), o.loss = loss_of(c);
+  o.light = light_of(c, o);
+  o.log = {c.integer("log.every"), c.integer("log.validate_every"), c.integer("log.checkpoint_every"),
+           c.real("log.checkpoint_minutes")};
   return o;
 }
 

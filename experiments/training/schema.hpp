@@ -5,6 +5,7 @@
 #include "experiments/training/batches.hpp"
 #include "experiments/training/light_batches.hpp"
 #include "host/io/config.hpp"
+#include "nets/losses.hpp"
 #include "nets/mgnet.hpp"
 
 namespace clerestory {
@@ -37,12 +38,27 @@ struct JudgingList {
   bool photographed;  // seen through a camera (photo.hpp)
 };
 
-/// The typed form of a training config. Throws usage_error naming key and origin when values do not go together.
-struct TrainingOptions {
+// The typed form of a training config, one type a section.
+
+/// Where a run goes and what it runs on.
+struct RunSection {
+  std::string root, experiment, variant, device, tile;
+  std::uint64_t seed = 0;
+};
+
+/// What is trained, and from what it starts.
+struct ModelSection {
   std::string kind;  // maps | light
   std::string preset;
   MgnetSize net;
-  Size size;  // of views; the longer side is stored with the weights
+  LightSizes light;
+  Size size;            // of views; the longer side is stored with the weights
+  std::string encoder;  // imagenet | random: what lite's starts from
+  std::string init, gemm;
+};
+
+/// What it is trained on, and judged on.
+struct DataSection {
   std::vector<std::string> train_roots, validation_roots;
   std::string train_split, validation_split;
   int validation_views = 0, mean_views = 0;
@@ -50,7 +66,12 @@ struct TrainingOptions {
   int list_views = 0;  // judged of each list; 0: all
   std::vector<std::filesystem::path> frames;
   std::uint64_t cache_bytes = 0;
+  Augmentation augmentation;
   StreamOptions stream;  // its folder is the trainer's to name
+};
+
+/// How.
+struct TrainSection {
   int batch = 0;
   std::int64_t steps = 0;
   double epochs = 0, minutes = 0;
@@ -58,21 +79,38 @@ struct TrainingOptions {
   double encoder_rate = 1;  // factor of the rate
   double beta1 = 0, beta2 = 0;
   double average = 0;  // part of the weights' moving average that a step keeps; 0: there is none
-  Augmentation augmentation;
-  double w_albedo = 1, w_normal = 1, w_material = 1, w_depth = 1, w_scale = 1, w_log_depth = 0, w_metallic = 0,
-         w_perceptual = 0;
+};
+
+/// What the maps' net minimises; the light's is in LightSection::step.
+struct LossSection {
+  LossWeights weights;
   std::string perceptual_weights;  // file; empty: the term is off
-  LightSizes light;
-  LightTrainingOptions light_step;
+};
+
+/// A light's training.
+struct LightSection {
+  LightTrainingOptions step;
   LightSampling sampling;
   std::string maps = "true";  // true | predicted | both
   std::string maps_weights;   // empty: the shipped ones
-  std::string encoder;        // imagenet | random: what lite's starts from
-  std::string init, gemm, device, tile, root, experiment, variant;
-  std::int64_t log_every = 0, validate_every = 0, checkpoint_every = 0;
-  double checkpoint_minutes = 0;
-  std::uint64_t seed = 0;
 };
+
+/// When a run says and keeps what it has.
+struct LogSection {
+  std::int64_t every = 0, validate_every = 0, checkpoint_every = 0;
+  double checkpoint_minutes = 0;
+};
+
+struct TrainingOptions {
+  RunSection run;
+  ModelSection model;
+  DataSection data;
+  TrainSection train;
+  LossSection loss;
+  LightSection light;
+  LogSection log;
+};
+/// Throws usage_error naming key and origin when values do not go together.
 TrainingOptions training_options(const Config& config);
 
 }  // namespace clerestory

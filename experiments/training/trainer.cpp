@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <set>
 
-#include "experiments/training/shipped.hpp"
+#include "experiments/training/checkpoint.hpp"
+#include "experiments/training/network.hpp"
 #include "experiments/training/task.hpp"
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
 #include "host/io/config_values.hpp"
@@ -44,7 +47,7 @@ class Trainer {
   Trainer(const Config& config, const std::vector<std::string>& command)
       : options_(training_options(config)),
         config_(config),
-        run_(options_.root, options_.experiment, options_.variant, config, options_.seed),
+        run_(options_.run.root, options_.run.experiment, options_.run.variant, config, options_.run.seed),
         fresh_(!std::filesystem::exists(run_ / "log.txt")),
         command_(command) {}
 
@@ -59,7 +62,8 @@ class Trainer {
   std::string tile_before(const Device& device) const;
   void resume_or_begin();
   bool begins_with_imagenet() const {
-    return options_.init.empty() && options_.kind == "maps" && options_.net.lite() && options_.encoder == "imagenet";
+    return options_.model.init.empty() && options_.model.kind == "maps" && options_.model.net.lite() &&
+           options_.model.encoder == "imagenet";
   }
   /// After those of `earlier`; `init` is the file or folder that it starts from.
   void begin_leg(const History& earlier, const std::filesystem::path& init);
@@ -77,13 +81,13 @@ class Trainer {
   Leg& leg() { return progress_.history.legs.back(); }
   void update_leg();
   RunIdentity identity() const {
-    return {options_.preset, task_->net(),         options_.size,
-            options_.seed,   config_hash(config_), views_hash(task_->views())};
+    return {options_.model.preset, task_->net(),         options_.model.size,
+            options_.run.seed,     config_hash(config_), views_hash(task_->views())};
   }
   void save_weights(const std::string& artifact) const {
     update_judged(states_, task_->weights());
     write_weights(run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
-                  {options_.preset, task_->net(), options_.size, this_build().commit, task_->weights(),
+                  {options_.model.preset, task_->net(), options_.model.size, this_build().commit, task_->weights(),
                    factored_moments(*states_.trained, progress_.moment_steps + progress_.step)});
   }
 
@@ -131,22 +135,22 @@ TrainingOutcome Trainer::run() {
 
 void Trainer::prepare() {
   catch_interrupts();
-  Device device = Device::open(options_.device);
-  device.use_tile(options_.tile == "auto" ? tile_before(device) : options_.tile);
+  Device device = Device::open(options_.run.device);
+  device.use_tile(options_.run.tile == "auto" ? tile_before(device) : options_.run.tile);
   cores_ = device.info().cpu ? device.info().compute_units : 0;
   provenance_ = begin_provenance(command_, device.fingerprint());
-  provenance_.seeds["run.seed"] = options_.seed;
+  provenance_.seeds["run.seed"] = options_.run.seed;
   provenance_.hashes["kernels"] = kernels_hash();
   if (device.info().cpu) provenance_.facts["tile"] = device.tile().name;
   states_.trained = std::make_shared<States>(device);
-  states_.judged = options_.average > 0 ? std::make_shared<States>(device) : states_.trained;
-  options_.stream.rooms.out = run_ / "stream";
-  task_ = options_.kind == "light" ? light_task(device, options_, states_) : maps_task(device, options_, states_);
+  states_.judged = options_.train.average > 0 ? std::make_shared<States>(device) : states_.trained;
+  options_.data.stream.rooms.out = run_ / "stream";
+  task_ = options_.model.kind == "light" ? light_task(device, options_, states_) : maps_task(device, options_, states_);
   const double views = static_cast<double>(task_->views().size());
-  limits_ = {options_.steps, options_.minutes};
-  if (options_.epochs > 0) {
-    const auto steps = static_cast<std::int64_t>(std::ceil(options_.epochs * views / options_.batch));
-    limits_.steps = options_.steps > 0 ? std::min(options_.steps, steps) : steps;
+  limits_ = {options_.train.steps, options_.train.minutes};
+  if (options_.train.epochs > 0) {
+    const auto steps = static_cast<std::int64_t>(std::ceil(options_.train.epochs * views / options_.train.batch));
+    limits_.steps = options_.train.steps > 0 ? std::min(options_.train.steps, steps) : steps;
   }
   for (const std::string& note : task_->notes()) run_.log(note);
 }
@@ -185,13 +189,14 @@ void Trainer::resume_or_begin() {
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
   } else {
     History earlier;
-    std::filesystem::path init = options_.init;
-    if (!options_.init.empty()) {
-      InitialWeights initial = read_initial_weights(options_.init, *states_.trained, task_->net(), task_->weights());
+    std::filesystem::path init = options_.model.init;
+    if (!options_.model.init.empty()) {
+      InitialWeights initial =
+          read_initial_weights(options_.model.init, *states_.trained, task_->net(), task_->weights());
       earlier = std::move(initial.history), progress_.moment_steps = initial.moment_steps;
-      for (const std::filesystem::path& file : weights_files(options_.init))
+      for (const std::filesystem::path& file : weights_files(options_.model.init))
         provenance_.inputs.push_back(record_file(file));
-      run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen), {}", options_.init, earlier.hours(),
+      run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen), {}", options_.model.init, earlier.hours(),
                            earlier.views_seen(),
                            initial.moment_steps > 0 ? "with the second moments of its gradients"
                                                     : "which has no second moments: Adam finds them anew"));
@@ -215,12 +220,12 @@ void Trainer::resume_or_begin() {
 void Trainer::begin_leg(const History& earlier, const std::filesystem::path& init) {
   progress_.history = earlier;
   Leg leg;
-  leg.kind = options_.kind;
-  leg.experiment = options_.experiment, leg.variant = options_.variant, leg.config_hash = config_hash(config_);
+  leg.kind = options_.model.kind;
+  leg.experiment = options_.run.experiment, leg.variant = options_.run.variant, leg.config_hash = config_hash(config_);
   leg.commit = this_build().commit + (this_build().dirty ? " (changed)" : ""), leg.started = provenance_.started;
-  leg.preset = options_.preset, leg.width = options_.size.width, leg.height = options_.size.height,
-  leg.batch = options_.batch;
-  leg.seed = options_.seed;
+  leg.preset = options_.model.preset, leg.width = options_.model.size.width, leg.height = options_.model.size.height,
+  leg.batch = options_.train.batch;
+  leg.seed = options_.run.seed;
   // A folder for a light, perhaps with a slash at its end.
   leg.init = (init.has_filename() ? init : init.parent_path()).filename().string();
   leg.overrides = settings_of(config_);
@@ -230,7 +235,7 @@ void Trainer::begin_leg(const History& earlier, const std::filesystem::path& ini
 void Trainer::update_leg() {
   Leg& now = leg();
   now.steps = progress_.step;
-  now.views_seen = progress_.step * options_.batch;
+  now.views_seen = progress_.step * options_.train.batch;
   now.hours = seconds() / 3600;
   const TrainingData data = task_->data(progress_.step);
   now.rooms = data.rooms, now.views = data.views;
@@ -247,11 +252,11 @@ void Trainer::loop() {
   Progress bar("train", total, by_steps ? "steps" : "seconds", done());
   while (limits_.fraction(progress_.step, seconds() / 60) < 1) {
     take_step();
-    if (due(options_.log_every)) log_losses();
-    if (due(options_.validate_every)) validate();
-    const bool long_ago =
-        options_.checkpoint_minutes > 0 && clock_seconds() - last_checkpoint_ > 60 * options_.checkpoint_minutes;
-    if (due(options_.checkpoint_every) || long_ago) checkpoint();
+    if (due(options_.log.every)) log_losses();
+    if (due(options_.log.validate_every)) validate();
+    const bool long_ago = options_.log.checkpoint_minutes > 0 &&
+                          clock_seconds() - last_checkpoint_ > 60 * options_.log.checkpoint_minutes;
+    if (due(options_.log.checkpoint_every) || long_ago) checkpoint();
     bar.update(done(), score_note_);
     if (interrupted()) {
       checkpoint();
@@ -264,7 +269,7 @@ void Trainer::loop() {
 }
 
 void Trainer::take_step() {
-  rate_ = options_.rate.at(progress_.step, limits_.fraction(progress_.step, seconds() / 60));
+  rate_ = options_.train.rate.at(progress_.step, limits_.fraction(progress_.step, seconds() / 60));
   const Losses losses = task_->step(rate_);
   for (const auto& [name, value] : losses)
     if (!std::isfinite(value))
@@ -285,7 +290,7 @@ void Trainer::log_losses() {
     values.emplace_back("train/" + loss_names_[i], progress_.loss_sums[i] / static_cast<double>(progress_.summed));
   values.emplace_back("train/rate", rate_);
   const double speed =
-      static_cast<double>(options_.batch * (progress_.step - log_step_)) / (clock_seconds() - log_clock_);
+      static_cast<double>(options_.train.batch * (progress_.step - log_step_)) / (clock_seconds() - log_clock_);
   values.emplace_back("time/views_per_second", speed);
   metrics_->write(progress_.step, values);
   score_note_ = fmt::format("loss {:.4f}, {:.1f} views/s", values[0].second, speed);
@@ -327,13 +332,13 @@ void Trainer::finish() {
   write_file(run_.artifact("weights.safetensors"), read_file(chosen));
   provenance_.ended = utc_now();
   provenance_.figures["seconds"] = seconds();
-  provenance_.figures["views_per_second"] = static_cast<double>(progress_.step * options_.batch) / seconds();
+  provenance_.figures["views_per_second"] = static_cast<double>(progress_.step * options_.train.batch) / seconds();
   provenance_.outputs.push_back(record_file(run_.artifact("weights.safetensors")));
   provenance_.left_out = task_->left_out();
   write_provenance(run_ / "provenance.json", provenance_);
   task_->report(run_, config_, progress_.history, provenance_);
   task_->end();  // rooms are still being made ahead
-  std::filesystem::remove_all(options_.stream.rooms.out);
+  std::filesystem::remove_all(options_.data.stream.rooms.out);
   run_.finish();
   run_.log(fmt::format("{} steps in {}; weights of {} in {}", progress_.step, duration_text(seconds()),
                        best_is_last ? "the last step" : "the best validation",
@@ -352,18 +357,19 @@ TrainingData data_of(const TrainingOptions& options, const std::vector<ViewName>
   std::set<std::string> rooms;
   for (const ViewName& name : fixed) rooms.insert(name.room.string());
   TrainingData data{static_cast<std::int64_t>(rooms.size()), static_cast<std::int64_t>(fixed.size())};
-  if (!options.stream.on) return data;
-  const std::int64_t streamed = streamed_rooms(options.stream, static_cast<std::uint64_t>(step * options.batch));
-  return {data.rooms + streamed, data.views + streamed * options.stream.rooms.views};
+  if (!options.data.stream.on) return data;
+  const std::int64_t streamed =
+      streamed_rooms(options.data.stream, static_cast<std::uint64_t>(step * options.train.batch));
+  return {data.rooms + streamed, data.views + streamed * options.data.stream.rooms.views};
 }
 
 std::vector<ViewName> fixed_names(const TrainingOptions& options) {
-  if (options.stream.on && options.stream.fixed == 0) return {};
-  return name_views(options.train_roots, options.train_split);
+  if (options.data.stream.on && options.data.stream.fixed == 0) return {};
+  return name_views(options.data.train_roots, options.data.train_split);
 }
 
 std::string data_text(const TrainingOptions& options, std::size_t fixed) {
-  return options.stream.on ? stream_text(options.stream, fixed) : fmt::format("{} training views", fixed);
+  return options.data.stream.on ? stream_text(options.data.stream, fixed) : fmt::format("{} training views", fixed);
 }
 
 TrainingOutcome train(const Config& config, const std::vector<std::string>& command) {

@@ -159,6 +159,15 @@ std::string list(const std::vector<std::string>& names) { return fmt::format("{}
 
 }  // namespace
 
+void scale(std::vector<float>& values, double factor) {
+  for (float& v : values) v = static_cast<float>(v * factor);
+}
+
+Image scaled(Image image, double factor) {
+  scale(image.data, factor);
+  return image;
+}
+
 Image every_nth(const Image& image, int stride, int x0, int y0) {
   Image out(image.width / stride, image.height / stride, image.channels);
   for (int c = 0; c < image.channels; ++c)

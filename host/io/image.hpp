@@ -26,6 +26,10 @@ struct Image {
   std::size_t index(int c, int y, int x) const { return (static_cast<std::size_t>(c) * height + y) * width + x; }
 };
 
+/// Every value times `factor`, rounded once.
+void scale(std::vector<float>& values, double factor);
+Image scaled(Image image, double factor);
+
 /// Every `stride`-th pixel from (x, y) on; what is left of a step at the ends is not in it.
 Image every_nth(const Image& image, int stride, int x, int y);
 

@@ -8,13 +8,15 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "experiments/applications/light_weights.hpp"
-#include "experiments/studies/compare.hpp"
+#include "experiments/applications/light_choice.hpp"
+#include "experiments/studies/agreement.hpp"
+#include "experiments/studies/findings.hpp"
 #include "experiments/studies/ladder_room.hpp"
 #include "experiments/studies/study.hpp"
-#include "experiments/studies/true_hits.hpp"
-#include "experiments/studies/truth_light.hpp"
 #include "experiments/studies/truth_study.hpp"
+#include "experiments/truth/traced_room.hpp"
+#include "experiments/truth/true_hits.hpp"
+#include "experiments/truth/truth_light.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -188,13 +190,13 @@ struct LitStudies : LadderRoomTest {
   static Config config(const std::string& name, std::vector<std::string> words) {
     words.insert(words.end(), {"run.root=" + (*folder_ / "runs").string(), "light.weights=" + weights().string(),
                                "data.width=48", "data.height=36", "data.spp=4"});
-    return load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, study_schema(), words);
+    return study_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, words);
   }
   static std::vector<MetricRecord> without_seconds(const fs::path& run) {
     std::vector<MetricRecord> records = read_metrics(run / "metrics.jsonl");
     for (MetricRecord& r : records) {
       r.seconds = 0;
-      std::erase_if(r.values, [](const auto& v) { return v.first.find("/seconds") != std::string::npos; });
+      std::erase_if(r.values, [](const auto& v) { return v.first.starts_with("seconds|"); });
     }
     return records;
   }
@@ -257,19 +259,17 @@ TEST_F(LitStudies, WhatAUserGetsEndToEndAndResumed) {
     EXPECT_TRUE(fs::exists(run / file));
 
   // The oracle reads the truth: no constant is closer to it, of the picture and of the light in the air.
-  const auto value = [&](const MetricRecord& record, const std::string& key) {
-    for (const auto& [name, v] : record.values)
-      if (name == key) return v;
-    ADD_FAILURE() << "no " << key;
-    return 0.0;
-  };
-  for (const MetricRecord& record : read_metrics(run / "metrics.jsonl"))
-    for (const char* constant : {"constant", "constant+fit"}) {
-      EXPECT_LE(value(record, "true/oracle/air/relmse/0"),
-                value(record, fmt::format("true/{}/air/relmse/0", constant)) * (1 + 1e-6));
-      EXPECT_LE(value(record, "true/oracle/render/smape/0"),
-                value(record, "true/constant/render/smape/0") * (1 + 1e-6));
-    }
+  // A ratio of the truth to a sum that is rounded to float in another order: 1e-6.
+  Findings found;
+  for (const MetricRecord& record : read_metrics(run / "metrics.jsonl")) found.add_room(record, run.string());
+  for (std::size_t r = 0; r < found.rooms(); ++r) {
+    const auto value = [&](const Finding& finding) { return found.value(r, finding).value(); };
+    for (const char* constant : {"constant", "constant+fit"})
+      EXPECT_LE(value({"relmse", "air", "oracle", "true", "0"}),
+                value({"relmse", "air", constant, "true", "0"}) * (1 + 1e-6));
+    EXPECT_LE(value({"smape", "render", "oracle", "true", "0"}),
+              value({"smape", "render", "constant", "true", "0"}) * (1 + 1e-6));
+  }
   expect_resumed(c, run);
   EXPECT_THAT(inputs_of(run), ElementsAre("judged.txt", "judged.h5", "light_local.safetensors",
                                           "light_global.safetensors", "maps.safetensors"));
@@ -298,8 +298,8 @@ TEST_F(LitStudies, OtherWeightsDoNotGoOnWithARun) {
 TEST_F(LitStudies, WithoutWeightsTheySayWhichAreMissing) {
   ::setenv("CLERESTORY_LIGHT_WEIGHTS", (*folder_ / "nothing").c_str(), 1);
   for (const char* name : {"oracle_ladder.toml", "user.toml"}) {
-    const Config c = load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name, study_schema(),
-                                 {"run.root=" + (*folder_ / "runs").string(), "data.rooms=1", "run.variant=none"});
+    const Config c = study_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs" / name,
+                                  {"run.root=" + (*folder_ / "runs").string(), "data.rooms=1", "run.variant=none"});
     try {
       run_study(c, {"clerestory"});
       ADD_FAILURE() << name;

@@ -9,9 +9,10 @@
 
 #include "experiments/evaluation/detection.hpp"
 #include "experiments/evaluation/light_errors.hpp"
-#include "experiments/studies/known_light.hpp"
+#include "experiments/studies/findings.hpp"
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/uncertainty_study.hpp"
+#include "experiments/truth/lit_room.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -234,15 +235,14 @@ struct LightStudies : testing::Test {
                                  "incident.probes=1",
                                  "incident.probe_spp=1"};
     all.insert(all.end(), more.begin(), more.end());
-    return Config(study_schema(), all);
+    return Config(study_schema(kind), all);
   }
   static fs::path run(const Config& c) { return run_study(c, {"clerestory", "run"}); }
 
-  static double value(const MetricRecord& record, const std::string& key) {
-    for (const auto& [name, v] : record.values)
-      if (name == key) return v;
-    ADD_FAILURE() << "no " << key;
-    return NAN;
+  static double value(const MetricRecord& record, const Finding& finding) {
+    Findings found;
+    found.add_room(record, "metrics.jsonl");
+    return found.value(0, finding).value();
   }
   /// Records without what depends on the clock.
   static std::vector<std::pair<std::string, double>> lasting(const MetricRecord& record) {
@@ -261,17 +261,17 @@ TEST_F(LightStudies, WhoAnswersAndGoesOnWhereItStopped) {
     for (const char* seed : {"0", "1"}) {
       // No constant is better than the best one; SSRT alone is black where it misses, which is an answer too.
       for (const char* kind : {"misses", "all"})
-        for (const std::string metric : {"relMSE, ", "log-RGB RMSE, "})
-          EXPECT_LE(value(record, metric + kind + "/oracle " + seed), value(record, metric + kind + "/ssrt " + seed));
+        for (const char* metric : {"relmse", "log_rmse"})
+          EXPECT_LE(value(record, {metric, kind, "oracle", "", seed}), value(record, {metric, kind, "ssrt", "", seed}));
       // On a miss full is out of view alone, but for the rounding of nets in one kernel and in another.
-      EXPECT_NEAR(value(record, std::string("relMSE, misses/net ") + seed),
-                  value(record, std::string("relMSE, misses/out_of_view ") + seed),
-                  1e-4 * value(record, std::string("relMSE, misses/net ") + seed));
+      const double net = value(record, {"relmse", "misses", "net", "", seed});
+      EXPECT_NEAR(net, value(record, {"relmse", "misses", "out_of_view", "", seed}), 1e-4 * net);
     }
-    EXPECT_NE(value(record, "relMSE, all/net 0"), value(record, "relMSE, all/net 1")) << "the same rays";
-    EXPECT_GT(value(record, "range, probes/truth v0p0"), 0);
-    EXPECT_GE(value(record, "probe distance/v0p0"), 0.15);
-    EXPECT_TRUE(std::isfinite(value(record, "way gone, misses/view 0")));
+    EXPECT_NE(value(record, {"relmse", "all", "net", "", "0"}), value(record, {"relmse", "all", "net", "", "1"}))
+        << "the same rays";
+    EXPECT_GT(value(record, {"range", "probes", "truth", "", "v0p0"}), 0);
+    EXPECT_GE(value(record, {"distance", "probes", "", "", "v0p0"}), 0.15);
+    EXPECT_TRUE(std::isfinite(value(record, {"way gone", "misses", "", "", "0"})));
   }
   const std::vector<FileRecord> inputs = read_provenance(whole / "provenance.json").inputs;
   ASSERT_EQ(inputs.size(), 4u) << "maps are true: the list of rooms, the rooms and the light's weights alone";
@@ -285,11 +285,12 @@ TEST_F(LightStudies, WhoAnswersAndGoesOnWhereItStopped) {
   EXPECT_GE(tables.at("5_distance").rows.size(), 10u) << "surfaces, and probes of a bin or two";
   const Measure net = std::get<Measure>(tables.at("1_ablation").rows[18][5]);  // all rays, full: relMSE
   EXPECT_EQ(net.count, 2);
-  EXPECT_NEAR(net.mean,
-              (value(records[0], "relMSE, all/net 0") + value(records[0], "relMSE, all/net 1") +
-               value(records[1], "relMSE, all/net 0") + value(records[1], "relMSE, all/net 1")) /
-                  4,
-              1e-12 * net.mean);
+  EXPECT_NEAR(
+      net.mean,
+      (value(records[0], {"relmse", "all", "net", "", "0"}) + value(records[0], {"relmse", "all", "net", "", "1"}) +
+       value(records[1], {"relmse", "all", "net", "", "0"}) + value(records[1], {"relmse", "all", "net", "", "1"})) /
+          4,
+      1e-12 * net.mean);
   EXPECT_TRUE(std::holds_alternative<Measure>(tables.at("3_probes").rows[9][4])) << "the other room's mean panorama";
   EXPECT_TRUE(fs::exists(whole / "report.html"));
 
@@ -314,26 +315,27 @@ TEST_F(LightStudies, Uncertainty) {
     double rays[2] = {0, 0}, u[2] = {0, 0};
     for (int b = 0; b < 10; ++b)
       for (const int k : {0, 1}) {
-        const std::string group = fmt::format("bins of u, constant {}/", k ? 10 : 1);
-        rays[k] += value(record, fmt::format("{}rays {}", group, b));
-        u[k] += value(record, fmt::format("{}u {}", group, b));
-        EXPECT_LE(value(record, fmt::format("{}false {}", group, b)),
-                  value(record, fmt::format("{}rays {}", group, b)));
+        const auto bin = [&](const char* metric) {
+          return value(record, Finding{metric, "bins of u", k ? "constant 10" : "constant 1"}.of(b));
+        };
+        rays[k] += bin("rays"), u[k] += bin("u");
+        EXPECT_LE(bin("false"), bin("rays"));
       }
     EXPECT_GT(rays[0], 20);
     EXPECT_EQ(rays[0], rays[1]) << "all hits, whatever the constant";
     EXPECT_GT(u[1], u[0]) << "a larger constant is less sure";
-    const double hits = value(record, "rays that hit/0") + value(record, "rays that hit/1");
+    const double hits =
+        value(record, {"share", "rays that hit", "", "", "0"}) + value(record, {"share", "rays that hit", "", "", "1"});
     EXPECT_EQ(std::lround(160 * hits), std::lround(rays[0]));
-    EXPECT_LT(value(record, "false hits/0"), 0.9) << "rays of SSRT that are hardly ever right";
+    EXPECT_LT(value(record, {"share", "false hits", "", "", "0"}), 0.9) << "rays of SSRT that are hardly ever right";
   }
   // At Eq. 6's own constant the nets of training, mixed afterwards, are those of inference. The latter leave out parts
   // of less than a thousandth.
   const std::vector<MetricRecord> asked = read_metrics(run(config("light", "light")) / "metrics.jsonl");
   for (std::size_t r = 0; r < records.size(); ++r)
     for (const std::string kind : {"hits", "all"}) {
-      const double inference = value(asked.at(r), "relMSE, " + kind + "/net 1");
-      EXPECT_NEAR(value(records[r], "relMSE, " + kind + "/10 1"), inference, 0.01 * inference);
+      const double inference = value(asked.at(r), {"relmse", kind, "net", "", "1"});
+      EXPECT_NEAR(value(records[r], {"relmse", kind, "constant 10", "", "1"}), inference, 0.01 * inference);
     }
   const RunTables tables = study_tables(folder);
   EXPECT_EQ(tables.at("2_constants").rows.size(), 2u);
@@ -343,7 +345,7 @@ TEST_F(LightStudies, Uncertainty) {
 
 TEST_F(LightStudies, KnownLightIsTheTracersAndTheSameAgain) {
   const RoomAssets assets = load_assets(default_assets(), Setting::Training);
-  KnownLightOptions o = known_light_options(config("light", "unused"));
+  LitRoomOptions o = lit_room_options(config("light", "unused"));
   o.seeds = 2, o.probe_spp = 8;
   LitRoom room(Device::open(), {0, 77, Setting::Training, assets}, o);
   const KnownView known = room.view(0), again = room.view(0);

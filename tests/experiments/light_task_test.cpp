@@ -5,9 +5,10 @@
 #include <set>
 
 #include "experiments/training/checkpoint.hpp"
-#include "experiments/training/light_validation.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
+#include "experiments/weights/light_text.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"

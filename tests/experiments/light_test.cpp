@@ -12,10 +12,10 @@
 #include "experiments/applications/estimate.hpp"
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/invert.hpp"
-#include "experiments/applications/light_weights.hpp"
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_folder.hpp"
-#include "experiments/training/light_validation.hpp"
 #include "experiments/training/schema.hpp"
+#include "experiments/weights/light_text.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
@@ -246,7 +246,7 @@ TEST_F(Light, IsTheDefaultWhereItsWeightsAreShipped) {
 TEST_F(Light, ThePapersWorkIsCounted) {
   // Products alone: 128 Fourier features into 512, eight layers of 512, three colours; the field's 11,140 parameters
   // less 196 biases, 64 times.
-  LightNetSize in_view = light_sizes("paper").in_view;
+  InViewSize in_view = light_sizes("paper").in_view;
   in_view.again = 0;
   EXPECT_EQ(in_view_flops(in_view), 2.0 * (128 * 512 + 8 * 512 * 512 + 3 * 512));
   in_view.again = 5;  // the input's directions once more
@@ -322,9 +322,10 @@ TEST_F(Light, TheWidestNetsThatTrainCanBeAsked) {
   const TrainingOptions options = training_options(Config(
       training_schema(), {"train.steps=1", "model.kind=light", "light.out_of_view=field", "light.width=512",
                           "light.layers=1", "light.frequencies=256", "light.field=[64,64,64,64]", "light.segments=4"}));
-  const auto nets = std::make_shared<LightNets>(LightNets{options.light, 40, std::make_shared<States>(device), "wide"});
+  const auto nets =
+      std::make_shared<LightNets>(LightNets{options.model.light, 40, std::make_shared<States>(device), "wide"});
   Graph graph;
-  for (const auto& [name, shape] : light_states(options.light)) graph.state(name, shape, Init::constant(0.001));
+  for (const auto& [name, shape] : light_states(options.model.light)) graph.state(name, shape, Init::constant(0.001));
   nets->states->initialise(graph, 1);
   RenderSettings settings;
   settings.light = "net", settings.nets = nets, settings.spp = 2;

@@ -1,5 +1,5 @@
 // Second moments in factors: what comes back, through files and through legs.
-#include "experiments/training/moments.hpp"
+#include "experiments/weights/moments.hpp"
 
 #include <gtest/gtest.h>
 

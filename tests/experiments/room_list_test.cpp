@@ -1,5 +1,5 @@
 // Lists of rooms: what they say, what is refused, and that what judges was not what was chosen on.
-#include "experiments/studies/room_list.hpp"
+#include "experiments/truth/room_list.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

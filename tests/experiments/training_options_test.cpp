@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "experiments/training/history.hpp"
-#include "experiments/training/network.hpp"
 #include "experiments/training/schema.hpp"
+#include "experiments/weights/history.hpp"
+#include "experiments/weights/maps_text.hpp"
 #include "host/error.hpp"
 #include "tests/cl/environment.hpp"
 
@@ -17,15 +17,15 @@ namespace {
 TEST(TrainingOptions, ShippedConfigsResolve) {
   const std::string folder = CLERESTORY_SOURCE_DIR "/experiments/configs/";
   const TrainingOptions compact = training_options(load_config(folder + "mgnet_compact.toml", training_schema()));
-  EXPECT_EQ(compact.preset, "compact");
-  EXPECT_EQ(compact.size, (Size{160, 120}));
-  EXPECT_EQ(compact.minutes, 100);
-  EXPECT_EQ(compact.w_perceptual, 0);  // no ImageNet weights are given
+  EXPECT_EQ(compact.model.preset, "compact");
+  EXPECT_EQ(compact.model.size, (Size{160, 120}));
+  EXPECT_EQ(compact.train.minutes, 100);
+  EXPECT_EQ(compact.loss.weights.perceptual, 0);  // no ImageNet weights are given
   const TrainingOptions paper = training_options(load_config(folder + "mgnet_paper.toml", training_schema()));
-  EXPECT_EQ(paper.batch, 64);
-  EXPECT_EQ(paper.epochs, 20);
-  EXPECT_EQ(paper.rate.kind, LearningRate::Kind::Step);
-  EXPECT_FALSE(paper.augmentation.flip);
+  EXPECT_EQ(paper.train.batch, 64);
+  EXPECT_EQ(paper.train.epochs, 20);
+  EXPECT_EQ(paper.train.rate.kind, LearningRate::Kind::Step);
+  EXPECT_FALSE(paper.data.augmentation.flip);
   // the base sets no limit: it is no run by itself
   EXPECT_THROW(training_options(load_config(folder + "mgnet.toml", training_schema())), Error);
 }
@@ -84,8 +84,8 @@ TEST(TrainingOptions, SharedDecodersHaveSixStepsAndAreForMaps) {
     more.insert(more.end(), {"train.steps=1", "model.preset=shared"});
     return training_options(Config(training_schema(), more));
   };
-  EXPECT_EQ(options({"model.decoder=[8,16,8,8,8,24]"}).net.steps()[5], 24);
-  EXPECT_TRUE(options({}).net.shared());
+  EXPECT_EQ(options({"model.decoder=[8,16,8,8,8,24]"}).model.net.steps()[5], 24);
+  EXPECT_TRUE(options({}).model.net.shared());
   const auto message = [&](const std::string& more) { return message_of<Error>([&] { options({more}); }); };
   EXPECT_THAT(message("model.decoder=[8,8,8,8,8]"), testing::HasSubstr("model.decoder"));
   EXPECT_THAT(message("model.decoder=[8,8,8,8,8,12]"), testing::HasSubstr("multiples of 8"));
@@ -99,7 +99,7 @@ TEST(TrainingOptions, LiteHasSizesOfItsOwn) {
     return training_options(Config(training_schema(), more));
   };
   const std::string lite = "model.preset=lite", channels = "model.channels=[8,8,16,16,16,24,32]";
-  const MgnetSize net = options({lite, channels, "model.layers=[1,1,1,1,1,1,2]"}).net;
+  const MgnetSize net = options({lite, channels, "model.layers=[1,1,1,1,1,1,2]"}).model.net;
   EXPECT_EQ(std::get<EfficientnetSize>(net.encoder).channels[6], 32);
   EXPECT_EQ(std::get<EfficientnetSize>(net.encoder).layers[6], 2);
   EXPECT_EQ(net_text(net_from_text(net_text(net), "test")), net_text(net));

@@ -11,9 +11,10 @@
 
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/evaluate.hpp"
-#include "experiments/training/shipped.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"

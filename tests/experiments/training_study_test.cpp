@@ -112,8 +112,8 @@ TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
     for (const ConfigVariant& v : config.variants()) {
       const Config variant = config.variant(v.name);
       const TrainingOptions options = training_options(variant);
-      EXPECT_EQ(options.kind, std::string(name) == "ablation_encoder" ? "maps" : "light");
-      minutes += options.minutes * static_cast<double>(config.integer("ablation.seeds"));
+      EXPECT_EQ(options.model.kind, std::string(name) == "ablation_encoder" ? "maps" : "light");
+      minutes += options.train.minutes * static_cast<double>(config.integer("ablation.seeds"));
       EXPECT_TRUE(hashes.insert(config_hash(variant)).second) << name << ": " << v.name << " is another's twin";
     }
     EXPECT_GT(minutes, 0);
@@ -122,11 +122,11 @@ TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
 }
 
 TEST(TrainingStudy, KeysOfTheEncodingReachTheNet) {
-  const LightNetSize preset = light_net_size("compact");
+  const InViewSize preset = in_view_size("compact");
   const auto net = [](const std::vector<std::string>& more) {
     std::vector<std::string> all{"train.steps=1", "model.kind=light"};
     all.insert(all.end(), more.begin(), more.end());
-    return training_options(Config(training_schema(), all)).light.in_view;
+    return training_options(Config(training_schema(), all)).model.light.in_view;
   };
   EXPECT_EQ(net({}).direction_deviation, preset.direction_deviation);
   EXPECT_EQ(net({}).surface_deviation, preset.surface_deviation);

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <random>
 
+#include "experiments/evaluation/picture_error.hpp"
+#include "experiments/studies/agreement.hpp"
+#include "experiments/truth/traced_room.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/views.hpp"
 

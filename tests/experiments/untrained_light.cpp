@@ -1,8 +1,7 @@
 #include "tests/experiments/untrained_light.hpp"
 
-#include "experiments/training/checkpoint.hpp"
-#include "experiments/training/light_text.hpp"
-#include "experiments/training/light_validation.hpp"
+#include "experiments/weights/light_text.hpp"
+#include "experiments/weights/weights.hpp"
 
 namespace clerestory {
 namespace {
@@ -24,7 +23,7 @@ LightSizes small_sizes(OutOfViewForm form) {
 void write_untrained_light(const std::filesystem::path& folder, const Size& seen, OutOfViewForm form) {
   const LightSizes sizes = small_sizes(form);
   Graph graph;
-  const LitPicture picture = lit_pictures(graph, lit_inputs(graph, 1, 32, 32), sizes, false)[0];
+  const LitPicture picture = lit_pictures(graph, light_inputs(graph, 1, 32, 32), sizes, false)[0];
   const Shape rays{1, 3, 1, 16};
   ask_light(graph, picture, sizes, graph.input("points", rays), graph.input("directions", rays),
             graph.input("skip", {1, 1, 1, 16}, Type::Int));

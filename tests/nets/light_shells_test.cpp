@@ -26,7 +26,7 @@ OutOfViewSize small_size() {
   return size;
 }
 
-LitPictures pictures(Graph& graph, int n) {
+LightInputs pictures(Graph& graph, int n) {
   const auto map = [&](const char* name, int channels) { return graph.input(name, {n, channels, kHeight, kWidth}); };
   return {map("image", 3),
           map("depth", 1),
@@ -71,7 +71,7 @@ struct Rays {
 /// Radiance of picture `which` of a batch of n that begins at `first`.
 Tensor answered(int n, int first, int which) {
   Graph graph;
-  const LitPictures lit = pictures(graph, n);
+  const LightInputs lit = pictures(graph, n);
   const OutOfViewSize size = small_size();
   const std::vector<LightField> fields = light_fields({graph, false, "global"}, lit, size);
   const Rays rays(graph);

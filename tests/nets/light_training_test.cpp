@@ -197,7 +197,7 @@ struct Wall {
 
 LightSizes small_sizes() {
   LightSizes sizes = light_sizes("compact");
-  LightNetSize& in_view = sizes.in_view;
+  InViewSize& in_view = sizes.in_view;
   OutOfViewSize& far = sizes.out_of_view;
   in_view.trunk = {.blocks = {1, 1, 0, 0}, .channels = {8, 8, 0, 0}, .stages = 2};
   in_view.frequencies = 4, in_view.width = 16, in_view.layers = 2;

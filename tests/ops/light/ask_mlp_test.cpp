@@ -23,7 +23,7 @@ namespace {
 
 using namespace ask_mlp_reference;
 
-/// The same numbers through memory, as nets/light_net.cpp puts them together; a miss gets those of no lookup.
+/// The same numbers through memory, as nets/in_view.cpp puts them together; a miss gets those of no lookup.
 Value composed(const Mlp& m, const Values& v) {
   const Value hit = v.at("hit");
   const Value looked_up =

@@ -1,0 +1,96 @@
+#include "experiments/applications/light_choice.hpp"
+
+#include <algorithm>
+
+#include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
+#include "host/error.hpp"
+#include "host/io/data_files.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kVariable = "CLERESTORY_LIGHT_WEIGHTS";
+
+bool holds_light(const fs::path& folder) {
+  return fs::exists(folder / "light_local.safetensors") && fs::exists(folder / "light_global.safetensors");
+}
+
+}  // namespace
+
+std::optional<fs::path> shipped_light() {
+  for (const fs::path& folder : shipped_places(kVariable))
+    if (holds_light(folder)) return folder;
+  return std::nullopt;
+}
+
+fs::path find_light_weights(const RenderSettings& settings, const fs::path& weights) {
+  if (!is_learned_light(settings.light)) return {};
+  const std::string expected = "light_local.safetensors and light_global.safetensors";
+  const std::optional<fs::path> shipped = weights.empty() ? shipped_light() : std::nullopt;
+  if (weights.empty() && !shipped)
+    throw usage_error("there are no weights of the light; name some with --light-weights or CLERESTORY_LIGHT_WEIGHTS",
+                      text_of(shipped_places(kVariable)), "none", expected);
+  if (shipped) return *shipped;
+  if (!fs::exists(weights)) throw usage_error("there is no such file or folder", weights.string(), {}, expected);
+  if (fs::is_directory(weights) && !holds_light(weights))
+    throw usage_error("this folder has no weights of the light", weights.string(), {}, expected);
+  return weights;
+}
+
+void load_light_nets(RenderSettings& settings, const fs::path& weights, Device device) {
+  if (!is_learned_light(settings.light)) return;
+  const fs::path path = find_light_weights(settings, weights);
+  const LoadedLight loaded = load_light(path, std::move(device));
+  const auto nets = std::make_shared<LightNets>();
+  nets->sizes = loaded.net, nets->longer_side = loaded.longer_side(), nets->states = loaded.states;
+  nets->note = path.string();
+  settings.nets = nets;
+}
+
+void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
+                Provenance& record) {
+  load_light_nets(settings, choice.weights, device);
+  record.facts["light"] = answerer_text(settings) + (choice.why.empty() ? "" : ", " + choice.why);
+  say("light: " + record.facts["light"]);
+  if (!is_learned_light(settings.light) || choice.lamps == "none") return;
+  const LampFit fit = fit_lamps(device, scene, settings);
+  settings.lamps = fit.lamps;
+  record.facts["lamps"] = fmt::format(
+      "{} of {} candidates; the photograph rendered again on a coarse grid, root mean square of relative errors: "
+      "{:.3f} "
+      "without, {:.3f} with them",
+      fit.lamps.size(), fit.candidates, fit.before, fit.after);
+  record.figures["seconds: lamps"] = fit.seconds, record.figures["lamps"] = static_cast<double>(fit.lamps.size());
+}
+
+void choose_light(RenderSettings& settings, LightChoice& choice, const std::string& light, bool asked) {
+  settings.light = light, choice.why.clear();
+  if (asked) {
+    if (!choice.weights.empty() && !is_learned_light(light)) choice.why = "which needs no --light-weights";
+  } else if (!choice.weights.empty()) {
+    settings.light = "net";
+  } else if (!is_learned_light(light)) {
+    choice.why = "for there are no weights of the light in " + text_of(shipped_places(kVariable));
+  }
+}
+
+std::string answerer_text(const RenderSettings& settings) {
+  return settings.nets ? fmt::format("{} ({})", settings.light, settings.nets->note) : settings.light;
+}
+
+std::vector<std::string> lights_to_choose() {
+  if (shipped_light()) return {"net", "out_of_view", "image", "panorama", "constant"};
+  return {"image", "panorama", "constant", "net", "out_of_view"};
+}
+
+std::string lights_note() {
+  return "Light: net is learned, for what is in view and for what is not, and the default where its weights are found; "
+         "out_of_view is its second part alone; image takes the photograph where rays hit and its mean elsewhere; "
+         "panorama puts the photograph at infinity; constant is its mean.";
+}
+
+}  // namespace clerestory

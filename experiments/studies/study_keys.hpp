@@ -1,0 +1,12 @@
+// Keys that studies of several kinds have; those of one kind are declared beside it.
+#pragma once
+#include "host/io/config.hpp"
+
+namespace clerestory {
+
+void add_thickness_keys(Schema& schema);  // study.thickness
+void add_light_keys(Schema& schema);      // light.weights
+void add_maps_keys(Schema& schema);       // maps.weights
+void add_incident_keys(Schema& schema);   // incident.*, data.maps: rooms with light along rays (lit_room_options)
+
+}  // namespace clerestory

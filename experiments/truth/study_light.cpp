@@ -1,0 +1,34 @@
+#include "experiments/truth/study_light.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "host/error.hpp"
+#include "nets/constant_light.hpp"
+
+namespace clerestory {
+
+StudyLight study_light(const std::string& name) {
+  const std::size_t plus = std::min(name.find('+'), name.size()), space = std::min(name.find(' '), name.size());
+  StudyLight study{name.substr(0, plus), plus < space ? name.substr(plus + 1, space - plus - 1) : "", {}};
+  if (plus < name.size() && study.fitted != "lamps" && !(study.fitted == "fit" && study.light == "constant"))
+    throw usage_error("nothing of that name is fitted to a light", name, study.fitted, "LIGHT+lamps or constant+fit");
+  if (study.fitted == "fit") study.fit = kConstantFit;
+  if (space == name.size()) return study;
+  const std::string weights = name.substr(space + 1);
+  int read = 0;
+  if (std::sscanf(weights.c_str(), "%lf,%lf%n", &study.fit.floor, &study.fit.ridge, &read) != 2 ||
+      static_cast<std::size_t>(read) != weights.size() || !(study.fit.floor > 0 && study.fit.ridge > 0))
+    throw usage_error("a fit has two weights above 0", name, weights, "LIGHT+lamps FLOOR,RIDGE");
+  return study;
+}
+
+RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
+  const StudyLight study = study_light(name);
+  base.light = study.light, base.fit = study.fit;
+  if (study.fitted == "lamps") base.lamps = fit_lamps(device, scene, base).lamps;
+  if (study.fitted == "fit") base.constant = fit_constant(device, scene, base);
+  return base;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,22 @@
+// Lights by the names that studies give them: who answers, and what is fitted to the scene.
+#pragma once
+#include <string>
+
+#include "nets/scene_light.hpp"
+
+namespace clerestory {
+
+/// A light as studies name it: a name of light_names(); "net+lamps", one with lamps fitted to its scene;
+/// "constant+fit", the constant that is fitted to it (nets/constant_light.hpp). FLOOR,RIDGE after either weigh the fit:
+/// "net+lamps .5,1".
+struct StudyLight {
+  std::string light;   // "net"
+  std::string fitted;  // "lamps", "fit" or nothing
+  FitWeights fit;      // what is not said: the settings' own for lamps, kConstantFit
+};
+/// Throws usage_error on another name.
+StudyLight study_light(const std::string& name);
+/// `base` under a light so named. Throws what study_light() throws.
+RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene);
+
+}  // namespace clerestory

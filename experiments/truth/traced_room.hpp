@@ -1,0 +1,26 @@
+// A generated room as studies use it: its first view, and what the tracer sees there.
+#pragma once
+#include "experiments/truth/room_list.hpp"
+#include "nets/scene.hpp"
+#include "tracer/trace_scene.hpp"
+
+namespace clerestory {
+
+/// A view's true maps, without rounding, as a scene; its photograph is left empty.
+Scene scene_of(const TraceMaps& maps, const Camera& camera);
+
+struct TracedRoom {
+  TracedRoom(const Device& device, const ListedRoom& listed, int width, int height)
+      : room(listed.make()),
+        traced(device, room.scene),
+        camera(listed.cameras(traced, room, 1, width, height).at(0)),
+        maps(traced.maps(camera)),
+        scene(scene_of(maps, camera)) {}
+  Room room;
+  TraceScene traced;
+  Camera camera;
+  TraceMaps maps;
+  Scene scene;  // true maps; without a photograph
+};
+
+}  // namespace clerestory

@@ -1,0 +1,142 @@
+#include "nets/learned_light.hpp"
+
+#include "host/io/resize.hpp"
+#include "host/math/statistics.hpp"
+#include "host/ops/light/ask_field.hpp"
+#include "host/ops/light/ask_shells.hpp"
+#include "host/ops/light/mix_light.hpp"
+#include "host/ops/light/pixel_rows.hpp"
+#include "host/ops/light/surface_points.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+
+namespace clerestory {
+namespace {
+
+/// A learned light's values of one picture as a flat list, so that they pass through map_chunks.
+struct LearnedValues {
+  Value photo, range;  // the photograph in the nets' exposure, at its full size
+  Value rows;          // what the in-view MLP owes to each pixel; no value: the field answers alone
+  LightField field;
+
+  template <class Visit>
+  void each(const Visit& visit) {
+    visit(photo), visit(range), visit(rows);
+    for (Value& w : field.weights) visit(w);
+    for (Value& b : field.biases) visit(b);
+    visit(field.shells), visit(field.background);
+  }
+  std::vector<Value> list() {
+    std::vector<Value> values;
+    each([&](const Value& v) {
+      if (v) values.push_back(v);
+    });
+    return values;
+  }
+  /// The same values as a body sees them.
+  LearnedValues inside(std::span<const Value> in) const {
+    LearnedValues inner = *this;
+    std::size_t at = 0;
+    inner.each([&](Value& v) {
+      if (v) v = in[at++];
+    });
+    return inner;
+  }
+};
+
+/// The maps that the nets read: small, and the photograph as bright as in training.
+struct SmallMaps {
+  Image image, albedo, normal, material, depth;
+};
+
+SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
+  const Size size = net_size(scene.width(), scene.height(), longer_side);
+  SmallMaps maps{resize_area(scene.photo, size.width, size.height), resize_area(scene.albedo, size.width, size.height),
+                 resize_nearest(scene.normal, size.width, size.height),
+                 resize_nearest(scene.material, size.width, size.height),
+                 resize_nearest(scene.depth, size.width, size.height)};
+  scale(maps.image.data, exposure);
+  return maps;
+}
+
+/// Asks a picture of no importance, to learn which states there must be.
+void check_states(const LightNets& nets, bool in_view) {
+  Graph graph;
+  const Shape rays{1, 3, 1, 16};
+  const LitPicture picture = lit_pictures(graph, light_inputs(graph, 1, 32, 32), nets.sizes, false)[0];
+  ask_light(graph, picture, nets.sizes, graph.input("points", rays), graph.input("directions", rays),
+            graph.input("skip", {1, 1, 1, 16}, Type::Int));
+  for (const Value& v : graph.states()) {
+    const std::string& name = static_cast<const StateOp&>(*v.node->op).state_name;
+    if (!in_view && name.starts_with("local.")) continue;
+    if (!nets.states->has(name)) throw usage_error("the weights of the light lack a tensor", nets.note + ": " + name);
+    if (const Shape& stored = nets.states->view(name).shape; !(stored == v.shape()))
+      throw usage_error("a tensor has another shape than the light's net", nets.note + ": " + name, stored.text(),
+                        v.shape().text());
+  }
+}
+
+/// Radiance from out of view; 0 for rays that `list` leaves out.
+Value far_light(const LightField& field, Value points, Value direction, Value range, const RayList& list,
+                const OutOfViewSize& size) {
+  if (size.form == OutOfViewForm::Field)
+    return ask_field(field.weights, field.biases, points, direction, range, list,
+                     {size.march, size.octaves, size.released_output}, field.background);
+  return ask_shells(field.shells, points, direction, range, list, shell_radii(size.shells));
+}
+
+}  // namespace
+
+SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene, const LightNets& nets, bool in_view) {
+  check_states(nets, in_view);
+  const double exposure = exposure_of(scene.photo.data);
+  const SmallMaps small = small_maps(scene, nets.longer_side, exposure);
+  LightSizes sizes = nets.sizes;
+  sizes.out_of_view.march.jitter = false;  // the middle of each piece: no noise, and the same whatever the chunks
+
+  const auto map = [&](const char* name, int channels) {
+    return graph.input(name, {1, channels, small.image.height, small.image.width});
+  };
+  const Camera camera = scene.camera.resized(small.image.width, small.image.height);
+  const LightInputs picture{map("light image", 3),
+                            map("light depth", 1),
+                            {map("light albedo", 3), map("light normal", 3), map("light material", 3)},
+                            graph.constant(camera_tensor(std::span(&camera, 1))),
+                            v.range};
+  LearnedValues values;
+  values.photo = scale(v.photo, exposure);
+  values.range = v.range;
+  if (in_view) {
+    const LightPixels pixels = light_pixels({graph, false, "local"}, picture.image, picture.surfaces, sizes.in_view);
+    values.rows = pixel_rows(pixels.surface, pixels.features);
+  }
+  values.field = light_fields({graph, false, "global"}, picture, sizes.out_of_view)[0];
+
+  SceneLight light;
+  light.inputs = values.list();
+  light.traces = in_view;
+  light.states = nets.states;
+  light.radiance = [values, sizes, in_view, exposure, picture = picture.image.shape()](
+                       const AskedRays& rays, std::span<const Value> in, RayCounts* counts) {
+    const LearnedValues here = values.inside(in);
+    const Value direction = rays.direction;
+    const auto listed = [&](const char* name, LightPart part) {
+      const RayList list = select_rays(rays.hits.u, rays.hits.pixel, direction, part, kLeastShare);
+      if (counts) counts->emplace_back(name, list.count);
+      return list;
+    };
+    const RayList uncertain = in_view ? listed("out of view", LightPart::OutOfView) : RayList{};
+    const Value far = far_light(here.field, rays.points, direction, here.range, uncertain, sizes.out_of_view);
+    if (!in_view) return scale(far, 1 / exposure);
+    const Value near = ask_in_view_light({direction.graph(), false, "local"}, here.rows, picture, rays.hits.pixel,
+                                         direction, here.photo, listed("in view", LightPart::InView), sizes.in_view);
+    return scale(mix_light(near, far, rays.hits.u), 1 / exposure);
+  };
+  light.feed = [small](Executor& executor) {  // what no part reads is passed over
+    executor.feed("light image", tensor_of(small.image)), executor.feed("light depth", tensor_of(small.depth));
+    executor.feed("light albedo", tensor_of(small.albedo)), executor.feed("light normal", tensor_of(small.normal));
+    executor.feed("light material", tensor_of(small.material));
+  };
+  return light;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,38 @@
+// Both parts of the light of a picture, asked along any rays (Zhu et al. 2022, section 4): training, validation and
+// inference share this.
+#pragma once
+#include "host/ops/light/ssrt.hpp"
+#include "nets/in_view.hpp"
+#include "nets/out_of_view.hpp"
+
+namespace clerestory {
+
+struct LightSizes {
+  InViewSize in_view;
+  OutOfViewSize out_of_view;
+  DeltaDepth delta = DeltaDepth::Linear;  // of the u by which both are mixed (Eq. 6), in training and ever after
+};
+/// "paper" or "compact"; throws usage_error otherwise.
+LightSizes light_sizes(const std::string& preset);
+
+/// One picture, with what its nets say once.
+struct LitPicture {
+  Value image, depth, pyramid, normal, camera, range;
+  LightPixels pixels;
+  LightField field;
+};
+
+/// States are named "local.*" and "global.*".
+std::vector<LitPicture> lit_pictures(Graph& graph, const LightInputs& pictures, const LightSizes& sizes, bool training);
+
+/// Radiance {1, 3, rows, samples} along rays.
+struct LightAnswer {
+  Value mixed, in_view, out_of_view;  // Eq. 6 and its parts; in_view means nothing on a miss
+  SsrtHits hits;
+};
+/// points, directions {1, 3, rows, samples}: camera metres, unit; skip Int {1, 1, ...}: the pixel that a ray does not
+/// hit, or -1.
+LightAnswer ask_light(Graph& graph, const LitPicture& picture, const LightSizes& sizes, Value points, Value directions,
+                      Value skip);
+
+}  // namespace clerestory

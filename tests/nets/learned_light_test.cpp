@@ -1,0 +1,242 @@
+// Learned light as the layer asks it: beside the same nets asked directly, at every tile, and what it refuses.
+#include "nets/learned_light.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/math/statistics.hpp"
+#include "host/ops/light/depth_pyramid.hpp"
+#include "host/ops/light/mix_light.hpp"
+#include "host/ops/light/surface_points.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+#include "tests/nets/corner.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int kWidth = kCornerWidth, kHeight = kCornerHeight, kSamples = 16;
+const ResnetSize kTrunk{.blocks = {1, 0, 0, 0}, .channels = {16, 0, 0, 0}, .stages = 1};
+
+Device& device() {
+  static Device d = Device::open();
+  return d;
+}
+
+LightSizes small_sizes() {
+  LightSizes sizes;
+  sizes.in_view = {.trunk = kTrunk, .frequencies = 16, .width = 16, .layers = 3, .again = 0};
+  sizes.out_of_view = {.trunk = kTrunk,
+                       .hyper = HyperNet::LowRank,
+                       .stem = 16,
+                       .rank = 2,
+                       .octaves = 3,
+                       .hidden = {16, 16},
+                       .march = {.segments = 8},
+                       .released_output = false,
+                       .log_input = true};
+  return sizes;
+}
+
+/// Nets as they are before training, but for an output that says more than the photograph.
+std::shared_ptr<LightNets> untrained(int longer_side, const LightSizes& sizes = small_sizes()) {
+  const auto nets = std::make_shared<LightNets>();
+  nets->sizes = sizes, nets->longer_side = longer_side, nets->note = "untrained";
+  nets->states = std::make_shared<States>(device());
+  Graph graph;
+  const Shape rays{1, 3, 1, 16};
+  const LitPicture picture = lit_pictures(graph, light_inputs(graph, 1, 32, 32), nets->sizes, false)[0];
+  ask_light(graph, picture, nets->sizes, graph.input("points", rays), graph.input("directions", rays),
+            graph.input("skip", {1, 1, 1, 16}, Type::Int));
+  nets->states->initialise(graph, 7);
+  Tensor out = nets->states->get("local.mlp.out.weight");
+  for (double& w : out.real) w *= 20;
+  nets->states->set("local.mlp.out.weight", out);
+  return nets;
+}
+
+RenderSettings settings_of(const std::string& light, std::shared_ptr<const LightNets> nets) {
+  RenderSettings settings;
+  settings.light = light, settings.nets = std::move(nets), settings.spp = kSamples, settings.seed = 3;
+  return settings;
+}
+
+/// The re-render by one graph without tiles: all rays of all pixels at once, the nets asked as in training.
+std::vector<float> asked_directly(const Scene& scene, const LightNets& nets, const RenderSettings& settings) {
+  const double exposure = exposure_of(scene.photo.data);
+  Graph graph;
+  LightSizes sizes = nets.sizes;
+  sizes.out_of_view.march.jitter = false;
+  const SceneValues v = scene_values(graph, scene);
+  const LitPicture picture = lit_pictures(
+      graph, {scale(v.photo, exposure), v.maps.depth, v.maps.surfaces, v.camera, v.range}, sizes, false)[0];
+  const int pixels = kWidth * kHeight;
+  const BrdfSamples drawn = sample_brdf(v.maps.depth, v.camera, v.maps.surfaces, v.maps.surfaces, pixels, kSamples,
+                                        render_spec(settings).sampling);
+  const Value origins = ray_origins(surface_points(v.maps.depth, v.camera), kSamples);
+  std::vector<int> own;
+  for (int i = 0; i < pixels * kSamples; ++i) own.push_back(i / kSamples);
+  const Value skip = graph.constant(Tensor::of_int({1, 1, pixels, kSamples}, std::move(own)));
+  const LightAnswer answer = ask_light(graph, picture, sizes, origins, drawn.direction, skip);
+  const Value mean =
+      accumulate_samples(drawn.weight, answer.mixed, drawn.pdf, answer.hits.u, answer.hits.pixel, kSamples).mean;
+  Executor run(compile(graph, {mean}, device()), nets.states);
+  feed_scene(run, scene);
+  run.run(settings.seed);
+  std::vector<float> values = run.fetch_floats(mean);
+  for (float& x : values) x = static_cast<float>(x / exposure);
+  return values;
+}
+
+/// The re-render and the same rays asked directly.
+void expect_the_same(const LightSizes& sizes) {
+  const Scene scene = corner();
+  const auto nets = untrained(kWidth, sizes);  // the nets' picture is the photograph itself
+  const RenderSettings settings = settings_of("net", nets);
+  const Rendering render = render_scene(device(), scene, settings);
+  const std::vector<float> direct = asked_directly(scene, *nets, settings);
+  ASSERT_EQ(render.radiance.data.size(), direct.size());
+  double largest = 0;
+  for (const float v : direct) largest = std::max(largest, std::abs(static_cast<double>(v)));
+  ASSERT_GT(largest, 0.1);
+  // Same rays, same nets, same samples; radiance is positive, so that nothing cancels. Nets in one kernel round in
+  // another order than nets of ops: some 100 products deep, thrice that with the samples' sum. A ray leaves a part of
+  // the light out whose share is below kLeastShare.
+  for (std::size_t i = 0; i < direct.size(); ++i)
+    EXPECT_NEAR(render.radiance.data[i], direct[i], 300 * 0x1p-24 * largest + 2 * kLeastShare * std::abs(direct[i]))
+        << i;
+}
+
+TEST(NetLight, TheLayerAsksWhatTrainingAsks) {
+  LightSizes sizes = small_sizes();
+  expect_the_same(sizes);
+  sizes.out_of_view.background = true;
+  expect_the_same(sizes);
+}
+
+TEST(NetLight, SoItDoesOfShellsAndOfNetsThatReadMaps) {
+  LightSizes sizes = small_sizes();
+  sizes.out_of_view.sees_maps = true;
+  expect_the_same(sizes);
+  sizes.out_of_view.form = OutOfViewForm::Shells;
+  sizes.out_of_view.trunk = {.blocks = {1, 1, 1, 1}, .channels = {16, 16, 16, 16}};
+  sizes.out_of_view.shells.rows = 16, sizes.out_of_view.shells.columns = 32, sizes.out_of_view.shells.code = 16;
+  sizes.out_of_view.shells.channels = {16, 16, 16, 16};
+  expect_the_same(sizes);
+}
+
+TEST(NetLight, SameBitsRunToRunAndWhateverTheTiles) {
+  const Scene scene = corner();
+  RenderSettings settings = settings_of("net", untrained(20));
+  const Image first = render_scene(device(), scene, settings).radiance;
+  EXPECT_EQ(render_scene(device(), scene, settings).radiance.data, first.data);
+  for (const int rays : {16 * 7, 16 * 64, 16 * 1000}) {
+    settings.chunk_rays = rays;
+    EXPECT_EQ(render_scene(device(), scene, settings).radiance.data, first.data) << rays;
+  }
+}
+
+TEST(NetLight, OutOfViewDiffersOnlyWhereSomethingIsHit) {
+  const Scene scene = corner();
+  const auto nets = untrained(kWidth);
+  const Rendering both = render_scene(device(), scene, settings_of("net", nets));
+  const Rendering far = render_scene(device(), scene, settings_of("out_of_view", nets));
+  int nothing = 0, differ = 0;
+  for (std::size_t i = 0; i < scene.photo.data.size(); ++i) {
+    const bool misses = both.uncertainty.data[i % both.uncertainty.data.size()] == 1;
+    nothing += misses;
+    if (misses) {
+      EXPECT_EQ(both.radiance.data[i], far.radiance.data[i]) << i;
+    }
+    differ += both.radiance.data[i] != far.radiance.data[i];
+  }
+  EXPECT_GT(nothing, 0);
+  EXPECT_GT(differ, 0);
+}
+
+/// Nets whose in-view answer is the photograph at the hit and whose field is dark.
+std::shared_ptr<LightNets> transparent(int longer_side) {
+  const auto nets = untrained(longer_side);
+  nets->sizes.out_of_view.released_output = true;
+  States& states = *nets->states;
+  states.set("local.mlp.out.weight", Tensor(states.get("local.mlp.out.weight").shape, 0));
+  for (const std::string& name : states.names())
+    if (name.starts_with("global.hyper.")) states.set(name, Tensor(states.get(name).shape, 0));
+  return nets;
+}
+
+TEST(NetLight, ResidualMultipliesThePhotographAtItsFullSize) {
+  Scene scene = corner();
+  std::fill(scene.material.plane(2), scene.material.plane(2) + scene.photo.pixels(), 1.0f);  // an ambient of nothing
+  const Image image = render_scene(device(), scene, settings_of("image", nullptr)).radiance;
+  const Image net = render_scene(device(), scene, settings_of("net", transparent(13))).radiance;
+  double sum = 0;
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    // Exposure multiplied in and out, 16 samples; shares below kLeastShare of the photograph are left out.
+    EXPECT_NEAR(net.data[i], image.data[i], (40 * 0x1p-24 + 2 * kLeastShare) * image.data[i] + 1e-7) << i;
+    sum += image.data[i];
+  }
+  EXPECT_GT(sum, 1);
+}
+
+TEST(NetLight, IsLinearInThePhotographsUnit) {
+  const Scene scene = corner();
+  Scene brighter = scene;
+  for (float& v : brighter.photo.data) v *= 8;  // exact: the nets then read the same bits
+  const RenderSettings settings = settings_of("net", untrained(20));
+  const Image a = render_scene(device(), scene, settings).radiance,
+              b = render_scene(device(), brighter, settings).radiance;
+  for (std::size_t i = 0; i < a.data.size(); ++i) EXPECT_NEAR(b.data[i], 8 * a.data[i], 0x1p-20 * 8 * a.data[i]) << i;
+}
+
+TEST(NetLight, MemoryDoesNotGrowWithSamples) {
+  const Scene scene = corner();
+  RenderSettings settings = settings_of("net", untrained(20));
+  const auto peak = [&](int spp) {
+    settings.spp = spp;
+    device().reset_memory_peak();
+    render_scene(device(), scene, settings);
+    return static_cast<double>(device().memory_peak());
+  };
+  settings.chunk_rays = 1 << 14;
+  const double few = peak(64), many = peak(512);  // 5 tiles and 35
+  EXPECT_LT(many, 1.02 * few);
+  settings.chunk_rays = 0;  // what the light chooses: a full tile
+  EXPECT_LT(peak(256) - few, 512.0 * (1 << 20));
+}
+
+TEST(NetLight, CountsWhatItsPartsAnswer) {
+  const Scene scene = corner();
+  const Rendering r = render_scene(device(), scene, settings_of("net", untrained(20)));
+  ASSERT_EQ(r.answered.size(), 2u);
+  EXPECT_EQ(r.answered[0].first, "out of view");
+  EXPECT_EQ(r.answered[1].first, "in view");
+  // Every ray has an answer; one that misses has it from the field, one whose hit is sure from the photograph's side.
+  EXPECT_GE(r.answered[0].second + r.answered[1].second, r.rays);
+  EXPECT_GE(r.answered[0].second, r.rays - r.hits);
+  EXPECT_LE(r.answered[0].second, r.rays);
+  EXPECT_LE(r.answered[1].second, r.hits);
+  EXPECT_GT(r.answered[1].second, 0);
+}
+
+TEST(NetLight, Refuses) {
+  const Scene scene = corner();
+  EXPECT_THROW(render_scene(device(), scene, settings_of("net", nullptr)), Error);
+  EXPECT_THROW(render_scene(device(), scene, settings_of("sun", nullptr)), Error);
+  const auto of_another_size = untrained(20);
+  of_another_size->sizes.in_view.width = 32;
+  EXPECT_THROW(render_scene(device(), scene, settings_of("net", of_another_size)), Error);
+  const auto empty = untrained(20);
+  empty->states = std::make_shared<States>(device());
+  try {
+    render_scene(device(), scene, settings_of("out_of_view", empty));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    EXPECT_NE(std::string(e.what()).find("untrained: global."), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace clerestory
