@@ -1,11 +1,12 @@
 #include "experiments/applications/run_report.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "experiments/applications/run_results.hpp"
-#include "experiments/evaluation/radiance_error.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/math/radiance.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/html.hpp"
 #include "host/report/preview.hpp"
@@ -244,14 +245,18 @@ void add_edited(HtmlReport& page, const fs::path& folder, const Scene& scene, co
 
 std::optional<std::string> error_against_photograph(const Scene& scene, const Image& render) {
   const std::size_t n = scene.photo.pixels();
-  RadianceErrorSums sums;
+  double relative = 0, clipped = 0, count = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (scene.material.data[2 * n + i] > 0 || scene.depth.data[i] <= 0) continue;
-    for (std::size_t c = 0; c < 3; ++c) sums.add(render.data[c * n + i], scene.photo.data[c * n + i]);
+    for (std::size_t c = 0; c < 3; ++c, ++count) {
+      const double value = render.data[c * n + i], photo = scene.photo.data[c * n + i];
+      relative += relative_square(value, photo);
+      clipped += std::pow(std::min(value, 1.0) - std::min(photo, 1.0), 2);
+    }
   }
-  if (sums.empty()) return {};
-  const RadianceError error = sums.means();
-  return fmt::format("PSNR {:.1f} dB, relMSE {:.3f}", error.psnr, error.relmse);
+  if (count == 0) return {};
+  return fmt::format("PSNR {:.1f} dB, relMSE {:.3f}", -10 * std::log10(std::max(clipped / count, 1e-12)),
+                     relative / count);
 }
 
 void write_run_report(const fs::path& folder) {

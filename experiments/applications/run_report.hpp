@@ -18,7 +18,7 @@ void write_run_report(const std::filesystem::path& folder);
 void refresh_run_report(const std::filesystem::path& run, const std::filesystem::path& result);
 
 /// How far a re-render is from its photograph, over the pixels that neither emit nor lack a depth: "PSNR 20.0 dB,
-/// relMSE 0.040", of linear values (experiments/evaluation/radiance_error.hpp). Nothing without such pixels. The
+/// relMSE 0.040", of linear values (host/math/radiance.hpp). Nothing without such pixels. The
 /// photograph is what a re-render aims at, not its truth: the light of both is assumed.
 std::optional<std::string> error_against_photograph(const Scene& scene, const Image& render);
 

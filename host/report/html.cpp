@@ -89,6 +89,12 @@ std::string bar_html(const ColourBar& bar) {
          marks + "</p></div>";
 }
 
+std::string columns_html(const std::vector<std::string>& columns) {
+  std::string html = "<p class=\"columns\">";
+  for (const std::string& text : columns) html += "<span>" + escaped(text) + "</span>";
+  return html + "</p>";
+}
+
 std::string picture_html(const Picture& picture) {
   const auto [width, height] = png_size(picture.png, picture.title);
   std::string html =
@@ -96,6 +102,7 @@ std::string picture_html(const Picture& picture) {
                   width > 2 * height ? " class=\"row\"" : "", width < kSmall ? " class=\"small\"" : "", width, height,
                   escaped(picture.title), data_url(picture.png));
   if (picture.bar) html += bar_html(*picture.bar);
+  if (!picture.columns.empty()) html += columns_html(picture.columns);
   html += "<figcaption><b>" + escaped(picture.title) + "</b>";
   if (!picture.note.empty()) html += "<span>" + escaped(picture.note) + "</span>";
   return html + "</figcaption></figure>";
@@ -170,13 +177,13 @@ std::string description(const std::string& term, const std::string& text) {
 
 Picture picture_of(std::string title, const Image& display, std::string note, std::optional<ColourBar> bar) {
   std::string png = encode_png(display, Encoding::Linear, title);
-  return {std::move(title), std::move(png), std::move(note), std::move(bar)};
+  return {std::move(title), std::move(png), std::move(note), std::move(bar), {}};
 }
 
 Picture picture_file(std::string title, const std::filesystem::path& path, std::string note) {
   std::string png = read_file(path, std::uint64_t{64} << 20);
   png_size(png, path.string());
-  return {std::move(title), std::move(png), std::move(note), {}};
+  return {std::move(title), std::move(png), std::move(note), {}, {}};
 }
 
 HtmlReport::HtmlReport(std::string title, std::string subtitle)

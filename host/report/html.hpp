@@ -18,8 +18,9 @@ namespace clerestory {
 struct Picture {
   std::string title;  // a few words under the picture
   std::string png;
-  std::string note;              // range, unit; small; may be empty
-  std::optional<ColourBar> bar;  // under the picture
+  std::string note;                       // range, unit; small; may be empty
+  std::optional<ColourBar> bar;           // under the picture
+  std::vector<std::string> columns = {};  // of pictures of one width, side by side in it: what each shows
 };
 
 /// Of display values (preview.hpp).

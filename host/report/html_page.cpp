@@ -40,6 +40,8 @@ figcaption b{color:var(--ink);font-weight:600}
 .bar-of-colours{margin-top:.5rem;font-size:.8rem;color:var(--soft);font-variant-numeric:tabular-nums}
 .bar-of-colours div{height:.7rem;border:1px solid var(--rule);border-radius:2px;-webkit-print-color-adjust:exact;print-color-adjust:exact}
 .bar-of-colours p{display:flex;justify-content:space-between;margin:.2rem 0 0;max-width:none}
+.columns{display:flex;margin:.4rem 0 0;max-width:none;font-size:.8rem;line-height:1.3;color:var(--soft)}
+.columns span{flex:1 1 0;min-width:0;padding-right:.4rem;overflow-wrap:anywhere}
 .notes{display:grid;grid-template-columns:max-content minmax(0,48rem);gap:.45rem 1.6rem;margin:1.2rem 0 2rem;
 font-size:.93rem}
 .notes dt{color:var(--soft)}.notes dt::first-letter{text-transform:uppercase}

@@ -114,6 +114,9 @@ TEST(HtmlReport, HoldsEverythingAndNeedsNothing) {
   HtmlReport report("Room <1>", "subtitle");
   report.section("One", "text & more").facts({{"Field of view", "57°"}});
   report.section("Two").pictures({picture_of("Albedo", filled(8, 4, {0.5f, 0.5f, 0.5f}), "note")}, "caption");
+  Picture strip = picture_of("Strip", filled(8, 4, {1, 1, 1}));
+  strip.columns = {"left", "right & last"};
+  report.pictures({strip});
   report.pictures({picture_of("Depth", filled(9, 4, {0, 0, 0}), "", depth_bar({1, 2}))}).notes({{"Scale", "of <x>"}});
   report.section("Three").compare("Before", filled(8, 4, {0.2f, 0.2f, 0.2f}), "After",
                                   filled(8, 4, {0.3f, 0.3f, 0.3f}));
@@ -125,7 +128,7 @@ TEST(HtmlReport, HoldsEverythingAndNeedsNothing) {
         "<summary>Config</summary>", "a &lt; b", "PoCL &lt;device&gt;", "clerestory invert 'a &lt;b&gt;.png'",
         "What was left out", "<strong>1.00<span class=\"deviation\"> ± 0.25</span></strong>", "<a href=\"#s2\">Two</a>",
         "<figure class=\"row\">", "<span>1 m</span><span>1.5 m</span><span>2 m</span>",
-        "<dt>Scale</dt><dd>of &lt;x&gt;</dd>"})
+        "<dt>Scale</dt><dd>of &lt;x&gt;</dd>", "<span>left</span><span>right &amp; last</span>"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
   EXPECT_EQ(html.find("Room <1>"), std::string::npos) << "text is escaped";
   EXPECT_EQ(count(html, "<figure class=\"row\">"), 1u) << "only what is more than twice as wide as high";
