@@ -3,6 +3,7 @@
 #include "host/cl/seconds_of.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "nets/scene_light.hpp"
+#include "nets/scene_maps.hpp"
 
 namespace clerestory {
 
@@ -40,9 +41,7 @@ Image SceneLayer::radiance(const Image& albedo, const Image& material, const Ima
   counts_ = render_counts(status, executor_->fetch(rendered_.tally));
   shaded_.assign(shade.size(), false);
   for (std::size_t i = 0; i < shade.size(); ++i) shaded_[i] = status.real[i] == 0;
-  Image picture(geometry_.width(), geometry_.height(), 3);
-  picture.data = executor_->fetch_floats(rendered_.radiance);
-  return picture;
+  return fetch_image(*executor_, rendered_.radiance);
 }
 
 }  // namespace clerestory

@@ -4,6 +4,21 @@ namespace clerestory {
 
 Tensor tensor_of(const Image& image) { return Tensor({1, image.channels, image.height, image.width}, image.data); }
 
+Image fetch_image(Executor& executor, Value value) {
+  const Shape& s = value.shape();
+  Image image(s.w, s.h, s.c);
+  image.data = executor.fetch_floats(value);
+  return image;
+}
+
+std::vector<Image> pictures_by(Device& device, const Graph& graph, const std::vector<Value>& values) {
+  Executor executor(compile(graph, values, device));
+  executor.run();
+  std::vector<Image> pictures;
+  for (const Value& value : values) pictures.push_back(fetch_image(executor, value));
+  return pictures;
+}
+
 SceneValues scene_values(Graph& graph, const Scene& scene) {
   const auto map = [&](const std::string& name, int channels) {
     return graph.input(name, {1, channels, scene.height(), scene.width()});

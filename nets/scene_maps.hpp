@@ -24,7 +24,10 @@ std::map<std::string, Tensor> map_feeds(const Scene& scene);
 /// Feeds those; what lights the scene stays.
 void feed_maps(Executor& executor, const Scene& scene);
 
-Tensor tensor_of(const Image& image);  // {1, channels, height, width}
+Tensor tensor_of(const Image& image);                // {1, channels, height, width}
+Image fetch_image(Executor& executor, Value value);  // and back
+/// Runs a graph of constants once: its values as pictures.
+std::vector<Image> pictures_by(Device& device, const Graph& graph, const std::vector<Value>& values);
 
 /// `light = image`, which learned light must beat: the photograph's radiance at the hit pixel where the hit is sure,
 /// the ambient where it is not (Eq. 6 with a constant in place of the out-of-view light). {1, 3, pixels, samples}.

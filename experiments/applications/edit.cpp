@@ -12,26 +12,21 @@
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
+#include "host/ops/nn/activation.hpp"
+#include "host/ops/shade/repaint.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "host/report/own_files.hpp"
 #include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
 #include "nets/scene_layer.hpp"
+#include "nets/scene_maps.hpp"
 
 namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The photograph's diffuse light is multiplied by this at most: dividing by a dark albedo blows up its noise and the
-// errors of the maps.
-constexpr double kMostGain = 4;
-
-double diffuse_albedo(const Scene& s, std::size_t c, std::size_t i) {
-  const std::size_t n = s.albedo.pixels();
-  return static_cast<double>(s.albedo.data[c * n + i]) * (1 - static_cast<double>(s.material.data[n + i]));
-}
 
 /// The specular lobe of a scene's materials alone: metal whose base colour is their reflectance at normal incidence.
 std::pair<Image, Image> specular_alone(const Scene& scene) {
@@ -45,40 +40,30 @@ std::pair<Image, Image> specular_alone(const Scene& scene) {
   return {std::move(albedo), std::move(material)};
 }
 
-/// The diffuse part of an edited pixel's channel: shares of the photograph's own diffuse part of that channel times k,
-/// of the grey light that fits its three channels best times the new albedo, and of the layer's diffuse part.
-struct DiffuseSource {
-  double k = 0, now = 0;
-  double channel = 1, grey = 0, layer = 0;  // shares
-};
+Image image_of(const std::vector<bool>& flags, const Scene& scene) {
+  Image image(scene.width(), scene.height(), 1);
+  std::ranges::copy(flags, image.data.begin());
+  return image;
+}
 
-/// The share that a source keeps at a gain: beyond the largest one it falls faster than the gain grows.
-double trusted(double gain) { return gain > kMostGain ? std::pow(kMostGain / gain, 2) : 1; }
-
-DiffuseSource diffuse_source(const Scene& before, const EditedScene& with, std::size_t c, std::size_t i) {
-  DiffuseSource s;
-  const double old = diffuse_albedo(before, c, i);
-  s.now = diffuse_albedo(with.scene, c, i);
-  if (s.now == 0) return s;
-  double squares = 0;
-  for (std::size_t d = 0; d < 3; ++d) squares += std::pow(diffuse_albedo(before, d, i), 2) / 3;
-  s.k = old > 0 ? s.now / old : 0;
-  s.channel = with.emitted[i] || old == 0 ? 0 : trusted(s.k);
-  const double grey = with.emitted[i] || squares == 0 ? 0 : trusted(s.now / std::sqrt(squares));
-  s.grey = (1 - s.channel) * grey, s.layer = (1 - s.channel) * (1 - grey);
-  return s;
+/// Materials before and after as values of a graph.
+Repainted materials_of(Graph& graph, const Scene& before, const EditedScene& with) {
+  const auto constant = [&](const Image& image) { return graph.constant(tensor_of(image)); };
+  return {constant(before.albedo), constant(before.material), constant(with.scene.albedo),
+          constant(with.scene.material), constant(image_of(with.emitted, before))};
 }
 
 /// Whether some diffuse part is the layer's to say.
-bool needs_layer(const Scene& before, const EditedScene& with) {
+bool needs_layer(Device& device, const Scene& before, const EditedScene& with) {
+  Graph graph;
+  const Image share = pictures_by(device, graph, {repaint_layer_share(materials_of(graph, before, with))})[0];
   for (std::size_t i = 0; i < with.edited.size(); ++i)
-    for (std::size_t c = 0; with.edited[i] && c < 3; ++c)
-      if (diffuse_source(before, with, c, i).layer > 0) return true;
+    if (with.edited[i] && share.data[i] > 0) return true;
   return false;
 }
 
 /// D_1: what the edited pixels show less the photograph; 0 elsewhere.
-Image first_change(const Scene& before, const EditedScene& with, SceneLayer& layer, std::uint32_t seed,
+Image first_change(Device& device, const Scene& before, const EditedScene& with, SceneLayer& layer, std::uint32_t seed,
                    EditBounce& bounce, double& shown) {
   const std::array<double, 3> ambient = ambient_of(before);
   const auto render = [&](const Image& albedo, const Image& material) {
@@ -90,49 +75,30 @@ Image first_change(const Scene& before, const EditedScene& with, SceneLayer& lay
   const auto [old_albedo, old_material] = specular_alone(before);
   const Image old_specular = render(old_albedo, old_material), specular = render(albedo, material);
   const std::vector<bool> shaded = layer.shaded();
-  const Image whole = needs_layer(before, with) ? render(with.scene.albedo, with.scene.material) : specular;
+  const Image whole = needs_layer(device, before, with) ? render(with.scene.albedo, with.scene.material) : specular;
+  shown = static_cast<double>(std::ranges::count(shaded, true)) / static_cast<double>(shaded.size());
 
-  const std::size_t n = before.photo.pixels();
-  Image change(before.width(), before.height(), 3);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!shaded[i]) continue;
-    ++shown;
-    // Irradiance over pi if it were grey: least squares of albedo times it to the photograph's diffuse part.
-    double products = 0, squares = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double old = diffuse_albedo(before, c, i);
-      products += old * std::max(before.photo.data[c * n + i] - old_specular.data[c * n + i], 0.0f);
-      squares += old * old;
-    }
-    const double grey = squares > 0 ? products / squares : 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t at = c * n + i;
-      const double photo = before.photo.data[at], now = specular.data[at], residue = photo - old_specular.data[at];
-      const DiffuseSource s = diffuse_source(before, with, c, i);
-      // Where the layer's specular part is more than all that the photograph shows, the new one is less by as much.
-      const double excess = std::min(std::max(-residue, 0.0), now);
-      const double diffuse = s.channel * s.k * std::max(residue, 0.0) + s.grey * s.now * grey +
-                             s.layer * std::max(whole.data[at] - now, 0.0);
-      change.data[at] = static_cast<float>(now - excess + diffuse - photo);
-    }
-  }
-  shown /= static_cast<double>(n);
-  return change;
+  Graph graph;
+  const auto constant = [&](const Image& image) { return graph.constant(tensor_of(image)); };
+  return pictures_by(
+      device, graph,
+      {repaint(constant(before.photo), materials_of(graph, before, with), constant(image_of(shaded, before)),
+               {constant(old_specular), constant(specular), constant(whole)})})[0];
 }
 
 /// Adds a change to the composite; light is not negative. Returns the change that is left, and which share of pixels.
-Image add_change(Image& composite, const Image& change, double& changed) {
-  Image left = change;
+Image add_change(Device& device, Image& composite, const Image& change, double& changed) {
+  Graph graph;
+  const Value before = graph.constant(tensor_of(composite));
+  const Value after = relu(add(before, graph.constant(tensor_of(change))));
+  std::vector<Image> made = pictures_by(device, graph, {after, subtract(after, before)});
+  composite = std::move(made[0]);
   const std::size_t n = composite.pixels();
   std::vector<bool> touched(n, false);
-  for (std::size_t i = 0; i < left.data.size(); ++i) {
-    const float before = composite.data[i];
-    composite.data[i] = std::max(before + change.data[i], 0.0f);
-    left.data[i] = composite.data[i] - before;
-    if (left.data[i] != 0) touched[i % n] = true;
-  }
-  changed = static_cast<double>(std::count(touched.begin(), touched.end(), true)) / static_cast<double>(n);
-  return left;
+  for (std::size_t i = 0; i < made[1].data.size(); ++i)
+    if (made[1].data[i] != 0) touched[i % n] = true;
+  changed = static_cast<double>(std::ranges::count(touched, true)) / static_cast<double>(n);
+  return std::move(made[1]);
 }
 
 void check_change(const MaterialEdit& change) {
@@ -213,8 +179,9 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
   const EditedScene& with = result.with;
   SceneLayer first(device, scene, settings);
   EditBounce bounce;
-  Image left = add_change(result.composite, first_change(scene, with, first, settings.seed, bounce, result.shown),
-                          bounce.changed);
+  Image left =
+      add_change(device, result.composite,
+                 first_change(device, scene, with, first, settings.seed, bounce, result.shown), bounce.changed);
   result.bounces.push_back(bounce);
   result.seconds = first.seconds();
   if (bounces == 1 || bounce.changed == 0) return result;
@@ -232,7 +199,7 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
     const Image thrown =
         layer.radiance(with.scene.albedo, with.scene.material, left, {0, 0, 0}, everywhere, settings.seed);
     bounce = {layer.counts().directions, layer.counts().dropped, 0};
-    left = add_change(result.composite, thrown, bounce.changed);
+    left = add_change(device, result.composite, thrown, bounce.changed);
     result.bounces.push_back(bounce);
   }
   result.seconds += layer.seconds() - before;

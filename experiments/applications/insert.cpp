@@ -11,11 +11,13 @@
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
+#include "host/ops/shade/insertion.hpp"
 #include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
 #include "host/stopwatch.hpp"
 #include "nets/scene_layer.hpp"
+#include "nets/scene_maps.hpp"
 
 namespace clerestory {
 namespace {
@@ -64,15 +66,6 @@ Mesh stand(Mesh mesh, const Camera& camera, const Vec3& foot, double size) {
   return mesh;
 }
 
-// Changes below the first share of the photograph are too faint to matter how strong they are: they are added as they
-// are, those above the second by the photograph's measure, and between them it grows, so that no edge is seen.
-constexpr float kFaint = 1.0f / 128, kPlain = 1.0f / 32;
-
-/// 0 for a faint change to 1 for a plain one.
-float plainness(float change, float photo) {
-  return std::clamp((std::abs(change) / std::max(photo, 1e-6f) - kFaint) / (kPlain - kFaint), 0.0f, 1.0f);
-}
-
 /// What passes over the picture add up to, each through another point of every pixel.
 struct PassSums {
   Image objects, covers;  // 3: radiance of objects; 1: passes in which a pixel shows one
@@ -101,30 +94,21 @@ struct PassSums {
 };
 
 /// Pixels of the room whose change must be measured by the photograph.
-std::vector<bool> changed_pixels(const Scene& scene, const Image& change) {
-  const std::size_t n = change.pixels();
-  std::vector<bool> changed(n, false);
-  for (std::size_t i = 0; i < change.data.size(); ++i)
-    if (plainness(change.data[i], scene.photo.data[i]) > 0) changed[i % n] = true;
+std::vector<bool> changed_pixels(Device& device, const Scene& scene, const Image& change) {
+  Graph graph;
+  const Value plain = plainness(graph.constant(tensor_of(change)), graph.constant(tensor_of(scene.photo)));
+  std::vector<bool> changed;
+  for (const float p : pictures_by(device, graph, {plain})[0].data) changed.push_back(p > 0);
   return changed;
 }
 
-/// Objects show what they reflect. The room's share of a pixel is the photograph + what the objects change, by the
-/// photograph's measure: times photograph / `without`, the layer's own picture of the room without objects (0: not
-/// asked). So a shadow takes the share of light that it covers, whatever the maps and the light are wrong by. What
-/// objects add is never made more, for where the layer is far too dark that would be noise. A lamp's own light is not
-/// scaled.
-Image composite_of(const Scene& scene, const PassSums& passes, const Image& without) {
-  Image composite = scene.photo;
-  const std::size_t n = composite.pixels();
-  for (std::size_t i = 0; i < composite.data.size(); ++i) {
-    const float photo = scene.photo.data[i], d = passes.change.data[i], layer = without.data[i];
-    float gain = layer > 0 && scene.material.data[2 * n + i % n] == 0 ? photo / layer : 1;
-    if (d > 0) gain = std::min(gain, 1.0f);
-    gain = 1 + plainness(d, photo) * (gain - 1);
-    composite.data[i] = passes.objects.data[i] + (1 - passes.covers.data[i % n]) * std::max(photo + gain * d, 0.0f);
-  }
-  return composite;
+/// `without`: the layer's own picture of the room without objects, 0 where it was not asked.
+Image composite_of(Device& device, const Scene& scene, const PassSums& passes, const Image& without) {
+  Graph graph;
+  const auto constant = [&](const Image& image) { return graph.constant(tensor_of(image)); };
+  const Value composite = insertion({constant(scene.photo), constant(passes.objects), constant(passes.covers),
+                                     constant(passes.change), constant(without), constant(channel(scene.material, 2))});
+  return pictures_by(device, graph, {composite})[0];
 }
 
 // For smooth edges: so many passes at most, each with a share of the samples, enough of them for the layer's strata.
@@ -250,7 +234,7 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
 
   Image without(scene.width(), scene.height(), 3);
   double seconds = with_objects.seconds();
-  const std::vector<bool> changed = changed_pixels(scene, sums.change);
+  const std::vector<bool> changed = changed_pixels(device, scene, sums.change);
   if (std::ranges::find(changed, true) != changed.end()) {
     SceneLayer room(device, scene, share);
     const std::array<double, 3> ambient = ambient_of(scene);
@@ -260,7 +244,7 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
     }
     seconds += room.seconds();
   }
-  Image composite = composite_of(scene, sums, without);
+  Image composite = composite_of(device, scene, sums, without);
   return {std::move(sums.covers), std::move(composite), seconds};
 }
 

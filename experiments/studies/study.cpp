@@ -8,6 +8,7 @@
 #include "experiments/studies/layer_study.hpp"
 #include "experiments/studies/light_study.hpp"
 #include "experiments/studies/study_keys.hpp"
+#include "experiments/studies/target_study.hpp"
 #include "experiments/studies/training_study.hpp"
 #include "experiments/studies/truth_study.hpp"
 #include "experiments/studies/uncertainty_study.hpp"
@@ -34,7 +35,8 @@ const std::vector<StudyKind>& kinds() {
       {"light", {add_light_keys, add_maps_keys, add_incident_keys}, run_light_study},
       {"uncertainty", {add_uncertainty_keys, add_light_keys, add_maps_keys, add_incident_keys}, run_uncertainty_study},
       {"ladder", {add_ladder_keys, add_light_keys, add_maps_keys}, run_ladder_study},
-      {"user", {add_user_keys, add_light_keys, add_maps_keys}, run_user_study}};
+      {"user", {add_user_keys, add_light_keys, add_maps_keys}, run_user_study},
+      {"target", {add_target_keys, add_light_keys}, run_target_study}};
   return all;
 }
 const StudyKind& kind_named(const std::string& name) {
