@@ -15,6 +15,6 @@ for ((n = 2; ; ++n)); do  # a second start leaves the first one's run, and what 
   [ -e "$run" ] || break
   run=runs/invert/office-$n
 done
-build/clerestory invert "$office/rgb.png" --camera "$office/camera.json" --out "$run"
-build/clerestory insert "$run" --at 330,400 --radius 0.25 --albedo 0.95,0.95,0.95 --roughness 0.02 --metallic 1
+build/clerestory invert "$office/rgb.png" --camera "$office/camera.json" --out "$run" >/dev/null  # it prints its folder
+build/clerestory insert "$run" --at 330,400 --radius 0.25 --albedo 0.95,0.95,0.95 --roughness 0.02 --metallic 1 >/dev/null
 echo "The report: $root/$run/report.html"

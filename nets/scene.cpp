@@ -37,6 +37,7 @@ std::vector<int> region_of(const Image& photo, int start, std::vector<bool>& see
 
 void check_map(const Image& map, int channels, const Scene& scene, const std::string& what, const std::string& where) {
   if (map.width == scene.width() && map.height == scene.height() && map.channels == channels) return;
+  if (map.data.empty()) throw usage_error("there is no map '" + what + "'", where);
   throw usage_error("the map '" + what + "' has another size than the camera", where,
                     fmt::format("{}x{} with {} channels", map.width, map.height, map.channels),
                     fmt::format("{}x{} with {}", scene.width(), scene.height(), channels));

@@ -7,14 +7,16 @@
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_folder.hpp"
+#include "experiments/applications/run_report.hpp"
+#include "experiments/applications/run_results.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/shade/repaint.hpp"
 #include "host/ops/tensor/elementwise.hpp"
-#include "host/report/html.hpp"
 #include "host/report/own_files.hpp"
+#include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
@@ -136,29 +138,6 @@ std::string bounces_text(const std::vector<EditBounce>& bounces) {
   return text;
 }
 
-void write_report(const fs::path& folder, const Scene& before, const Edit& edit, const Provenance& provenance) {
-  const double exposure = exposure_of(before.photo.data);
-  HtmlReport report("A material replaced", provenance.inputs.empty() ? "" : provenance.inputs[0].path);
-  std::vector<std::pair<std::string, std::string>> facts;
-  for (const auto& fact : provenance.facts) facts.emplace_back(fact);
-  for (std::size_t k = 0; k < edit.bounces.size(); ++k)
-    facts.emplace_back(fmt::format("Bounce {}", k + 1),
-                       fmt::format("{:.2f} million rays, {:.1f} % of the picture changed", edit.bounces[k].rays * 1e-6,
-                                   100 * edit.bounces[k].changed));
-  report.facts(facts);
-  report.section("Before and after");
-  report.compare("Photograph", scaled(before.photo, exposure), "Edited", scaled(edit.composite, exposure),
-                 "Scaled so that the photograph's 95th percentile is 0.9.");
-  report.section("What was replaced");
-  report.pictures({picture_file("Mask", folder / "mask.png"),
-                   picture_of("Albedo", show_radiance(edit.with.scene.albedo)),
-                   picture_of("Roughness", show_unit(channel(edit.with.scene.material, 0)), "black 0, white 1"),
-                   picture_of("Metallic", show_unit(channel(edit.with.scene.material, 1)), "black 0, white 1")});
-  report.left_out(provenance.left_out);
-  report.footer(provenance);
-  report.write(folder / "report.html");
-}
-
 }  // namespace
 
 double EditedScene::share() const {
@@ -261,7 +240,7 @@ std::string edit(const EditOptions& options) {
   after.photo = done.composite;
   write_run(folder.path(), after, std::nullopt);
   write_exr(folder / "composite.exr", done.composite, fits_half(done.composite) ? ExrType::Half : ExrType::Float);
-  write_png(folder / "composite.png", show_radiance(done.composite), Encoding::Linear);
+  write_png(folder / "composite.png", show_radiance(done.composite, shown_exposure(scene.photo)), Encoding::Linear);
   write_png(folder / "mask.png", mask, Encoding::Linear);
 
   const double pixels = static_cast<double>(scene.photo.pixels());
@@ -274,8 +253,12 @@ std::string edit(const EditOptions& options) {
   for (const EditBounce& b : done.bounces) dropped += b.dropped;
   provenance.seeds["render"] = options.render.seed;
   provenance.inputs = {record_file(options.run / "photo.exr"), record_file(options.mask)};
-  provenance.facts["edit"] = values_text(options.change);
+  provenance.facts[kEditFact] = values_text(options.change);
   provenance.facts["bounces that follow the edit"] = bounces_text(done.bounces);
+  for (std::size_t k = 0; k < done.bounces.size(); ++k)
+    provenance.facts[fmt::format("bounce {}", k + 1)] =
+        fmt::format("{:.2f} million rays, {:.1f} % of the picture changed", done.bounces[k].rays * 1e-6,
+                    100 * done.bounces[k].changed);
   provenance.facts["samples"] = fmt::format("{} a pixel", render_spec(options.render).spp);
   provenance.facts["pixels"] =
       fmt::format("{:.1f} % under the mask, {:.1f} % shown with the new material, {:.2f} % emitted and no longer do",
@@ -291,7 +274,7 @@ std::string edit(const EditOptions& options) {
   provenance.ended = utc_now();
   provenance.outputs = record_files_in(folder.path());
   write_provenance(folder / kProvenanceName, provenance);
-  write_report(folder.path(), scene, done, provenance);
+  write_run_report(folder.path());
   give_up_if_interrupted("edit");
   folder.commit();
 

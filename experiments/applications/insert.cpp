@@ -7,7 +7,7 @@
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/objects_layer.hpp"
 #include "experiments/applications/run_folder.hpp"
-#include "experiments/applications/run_report.hpp"
+#include "experiments/applications/run_results.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -255,8 +255,9 @@ void insert(const InsertOptions& options) {
   const fs::path out = options.out.empty() ? options.run : options.out;
   const fs::path exr = out / "composite.exr", png = out / "composite.png";
   // The composite of an edit is also the photograph of its folder: an insertion into that may replace it.
-  const ResultFiles files(options.run, out / "insert.json", {exr, png}, options.force, {out / kProvenanceName});
+  const ResultFiles files(options.run, out / kInsertRecord, {exr, png}, options.force, {out / kProvenanceName});
   const Scene scene = read_run(options.run);
+  render_spec(options.render), place_objects(scene, options.objects);  // refused before the work
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   inherit_facts(options.run, provenance);
@@ -273,7 +274,7 @@ void insert(const InsertOptions& options) {
 
   give_up_if_interrupted("insert");
   write_exr(exr, composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
-  write_png(png, show_radiance(composite), Encoding::Linear);
+  write_png(png, show_radiance(composite, shown_exposure(scene.photo)), Encoding::Linear);
   const double seconds = watch.seconds();
   provenance.inputs = {record_file(options.run / "photo.exr")};
   provenance.seeds["render"] = options.render.seed;
@@ -282,7 +283,6 @@ void insert(const InsertOptions& options) {
   provenance.facts["samples"] = fmt::format("{}", render_spec(options.render).spp);
   provenance.ended = utc_now();
   files.write_record(provenance);
-  if (options.out.empty()) write_run_report(options.run);
   say(fmt::format("insert: {} object(s), {:.1f} % of the picture, {:.1f} s: {}", options.objects.size(), 100 * seen,
                   seconds, png.string()));
 }

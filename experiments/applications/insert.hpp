@@ -35,7 +35,7 @@ struct InsertOptions {
   std::vector<std::string> command;
 };
 
-/// Writes composite.exr, composite.png and insert.json, and the run's report again when they go into the run folder.
+/// Writes composite.exr, composite.png and insert.json.
 void insert(const InsertOptions& options);
 
 /// Surface under a pixel: point and normal in camera space. Throws usage_error naming --at: outside of the picture,

@@ -46,7 +46,7 @@ void check_options(const InvertOptions& options) {
     throw usage_error("not a length", "--depth-scale", fmt::format("{}", *options.depth_scale),
                       "metres between 0 and 10000");
   if (options.goal && !options.only.empty())
-    throw usage_error("nothing is rendered again, so that nothing has an error", "--target-error, --seconds",
+    throw usage_error("--only leaves out the re-render, whose error this is", "--target-error, --seconds",
                       "beside --only", "one of them");
   if (options.goal) check_goal(options.render, *options.goal);
   if (options.fov && !options.camera.empty())
@@ -113,6 +113,14 @@ void require_size(const std::optional<Image>& map, const std::string& name, cons
                     fmt::format("{}x{}", map->width, map->height), fmt::format("{}x{}", photo.width, photo.height));
 }
 
+void check_known(const KnownDepth& known, const Image& photo) {
+  if (!(known.x >= 0 && known.y >= 0 && known.x < photo.width && known.y < photo.height))
+    throw usage_error("the point lies outside of the picture", "--known", fmt::format("{:g},{:g}", known.x, known.y),
+                      fmt::format("0..{},0..{}", photo.width - 1, photo.height - 1));
+  if (!(known.metres > 0))
+    throw usage_error("not a distance", "--known", fmt::format("{:g}", known.metres), "metres above 0");
+}
+
 /// Metres from relative depth, and where the scale came from.
 std::string scale_depth(const InvertOptions& options, Image& depth, const Prediction& prediction) {
   const double p99 = scene_scale(depth.data, "predicted depth");
@@ -120,11 +128,6 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
   std::string how;
   if (options.known) {
     const int x = static_cast<int>(options.known->x), y = static_cast<int>(options.known->y);
-    if (x < 0 || y < 0 || x >= depth.width || y >= depth.height)
-      throw usage_error("the point lies outside of the picture", "--known", fmt::format("{},{}", x, y),
-                        fmt::format("0..{},0..{}", depth.width - 1, depth.height - 1));
-    if (!(options.known->metres > 0))
-      throw usage_error("not a distance", "--known", fmt::format("{}", options.known->metres), "metres above 0");
     if (!(depth.at(0, y, x) > 0))
       throw usage_error("no depth was predicted there", "--known", fmt::format("{},{}", x, y));
     factor = options.known->metres / static_cast<double>(depth.at(0, y, x));
@@ -226,6 +229,7 @@ class Inversion {
   fs::path run() {
     read();
     folder_ = open_folder(options_);
+    if (rerenders()) find_light_weights(options_.render, options_.lit_by.weights);  // missing: said before the work
     device_ = Device::open(options_.device);
     device_->use_tile(options_.tile);
     begin_record();
@@ -243,6 +247,7 @@ class Inversion {
     if (rerenders()) render_spec(options_.render);  // refused before the work
     photo_ = read_photo(options_.photo);
     const Image& image = photo_.image;
+    if (options_.known) check_known(*options_.known, image);
     if (photo_.clamped) say(fmt::format("{}: {} negative values set to 0", options_.photo.string(), photo_.clamped));
     if (fs::is_directory(options_.gbuffer)) gbuffer_lock_.emplace(options_.gbuffer, LockKind::Read);
     const bool own_camera = options_.camera.empty() && !options_.fov;  // of the maps

@@ -6,6 +6,7 @@
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_folder.hpp"
+#include "experiments/applications/run_results.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"
@@ -50,8 +51,8 @@ Image image_of(const std::vector<float>& planar, const Size& size) {
 
 AskedPlace asked_place(const Scene& scene, const LightOptions& options) {
   if (options.at.has_value() == options.at_point.has_value())
-    throw usage_error("light is asked for at one place", "--at-point, --at", options.at ? "both" : "neither",
-                      "one of them");
+    throw usage_error("name the one place whose light is asked for", "--at, --at-point",
+                      options.at ? "both" : "neither", "one of them");
   AskedPlace place;
   if (options.at) {
     const auto [point, normal] = surface_at(scene, *options.at);
@@ -114,10 +115,10 @@ std::string light(const LightOptions& options) {
 
   give_up_if_interrupted("light");
   write_exr(out, panorama, fits_half(panorama) ? ExrType::Half : ExrType::Float);
-  write_png(png, show_radiance(panorama, exposure_of(scene.photo.data)), Encoding::Linear);
+  write_png(png, show_radiance(panorama, shown_exposure(scene.photo)), Encoding::Linear);
   const double seconds = watch.seconds();
   provenance.inputs = {record_file(options.run / "photo.exr")};
-  provenance.facts["point, camera metres"] = text_of(place.point);
+  provenance.facts[kPointFact] = text_of(place.point);
   if (!place.note.empty()) provenance.facts["place"] = place.note;
   provenance.figures["seconds"] = seconds;
   provenance.figures["seconds: building kernels"] = device.build_seconds() - built;

@@ -15,23 +15,35 @@ namespace fs = std::filesystem;
 
 constexpr const char* kVariable = "CLERESTORY_LIGHT_WEIGHTS";
 
+bool holds_light(const fs::path& folder) {
+  return fs::exists(folder / "light_local.safetensors") && fs::exists(folder / "light_global.safetensors");
+}
+
 }  // namespace
 
 std::optional<fs::path> shipped_light() {
   for (const fs::path& folder : shipped_places(kVariable))
-    if (fs::exists(folder / "light_local.safetensors") && fs::exists(folder / "light_global.safetensors"))
-      return folder;
+    if (holds_light(folder)) return folder;
   return std::nullopt;
+}
+
+fs::path find_light_weights(const RenderSettings& settings, const fs::path& weights) {
+  if (!is_learned_light(settings.light)) return {};
+  const std::string expected = "light_local.safetensors and light_global.safetensors";
+  const std::optional<fs::path> shipped = weights.empty() ? shipped_light() : std::nullopt;
+  if (weights.empty() && !shipped)
+    throw usage_error("there are no weights of the light; name some with --light-weights or CLERESTORY_LIGHT_WEIGHTS",
+                      text_of(shipped_places(kVariable)), "none", expected);
+  if (shipped) return *shipped;
+  if (!fs::exists(weights)) throw usage_error("there is no such file or folder", weights.string(), {}, expected);
+  if (fs::is_directory(weights) && !holds_light(weights))
+    throw usage_error("this folder has no weights of the light", weights.string(), {}, expected);
+  return weights;
 }
 
 void load_light_nets(RenderSettings& settings, const fs::path& weights, Device device) {
   if (!is_learned_light(settings.light)) return;
-  const std::optional<fs::path> shipped = weights.empty() ? shipped_light() : std::nullopt;
-  if (weights.empty() && !shipped)
-    throw usage_error("there are no weights of the light; name some with --light-weights or CLERESTORY_LIGHT_WEIGHTS",
-                      text_of(shipped_places(kVariable)), "none",
-                      "light_local.safetensors and light_global.safetensors");
-  const fs::path path = shipped ? *shipped : weights;
+  const fs::path path = find_light_weights(settings, weights);
   const LoadedLight loaded = load_light(path, std::move(device));
   const auto nets = std::make_shared<LightNets>();
   nets->sizes = loaded.net, nets->longer_side = loaded.longer_side(), nets->states = loaded.states;
@@ -76,9 +88,9 @@ std::vector<std::string> lights_to_choose() {
 }
 
 std::string lights_note() {
-  return "Light: net is learned, in view and out of it, and the default where its weights are shipped; out_of_view its "
-         "second part alone; image the photograph where rays hit, its mean elsewhere; panorama the photograph at "
-         "infinity; constant its mean.";
+  return "Light: net is learned, for what is in view and for what is not, and the default where its weights are found; "
+         "out_of_view is its second part alone; image takes the photograph where rays hit and its mean elsewhere; "
+         "panorama puts the photograph at infinity; constant is its mean.";
 }
 
 }  // namespace clerestory

@@ -30,6 +30,10 @@ void choose_light(RenderSettings& settings, LightChoice& choice, const std::stri
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record);
 
+/// Where a learned light's weights are: `weights`, if empty the shipped ones; nothing for other lights. Throws
+/// usage_error when there are none.
+std::filesystem::path find_light_weights(const RenderSettings& settings, const std::filesystem::path& weights);
+
 /// Sets settings.nets if settings.light is learned. `weights`: folder or file of load_light(), empty: the shipped ones.
 /// Throws usage_error when there are none, or what load_light() throws.
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);

@@ -19,7 +19,23 @@ void write_radiance(const fs::path& path, const Image& image) {
 void write_preview(const fs::path& path, const Image& display) { write_png(path, display, Encoding::Linear); }
 
 void require_run(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw usage_error("there is no such run folder", folder.string());
+  const std::string run = "a folder that `clerestory invert` wrote";
+  if (fs::is_regular_file(folder))
+    throw usage_error("a file is no run; `clerestory invert` makes one of a photograph", folder.string(), {}, run);
+  if (!fs::is_directory(folder)) throw usage_error("there is no such run folder", folder.string(), {}, run);
+  for (const char* name : {"camera.json", "photo.exr"})
+    if (!fs::exists(folder / name))
+      throw usage_error(fmt::format("is no run: it has no {}", name), folder.string(), {}, run);
+}
+
+/// Throws naming all maps that a run lacks.
+void require_maps(const fs::path& folder) {
+  std::vector<std::string> missing;
+  for (const char* name : {"albedo.exr", "normal.exr", "depth.exr", "material.exr"})
+    if (!fs::exists(folder / name)) missing.emplace_back(name);
+  if (!missing.empty())
+    throw usage_error(fmt::format("the run has no {}", fmt::join(missing, ", no ")), folder.string(), {},
+                      "all maps: what `clerestory invert` writes without --only");
 }
 
 /// For reading one run and writing files into a folder, which may be that run, lie in a run, or have to do with none.
@@ -67,7 +83,7 @@ void write_run(const fs::path& folder, const Scene& scene, const std::optional<R
   write_radiance(folder / "rerender.exr", rerender->radiance);
   write_exr(folder / "stderr.exr", rerender->standard_error, ExrType::Float);
   write_exr(folder / "uncertainty.exr", rerender->uncertainty);
-  write_preview(folder / "rerender.png", show_radiance(rerender->radiance));
+  write_preview(folder / "rerender.png", show_radiance(rerender->radiance, shown_exposure(scene.photo)));
   write_preview(folder / "uncertainty.png", show_unit(rerender->uncertainty));
 }
 
@@ -85,6 +101,7 @@ Scene read_run_maps(const fs::path& folder) {
 }
 
 Scene read_run(const fs::path& folder) {
+  require_run(folder), require_maps(folder);
   const Scene scene = read_run_maps(folder);
   scene.check(folder.string());
   return scene;

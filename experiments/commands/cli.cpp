@@ -11,6 +11,7 @@
 
 #include "host/cl/device.hpp"
 #include "host/cl/tile.hpp"
+#include "host/io/config_values.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
@@ -53,8 +54,17 @@ void say_first_builds() {
     say(fmt::format("kernels built for {} in {}", built.device, duration_text(built.seconds)));
 }
 
-void print_error(const std::exception& error) {
-  std::fprintf(stderr, "clerestory: %s\n", terminal_text(error.what()).c_str());
+void print_error(const std::string& text) { std::fprintf(stderr, "clerestory: %s\n", terminal_text(text).c_str()); }
+
+/// "--fov" of "--fov=70"
+std::string option_of(const std::string& word) { return word.substr(0, word.find('=')); }
+
+/// Commands, or those of a group; none of a command.
+std::vector<std::string> names_in(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  return names;
 }
 
 }  // namespace
@@ -120,6 +130,11 @@ std::vector<std::string> read_names(const std::string& text, const std::string& 
 bool was_given(const CommonOptions& common, const std::string& option) {
   return std::ranges::any_of(common.command,
                              [&](const std::string& word) { return word == option || word.starts_with(option + "="); });
+}
+
+void print_result(const CommonOptions& common, const std::filesystem::path& result, const std::string& json) {
+  if (!common.json || !common.json->empty()) std::printf("%s\n", result.c_str());
+  write_json_result(common, json);
 }
 
 void write_json_result(const CommonOptions& common, const std::string& json) {
@@ -205,9 +220,9 @@ Command& Command::arguments(const std::string& meta, const std::string& doc, std
 
 Command& Command::light(std::vector<std::string> lights, std::filesystem::path& weights, std::string& lamps) {
   state_->common.light = lights.front();
-  return choice("--light", "Who answers for radiance", state_->common.light, std::move(lights))
-      .option("--light-weights", "DIR", "Weights of a learned light", weights)
-      .choice("--lamps", "Lamps out of view, fitted to the photograph's shading under a learned light", lamps,
+  return choice("--light", "Where the light along a ray comes from (below)", state_->common.light, std::move(lights))
+      .option("--light-weights", "DIR", "Weights of a learned light: a folder or a file", weights)
+      .choice("--lamps", "Lamps out of view, which explain the photograph's shading under a learned light", lamps,
               {"fit", "none"});
 }
 
@@ -276,6 +291,53 @@ struct CommandLine::State {
     return found;
   }
 
+  /// Throws for a command that does not exist, with the one that was meant: CLI11 says only that one is needed.
+  void check_command(const std::vector<std::string>& words) const {
+    const CLI::App* at = &app;
+    std::string said;
+    for (std::size_t i = 1;; ++i) {
+      const std::vector<std::string> names = names_in(*at);
+      if (names.empty()) return;
+      if (i == words.size()) throw usage_error("which command?", said, {}, joined(names));
+      const std::string& word = words[i];
+      if (word.starts_with("-")) return;
+      said += (said.empty() ? "" : " ") + word;
+      if (std::ranges::find(names, word) == names.end())
+        throw usage_error(fmt::format("there is no such command, did you mean `{}`?", nearest_word(word, names)), said,
+                          {}, joined(names));
+      at = at->get_subcommand(word);
+    }
+  }
+
+  /// What CLI11 did not understand, with the command's name and, for an option, the one that was meant.
+  std::string explained(const CLI::ParseError& error, const std::vector<std::string>& words) const {
+    const CLI::App* command = chosen();
+    const std::string name = command == &app ? "" : name_of(*command) + ": ";
+    std::vector<std::string> options;
+    for (const CLI::Option* known : command->get_options())
+      for (const std::string& word : known->get_lnames()) options.push_back("--" + word);
+    const auto unknown = std::ranges::find_if(words, [&](const std::string& word) {
+      return word.size() > 2 && word.starts_with("--") && std::ranges::find(options, option_of(word)) == options.end();
+    });
+    if (error.get_exit_code() != static_cast<int>(CLI::ExitCodes::ExtrasError) || unknown == words.end())
+      return name + error.what();
+    return fmt::format("{}{}: there is no such option, did you mean {}?", name, option_of(*unknown),
+                       nearest_word(option_of(*unknown), options));
+  }
+
+  /// The parsed command, without one the program itself.
+  const CLI::App* chosen() const {
+    for (const auto& one : commands)
+      if (one->app->parsed()) return one->app;
+    return &app;
+  }
+
+  /// "data check"
+  std::string name_of(const CLI::App& command) const {
+    const CLI::App* parent = command.get_parent();
+    return (parent == &app ? "" : parent->get_name() + " ") + command.get_name();
+  }
+
   void run_chosen(std::vector<std::string> command) const {
     for (const auto& one : commands) {
       if (!one->app->parsed()) continue;
@@ -316,23 +378,27 @@ Command CommandLine::add(const std::string& name, const std::string& doc) {
 }
 
 int CommandLine::run(int argc, const char* const* argv) {
+  const std::vector<std::string> words(argv, argv + argc);
   try {
+    state_->check_command(words);
     state_->app.parse(argc, argv);
-    state_->run_chosen({argv, argv + argc});
+    state_->run_chosen(words);
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return state_->app.exit(error);  // --help, --version
-    print_error(error);
-    std::fputs("Run with --help for what there is.\n", stderr);
+    print_error(state_->explained(error, words));
+    const CLI::App* command = state_->chosen();
+    std::fprintf(stderr, "`clerestory %s%s--help` says what there is.\n",
+                 command == &state_->app ? "" : state_->name_of(*command).c_str(), command == &state_->app ? "" : " ");
     return static_cast<int>(ErrorKind::Usage);
   } catch (const Error& error) {
-    print_error(error);
+    print_error(error.what());
     return error.exit_code();
   } catch (const std::bad_alloc&) {
     std::fputs("clerestory: out of memory\n", stderr);
     return static_cast<int>(ErrorKind::Failed);
   } catch (const std::exception& error) {
-    print_error(error);
+    print_error(error.what());
     return static_cast<int>(ErrorKind::Failed);
   }
 }

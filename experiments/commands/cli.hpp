@@ -44,6 +44,8 @@ bool was_given(const CommonOptions& common, const std::string& option);
 
 /// Writes a command's JSON result where --json says.
 void write_json_result(const CommonOptions& common, const std::string& json);
+/// The same, and `result`, where it lies, alone on a line of stdout, unless that is JSON.
+void print_result(const CommonOptions& common, const std::filesystem::path& result, const std::string& json);
 
 /// Texts to values; throw usage_error naming the option.
 void read_value(const std::string& text, const std::string& option, std::string& to);

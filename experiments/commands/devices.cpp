@@ -35,12 +35,14 @@ std::string devices_json(const std::vector<DeviceInfo>& devices) {
 }  // namespace
 
 void add_devices_command(CommandLine& line) {
-  line.add("devices", "List the OpenCL devices").common({Common::Json}).run([](const CommonOptions& common) {
-    const std::vector<DeviceInfo> devices = list_devices();
-    if (common.json) write_json_result(common, devices_json(devices));
-    if (devices.empty()) throw Error(ErrorKind::Device, why_no_device());
-    if (!common.json) std::fputs(terminal_text(device_table(devices)).c_str(), stdout);
-  });
+  line.add("devices", "List the OpenCL devices")
+      .common({Common::Json, Common::Quiet})
+      .run([](const CommonOptions& common) {
+        const std::vector<DeviceInfo> devices = list_devices();
+        if (common.json) write_json_result(common, devices_json(devices));
+        if (devices.empty()) throw Error(ErrorKind::Device, why_no_device());
+        if (!common.json) std::fputs(terminal_text(device_table(devices)).c_str(), stdout);
+      });
 }
 
 }  // namespace clerestory

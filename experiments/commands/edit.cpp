@@ -4,6 +4,7 @@
 
 #include "experiments/applications/edit.hpp"
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
@@ -22,14 +23,14 @@ void add_edit_command(CommandLine& line) {
               })
       .option("--roughness", "R", "Perceptual roughness", options->change.roughness)
       .option("--metallic", "M", "1 for metal", options->change.metallic)
-      .option("--bounces", "N", "Bounces of light that follow the edit", options->bounces)
-      .option("--out", "DIR", "Folder of results; RUN/edit without it", options->out)
-      .flag("--force", "Replace a folder that holds other files or results made from it: they are given up",
+      .option("--bounces", "N", "How many bounces of light follow the edit", options->bounces)
+      .option("--out", "DIR", "Folder of results, which is a run as well; default: RUN/edit", options->out)
+      .flag("--force", "Replace that folder even if it holds other files, or results made from it: they are lost",
             options->force)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .notes(
-          "What is not given stays as it is:\n"
+          "What is not given stays as it is. Prints the folder of results.\n"
           "  clerestory edit runs/invert/office --mask floor.png --albedo 0.9,0.9,0.9 --roughness 0.02 --metallic 1\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
@@ -41,7 +42,9 @@ void add_edit_command(CommandLine& line) {
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     const std::string summary = edit(*options);
-    write_json_result(common, summary);
+    const std::filesystem::path out = options->out.empty() ? options->run / "edit" : options->out;
+    refresh_run_report(options->run, out);
+    print_result(common, out, summary);
   });
 }
 

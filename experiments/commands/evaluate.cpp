@@ -36,7 +36,7 @@ void add_evaluate_command(CommandLine& line) {
   line.add("evaluate", "Judges weights on views with known maps and on photographs with measured depth")
       .optional_argument("RUN",
                          "A RUN folder of `invert` to judge in place of weights; --data is then the view ROOM/NNN that "
-                         "it took for a photograph",
+                         "was taken apart",
                          *run)
       .option("--data", "DIR", "Folder of rooms (InteriorVerse's layout)", options->data)
       .option("--split", "NAME",
@@ -50,6 +50,8 @@ void add_evaluate_command(CommandLine& line) {
       .run([options, run](const CommonOptions& common) {
         if (options->batch < 1 || options->batch > 8)
           throw usage_error("out of range", "--batch", fmt::format("{}", options->batch), "1 to 8");
+        if (!run->empty() && options->data.empty())
+          throw usage_error("which view is this run of?", "--data", "none", "ROOM/NNN, which `invert` took apart");
         options->device = common.device, options->gemm = common.gemm, options->tile = common.tile;
         if (run->empty()) options->weights = weights_or_shipped(common.weights);
         std::optional<FolderLock> lock;

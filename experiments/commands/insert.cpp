@@ -2,17 +2,21 @@
 
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/applications/run_report.hpp"
+#include "experiments/applications/run_results.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/record_json.hpp"
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace {
 
-/// Each --at or --at-point begins an object; what follows describes it.
+/// Each --at or --at-point starts an object; what follows describes it.
 InsertedObject& latest(InsertOptions& options, const std::string& option) {
   if (options.objects.empty())
-    throw usage_error("an object begins with its place", option, "no place before it", "--at or --at-point");
+    throw usage_error("of which object? Each starts with its place", option, "no place before it",
+                      "--at or --at-point first");
   return options.objects.back();
 }
 
@@ -50,15 +54,15 @@ void add_insert_command(CommandLine& line) {
   };
   Command command = line.add("insert", "Put balls and meshes into the photograph of a run");
   command.argument("RUN", "Folder that invert wrote", options->run)
-      .option("--at", "X,Y", "Begins an object that rests on the surface at this pixel",
+      .option("--at", "X,Y", "Starts an object that rests on the surface at this pixel",
               [options](const std::string& text) { options->objects.emplace_back().at = numbers<2>(text, "--at"); })
-      .option("--at-point", "X,Y,Z", "Begins an object at a point, camera metres: a ball's centre, a mesh's foot",
+      .option("--at-point", "X,Y,Z", "Starts an object at a point in camera metres: a ball's centre, a mesh's foot",
               [options](const std::string& text) {
                 options->objects.emplace_back().at_point = numbers<3>(text, "--at-point");
               })
-      .option("--radius", "METRES", "A ball",
+      .option("--radius", "METRES", "The object is a ball",
               set("--radius", [](InsertedObject& o, const std::string& t) { o.radius = numbers<1>(t, "--radius")[0]; }))
-      .option("--mesh", "FILE.glb", "A mesh",
+      .option("--mesh", "FILE.glb", "The object is a mesh",
               set("--mesh", [](InsertedObject& o, const std::string& t) { o.mesh = found_data(t); }))
       .option("--size", "METRES", "Longest side of the mesh",
               set("--size", [](InsertedObject& o, const std::string& t) { o.size = numbers<1>(t, "--size")[0]; }))
@@ -76,13 +80,13 @@ void add_insert_command(CommandLine& line) {
       .option("--metallic", "M", "1 for metal",
               set("--metallic", [](InsertedObject& o, const std::string& t) { o.metallic = unit(t, "--metallic"); }),
               "1")
-      .option("--bounces", "N", "Scatterings at objects that are followed", options->bounces)
-      .option("--out", "DIR", "Where composite.exr and composite.png go; the run folder without it", options->out)
+      .option("--bounces", "N", "How many scatterings at objects are followed", options->bounces)
+      .option("--out", "DIR", "Where composite.exr and composite.png go; default: the run folder", options->out)
       .flag("--force", "Replace files of these names that no insertion wrote", options->force)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
-      .common({Common::Device, Common::Seed, Common::Spp, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
       .notes(
-          "Options after --at describe that object:\n"
+          "Options after --at describe that object. Prints where the composite lies.\n"
           "  clerestory insert runs/invert/office --at 330,400 --radius 0.2 --roughness 0.02 --at 200,420 --mesh "
           "bunny.glb --size 0.4\n" +
           lights_note());
@@ -96,6 +100,10 @@ void add_insert_command(CommandLine& line) {
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     insert(*options);
+    const std::filesystem::path out = options->out.empty() ? options->run : options->out;
+    refresh_run_report(options->run, out);
+    print_result(common, out / "composite.png",
+                 record_json({{"composite", out / "composite.exr"}}, out / kInsertRecord));
   });
 }
 

@@ -3,8 +3,10 @@
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/record_json.hpp"
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
+#include "host/report/provenance.hpp"
 
 namespace clerestory {
 namespace {
@@ -24,24 +26,24 @@ void add_invert_command(CommandLine& line) {
   const auto error = std::make_shared<std::optional<double>>(), seconds = std::make_shared<std::optional<double>>();
   Command command = line.add("invert", "Take a photograph of a room apart and render it again");
   command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
-      .option("--fov", "DEGREES",
-              "Horizontal field of view; without it and --camera what EXIF says, else 65 across the longer side",
+      .option("--fov", "DEGREES", "Horizontal field of view; default: what EXIF says, else 65 across the longer side",
               options->fov)
       .option("--camera", "FILE", "camera.json with fx, fy, cx, cy", options->camera)
-      .option("--gbuffer", "DIR|ROOM/NNN", "Maps that replace predicted ones: a folder of a run, or a generated view",
-              options->gbuffer)
-      .option("--only", "MAPS", "albedo,normal,depth,material: these maps and no re-render",
+      .option("--gbuffer", "DIR|ROOM/NNN",
+              "Maps to use in place of predicted ones: a folder of a run, or a generated view", options->gbuffer)
+      .option("--only", "MAPS", "Of albedo,normal,depth,material these maps alone, and no re-render",
               [options](const std::string& text) { options->only = read_names(text, "--only"); })
-      .option("--depth-scale", "METRES", "99th percentile of depth", options->depth_scale)
-      .option("--known", "X,Y,METRES", "Depth at one pixel, which sets the scale of all",
+      .option("--depth-scale", "METRES", "Sets the scale: the 99th percentile of depth", options->depth_scale)
+      .option("--known", "X,Y,METRES", "A depth that you measured at one pixel; it sets the scale of all",
               [options](const std::string& text) {
                 const std::vector<double> v = read_numbers(text, "--known", 3);
                 options->known = KnownDepth{v[0], v[1], v[2]};
               })
-      .option("--out", "DIR",
-              "RUN folder; without it runs/invert/<stem of the photo>, or a longer name if that is another's",
-              options->out)
-      .flag("--force", "Replace a RUN folder that holds other files or results made from it: they are given up",
+      .option(
+          "--out", "DIR",
+          "RUN folder; default: runs/invert/<stem of the photo>, or a longer name where that is another photograph's",
+          options->out)
+      .flag("--force", "Replace a RUN folder even if it holds other files, or results made from it: they are lost",
             options->force)
       .choice("--sampler", "How directions are drawn", options->render.sampler,
               {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
@@ -52,15 +54,16 @@ void add_invert_command(CommandLine& line) {
               options->render.delta, {"linear", "window"})
       .option("--thickness", "METRES", "How far behind a surface a ray passes unseen; 0: surfaces have no back",
               options->render.thickness)
-      .option("--target-error", "E", "Samples in rounds until the re-render's root relMSE is measured below this",
+      .option("--target-error", "E", "Take samples in rounds until the re-render's root relMSE is measured below this",
               *error)
-      .option("--seconds", "S", "Samples in rounds for so long", *seconds)
+      .option("--seconds", "S", "Take samples in rounds for so many seconds", *seconds)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Tile,
-               Common::Quiet})
+               Common::Json, Common::Quiet})
       .notes(
-          "The camera looks along -z, x right, y up; depth is axial, in metres. See docs/guide.md for the RUN "
-          "folder.\n" +
+          "Prints the RUN folder. The camera looks along -z, x right, y up; depth is axial, in metres. "
+          "docs/commands.md says what the RUN "
+          "folder holds.\n" +
           lights_note());
   command.run([options, error, seconds](const CommonOptions& common) {
     options->photo = found_data(options->photo);
@@ -77,7 +80,9 @@ void add_invert_command(CommandLine& line) {
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     const std::filesystem::path out = invert(*options);
-    say("report: " + (out / "report.html").string());
+    const std::filesystem::path report = out / "report.html";
+    say("report: " + report.string());
+    print_result(common, out, record_json({{"run", out}, {"report", report}}, out / kProvenanceName));
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include "experiments/applications/light.hpp"
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/report/progress.hpp"
 
@@ -29,22 +30,27 @@ void add_light_command(CommandLine& line) {
             options->size = {size.width, size.height};
           },
           "256x128")
-      .option("--out", "FILE.exr", "Panorama in the photograph's unit, a PNG beside it; RUN/light.exr without it",
+      .option("--out", "FILE.exr", "Panorama in the photograph's unit, a PNG beside it; default: RUN/light.exr",
               options->out)
       .flag("--force", "Replace files of these names that `light` did not write", options->force)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
-      .common({Common::Device, Common::Json, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Json, Common::Quiet})
       .notes(
-          "Equirectangular in camera axes: the centre column looks along -z, the right quarter along +x, the top row "
+          "Prints where the panorama lies. Equirectangular in camera axes: the centre column looks along -z, the right "
+          "quarter along +x, the top row "
           "along +y.\nA point behind the camera or hidden by what the picture shows has light as well; one beyond "
           "three "
           "times the depth of the room is refused.\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
     options->device = common.device, options->command = common.command, options->json = common.json.value_or("");
+    options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     catch_interrupts();
-    write_json_result(common, light(*options));
+    const std::string summary = light(*options);
+    const std::filesystem::path out = options->out.empty() ? options->run / "light.exr" : options->out;
+    refresh_run_report(options->run, out);
+    print_result(common, out, summary);
   });
 }
 

@@ -12,15 +12,18 @@ namespace clerestory {
 
 void add_report_command(CommandLine& line) {
   const auto run = std::make_shared<std::filesystem::path>();
-  line.add("report", "Make report.html again from the files of a run")
+  line.add("report", "Make report.html again from the files of a run, with what was made from it")
       .argument("RUN", "A folder that `invert`, `train` or `run` made", *run)
+      .common({Common::Quiet})
+      .notes("Prints where the report lies.")
       .run([run](const CommonOptions&) {
-        if (!std::filesystem::is_directory(*run)) throw usage_error("no such folder", run->string(), {}, "a run");
         if (is_run_directory(*run)) {
           const FileLock lock(RunDirectory::lock_of(*run), LockKind::Write, *run);
           write_run_directory_report(*run);
         } else {
           const FolderLock lock = lock_run(*run, LockKind::Write);
+          if (!std::filesystem::exists(*run / kProvenanceName))
+            throw usage_error(fmt::format("is no run: it has no {}", kProvenanceName), run->string());
           write_run_report(*run);
         }
         std::printf("%s\n", (*run / "report.html").c_str());

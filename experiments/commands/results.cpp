@@ -111,10 +111,12 @@ void add_results_commands(CommandLine& line) {
       .option("--table", "NAME", "Table of the plot; default: the first whose best is marked", a->plotted.table)
       .option("--plot", "COLUMN", "Its column; default: the first whose best is marked", a->plotted.column)
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
+      .common({Common::Quiet})
       .run(in_tree(write));
   line.add("results check", "Compares every table with its figures; says which results are missing or stale")
       .flag("--stale", "These count as failures too", a->stale)
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
+      .common({Common::Quiet})
       .notes(
           "Stale: the figures were made with other weights, another config or other kernels than are here now. Exit "
           "code "
@@ -124,11 +126,14 @@ void add_results_commands(CommandLine& line) {
       .flag("--stale", "Only what is missing or stale", a->stale)
       .flag("--names", "Names alone, one a line", a->names)
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
+      .common({Common::Quiet})
       .run(in_tree(list));
   line.add("results refresh", "Makes .md, .svg and the tables of the docs anew from the figures")
       .option("--tree", "DIR", "Source tree; default: the working folder", a->tree)
+      .common({Common::Quiet})
       .run(in_tree(refresh));
   line.add("results folder", "Where this program with these weights keeps the runs of results: for run.root")
+      .common({Common::Quiet})
       .run([](const CommonOptions&) { std::printf("%s\n", runs_folder().c_str()); });
 }
 

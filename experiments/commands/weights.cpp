@@ -84,7 +84,7 @@ void add_weights_commands(CommandLine& line) {
   line.describe_group("weights", "Weights and checkpoints of the nets");
   line.add("weights inspect", "What a file holds: metadata, and each tensor with its shape")
       .argument("FILE", "Weights or checkpoint (.safetensors)", arguments->file)
-      .common({Common::Json})
+      .common({Common::Json, Common::Quiet})
       .run([arguments](const CommonOptions& common) { inspect(*arguments, common); });
   line.add("weights export",
            "Weights for inference in half precision, with CARD.md and plots of validation beside them")
@@ -94,7 +94,7 @@ void add_weights_commands(CommandLine& line) {
                 "What to write. Maps: a file such as nets/weights/maps.safetensors. Light: the folder for "
                 "light_local.safetensors and light_global.safetensors, such as nets/weights",
                 arguments->out)
-      .common({Common::Device})
+      .common({Common::Device, Common::Quiet})
       .run([arguments](const CommonOptions& common) { export_weights(*arguments, common); });
 }
 

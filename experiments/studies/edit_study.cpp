@@ -126,7 +126,7 @@ class EditStudy : public RoomStudy {
       }
     if (r < kMostStrips)
       write_strip(run_.artifact(fmt::format("room{}_{}_photo_edit_tracer.png", r, edit.key)),
-                  {scene.photo, shown, truth});
+                  {{"photograph", scene.photo}, {"edit", shown}, {"tracer", truth}});
   }
 
   /// Of one picture: a list of seeds for every room that has the case.

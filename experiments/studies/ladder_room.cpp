@@ -198,12 +198,12 @@ class RoomLadder {
         note("relmse", kBestConstant, s, best.relmse), note("psnr", kBestConstant, s, best.psnr);
         note("seconds", kBestConstant, s, row.seconds[s]);
       }
-    std::vector<Image> strip{truth};
+    std::vector<StripPicture> strip{{"tracer", truth}};
     for (const Rung& rung : rungs()) {
-      strip.push_back(truth);
+      strip.push_back({rung.key, truth});
       const Image& picture = job.rows.at(rung.key).pictures[0];
       for (std::size_t i = 0; i < picture.data.size(); ++i)
-        if (job.used[i % job.used.size()]) strip.back().data[i] = picture.data[i];
+        if (job.used[i % job.used.size()]) strip.back().picture.data[i] = picture.data[i];
     }
     result_.strips.emplace_back(job.key, std::move(strip));
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "experiments/studies/findings.hpp"
+#include "experiments/studies/strip.hpp"
 #include "experiments/truth/linked_light.hpp"
 #include "experiments/truth/room_list.hpp"
 
@@ -38,7 +39,7 @@ struct LadderOptions {
 struct LadderRoom {
   RoomFindings found;  // relmse, psnr and seconds of each region (render, and the balls by name), row and seed
   /// By job: the tracer's picture, then one a rung.
-  std::vector<std::pair<std::string, std::vector<Image>>> strips;
+  std::vector<std::pair<std::string, std::vector<StripPicture>>> strips;
 };
 LadderRoom climb_ladder(Device& device, const ListedRoom& room, const LadderOptions& options);
 

@@ -108,7 +108,7 @@ class LayerStudy : public StudyRun {
     const double per_sample = seconds_of(scene, ours) / 64, of_grid = seconds_of(scene, methods[0].settings);
     const int equal = std::max(2, static_cast<int>(std::lround(of_grid / per_sample)));
 
-    std::vector<Image> strip{scene.photo, truth};  // then grid, Li et al., ours at equal time
+    std::vector<StripPicture> strip{{"photograph", scene.photo}, {"truth", truth}};  // then three methods
     for (std::size_t m = 0; m < methods.size(); ++m)
       for (std::int64_t s = 0; s < seeds; ++s) {
         const std::int64_t step = first + static_cast<std::int64_t>(m) * seeds + s + 1;
@@ -126,7 +126,7 @@ class LayerStudy : public StudyRun {
                              {at + "samples", static_cast<double>(settings.spp)}}};
         add_record(std::move(record));
         if (s == 0 && (methods[m].name == "grid" || methods[m].name == "li2020" || methods[m].name == "equal"))
-          strip.push_back(r.radiance);
+          strip.push_back({methods[m].label, r.radiance});
         progress.advance();
       }
     if (v < 4 && strip.size() == 5) write_strip(run_.artifact(fmt::format("view{}.png", v)), strip);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/studies/strip.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/report/html.hpp"
@@ -73,7 +74,10 @@ void add_artifacts(HtmlReport& report, const fs::path& folder) {
   for (const fs::path& path : tables) report.table(table_from_json(read_file(path, kMostBytes), path.string()));
   for (const fs::path& path : drawings) report.drawing(read_file(path, kMostBytes), words_of(path.stem().string()));
   std::vector<Picture> shown;
-  for (const fs::path& path : pictures) shown.push_back(picture_file(words_of(path.stem().string()), path));
+  for (const fs::path& path : pictures) {
+    shown.push_back(picture_file(words_of(path.stem().string()), path));
+    shown.back().columns = strip_labels(path);
+  }
   if (!shown.empty()) report.pictures(shown);
 }
 

@@ -1,13 +1,23 @@
 // Pictures side by side, for reports of studies.
 #pragma once
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "host/io/image.hpp"
 
 namespace clerestory {
 
-/// A PNG of radiance pictures of one size in a row, all at the exposure of the first.
-void write_strip(const std::filesystem::path& path, const std::vector<Image>& pictures);
+/// One of a row of radiance pictures, and what it shows.
+struct StripPicture {
+  std::string label;
+  Image picture;
+};
+
+/// A PNG of pictures of one size in a row, all at the exposure of the first, and their labels beside it.
+void write_strip(const std::filesystem::path& png, const std::vector<StripPicture>& pictures);
+
+/// The labels of a strip; none where there are none beside the picture.
+std::vector<std::string> strip_labels(const std::filesystem::path& png);
 
 }  // namespace clerestory

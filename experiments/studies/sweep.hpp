@@ -15,7 +15,7 @@ namespace clerestory {
 
 /// What --help says about -m.
 inline constexpr const char* sweep_words =
-    "Overrides list values, as in train.rate=1e-3,5e-4 run.seed=range(0,3): a run for each combination, one after "
+    "Overrides may list values, as in train.rate=1e-3,5e-4 run.seed=range(0,3): a run for each combination, one after "
     "another, and tables over all of them, with mean and spread over keys named seed";
 
 /// The tables of one run, by name.

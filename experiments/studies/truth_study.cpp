@@ -96,7 +96,7 @@ class TruthStudy : public RoomStudy {
         if (!compared.used[i % picture.pixels()]) picture.data[i] = truth.data[i];
       return picture;
     };
-    std::vector<Image> strip{truth, shown(exposed(compared.layer))};
+    std::vector<StripPicture> strip{{"tracer", truth}, {"layer under true light", shown(exposed(compared.layer))}};
     const auto note = [&](const std::string& light, const RadianceError& e, double seconds) {
       for (const auto& [metric, value] : {std::pair{"relmse", e.relmse}, {"psnr", e.psnr}, {"seconds", seconds}})
         found.add({metric, "picture", light}, value);
@@ -110,7 +110,7 @@ class TruthStudy : public RoomStudy {
       render_scene(device_, scene, settings);  // kernels are built
       const Rendering rendered = render_scene(device_, scene, settings);
       note(light, picture_error(rendered.radiance, truth, compared.used), rendered.seconds);
-      strip.push_back(shown(rendered.radiance));
+      strip.push_back({light, shown(rendered.radiance)});
       if (settings.light == "constant")
         note("best", best_scaled_error(rendered.radiance, truth, compared.used), rendered.seconds);
     }

@@ -59,8 +59,8 @@ class UserRoomMeasurement {
         predicted_scene(device_, options_.maps_weights, view_.scene.photo, view_.camera, /*clipped=*/true);
     result_.maps = judge_maps(predicted, means);
     result_.ball = !balls_.empty();
-    result_.strip = {view_.scene.photo};
-    if (!balls_.empty()) result_.strip.push_back(balls_[0].picture);
+    result_.strip = {{"photograph", view_.scene.photo}};
+    if (!balls_.empty()) result_.strip.push_back({"tracer's ball", balls_[0].picture});
     for (const auto& [maps, scene] : {std::pair{&kPredictedMaps, &predicted}, {&kTrueMaps, &view_.scene}}) {
       maps_ = *maps;
       for (const TrueBall& ball : balls_)
@@ -168,12 +168,12 @@ class UserRoomMeasurement {
       if (light == "constant") note(kOracle, "render", s, best_scaled_error(again.radiance, truth_, used_));
       const bool shown = s == 0 && maps_ == kPredictedMaps;
       if (shown && light == options_.lights[0]) result_.seconds = again.seconds;
-      if (shown) result_.strip.push_back(again.radiance);
+      if (shown) result_.strip.push_back({light + ": re-render", again.radiance});
       for (const TrueBall& ball : balls_) {
         const Insertion made = insert_into(device_, scene, {resting_on(scene, ball.object)}, settings, kBounces);
         note(light, ball.name, s, picture_error(made.composite, ball.picture, ball.shows));
         note(light, "around " + ball.name, s, picture_error(made.composite, ball.picture, ball.near));
-        if (shown && &ball == &balls_[0]) result_.strip.push_back(made.composite);
+        if (shown && &ball == &balls_[0]) result_.strip.push_back({light + ": ball", made.composite});
       }
     }
     measure_air(light, scene, settings);

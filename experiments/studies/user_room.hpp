@@ -8,6 +8,7 @@
 
 #include "experiments/evaluation/radiance_error.hpp"
 #include "experiments/evaluation/summary.hpp"
+#include "experiments/studies/strip.hpp"
 #include "experiments/truth/room_list.hpp"
 #include "host/cl/device.hpp"
 #include "nets/render_scene.hpp"
@@ -36,7 +37,7 @@ struct UserRoom {
   ViewResult maps;     // predicted ones beside the trivial predictors
   double seconds = 0;  // of a re-render under the first light with predicted maps
   bool ball = false;   // there was a place for one
-  std::vector<Image>
+  std::vector<StripPicture>
       strip;  // photograph, re-renders, the mirror ball: the tracer's and, by predicted maps, each light's
 };
 

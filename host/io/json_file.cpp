@@ -1,5 +1,7 @@
 #include "host/io/json_file.hpp"
 
+#include <string>
+
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/io/nesting.hpp"
@@ -11,7 +13,8 @@ nlohmann::json parse_json(std::string_view text, const std::string& where) {
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
-    throw usage_error(std::string("is no valid JSON: ") + error.what(), where);
+    const std::string why = error.what();  // "[json.exception.parse_error.101] parse error at line 1..."
+    throw usage_error("is no valid JSON: " + why.substr(why.find(']') + 2), where);
   }
 }
 

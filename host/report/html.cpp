@@ -11,6 +11,7 @@
 #include "host/math/statistics.hpp"
 #include "host/report/html_page.hpp"
 #include "host/report/sha256.hpp"
+#include "host/report/shared_text.hpp"
 
 namespace clerestory {
 namespace {
@@ -78,10 +79,37 @@ std::string compare_side(const char* kind, const std::string& title, const Image
   return html + "</div>";
 }
 
-/// 1 for a picture made for a screen; for radiance in other units the factor that brings it there.
-double base_exposure(const Image& image) {
-  const double factor = exposure_of(image.data);
-  return factor >= 0.25 && factor <= 4 ? 1 : factor;
+/// A ramp of the bar's colours and its marks below.
+std::string bar_html(const ColourBar& bar) {
+  std::string stops, marks;
+  for (const auto& c : bar.colours)
+    stops += fmt::format(",rgb({:.0f},{:.0f},{:.0f})", 255 * c[0], 255 * c[1], 255 * c[2]);
+  for (const std::string& text : bar.marks) marks += "<span>" + escaped(text) + "</span>";
+  return "<div class=\"bar-of-colours\"><div style=\"background:linear-gradient(to right" + stops + ")\"></div><p>" +
+         marks + "</p></div>";
+}
+
+std::string columns_html(const std::vector<std::string>& columns) {
+  std::string html = "<p class=\"columns\">";
+  for (const std::string& text : columns) html += "<span>" + escaped(text) + "</span>";
+  return html + "</p>";
+}
+
+std::string picture_html(const Picture& picture) {
+  const auto [width, height] = png_size(picture.png, picture.title);
+  std::string html =
+      fmt::format("<figure{}><img{} width=\"{}\" height=\"{}\" style=\"height:auto\" alt=\"{}\" src=\"{}\">",
+                  width > 2 * height ? " class=\"row\"" : "", width < kSmall ? " class=\"small\"" : "", width, height,
+                  escaped(picture.title), data_url(picture.png));
+  if (picture.bar) html += bar_html(*picture.bar);
+  if (!picture.columns.empty()) html += columns_html(picture.columns);
+  html += "<figcaption><b>" + escaped(picture.title) + "</b>";
+  if (!picture.note.empty()) html += "<span>" + escaped(picture.note) + "</span>";
+  return html + "</figcaption></figure>";
+}
+
+std::string command_html(const std::string& text) {
+  return "<div class=\"command\"><pre>" + escaped(text) + "</pre><button type=\"button\">Copy</button></div>\n";
 }
 
 std::string cell_html(const Table& table, std::size_t row, std::size_t column) {
@@ -147,15 +175,15 @@ std::string description(const std::string& term, const std::string& text) {
 
 }  // namespace
 
-Picture picture_of(std::string title, const Image& display, std::string note) {
+Picture picture_of(std::string title, const Image& display, std::string note, std::optional<ColourBar> bar) {
   std::string png = encode_png(display, Encoding::Linear, title);
-  return {std::move(title), std::move(png), std::move(note)};
+  return {std::move(title), std::move(png), std::move(note), std::move(bar), {}};
 }
 
 Picture picture_file(std::string title, const std::filesystem::path& path, std::string note) {
   std::string png = read_file(path, std::uint64_t{64} << 20);
   png_size(png, path.string());
-  return {std::move(title), std::move(png), std::move(note)};
+  return {std::move(title), std::move(png), std::move(note), {}, {}};
 }
 
 HtmlReport::HtmlReport(std::string title, std::string subtitle)
@@ -180,41 +208,40 @@ HtmlReport& HtmlReport::facts(const std::vector<std::pair<std::string, std::stri
   return *this;
 }
 
+HtmlReport& HtmlReport::notes(const std::vector<std::pair<std::string, std::string>>& notes) {
+  body_ += "<dl class=\"notes\">";
+  for (const auto& [name, text] : notes) body_ += description(name, text);
+  body_ += "</dl>\n";
+  return *this;
+}
+
 HtmlReport& HtmlReport::pictures(const std::vector<Picture>& pictures, const std::string& caption) {
   body_ += "<figure><div class=\"grid\">";
-  for (const Picture& picture : pictures) {
-    const auto [width, height] = png_size(picture.png, picture.title);
-    body_ += fmt::format("<figure><img{} width=\"{}\" height=\"{}\" style=\"height:auto\" alt=\"{}\" src=\"{}\">",
-                         width < kSmall ? " class=\"small\"" : "", width, height, escaped(picture.title),
-                         data_url(picture.png));
-    body_ += "<figcaption><b>" + escaped(picture.title) + "</b>";
-    if (!picture.note.empty()) body_ += "<span>" + escaped(picture.note) + "</span>";
-    body_ += "</figcaption></figure>";
-  }
+  for (const Picture& picture : pictures) body_ += picture_html(picture);
   body_ += "</div>" + figcaption(caption) + "</figure>\n";
   return *this;
 }
 
 HtmlReport& HtmlReport::compare(const std::string& before_title, const Image& before, const std::string& after_title,
-                                const Image& after, const std::string& caption) {
+                                const Image& after, const std::string& caption, int bar) {
   if (before.width != after.width || before.height != after.height || before.channels != 3 || after.channels != 3)
     throw Error(ErrorKind::Failed, "two pictures to compare must be of one size, with 3 channels",
                 before_title + " and " + after_title);
-  const double exposure = base_exposure(before);
+  const double exposure = shown_exposure(before);
   const int darkest =
       std::min({-4, stored_exposures(before, exposure).back(), stored_exposures(after, exposure).back()});
   const std::string note = exposure == 1 ? "" : fmt::format(" At 0 EV the radiance is multiplied by {:.3g}.", exposure);
   // Never wider than looks right for the picture's height on a screen.
   const std::string width =
       fmt::format("max-width:min(100%,calc(86vh*{:.4f}))", static_cast<double>(before.width) / before.height);
-  body_ += fmt::format("<figure class=\"compare\"><div class=\"stage\" style=\"aspect-ratio:{}/{};{}\">", before.width,
-                       before.height, width);
+  body_ += fmt::format("<figure class=\"compare\"><div class=\"stage\" style=\"aspect-ratio:{}/{};{};--at:{}%\">",
+                       before.width, before.height, width, bar);
   body_ += compare_side("second", after_title, after, exposure) + compare_side("first", before_title, before, exposure);
   body_ += fmt::format(
       "<span class=\"tag left\">{0}</span><span class=\"tag right\">{1}</span>"
-      "<input class=\"wipe\" type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" value=\"50\" aria-label=\"{0} or {1}\">"
-      "<div class=\"bar\"></div></div>",
-      escaped(before_title), escaped(after_title));
+      "<input class=\"wipe\" type=\"range\" min=\"0\" max=\"100\" step=\"0.1\" value=\"{2}\" aria-label=\"{0} or "
+      "{1}\"><div class=\"bar\"></div></div>",
+      escaped(before_title), escaped(after_title), bar);
   body_ += fmt::format(
       "<div class=\"controls\" style=\"{}\"><label>Exposure <input class=\"exposure\" type=\"range\" min=\"{}\" "
       "max=\"6\" "
@@ -262,6 +289,11 @@ HtmlReport& HtmlReport::details(const std::string& title, const std::string& tex
   return *this;
 }
 
+HtmlReport& HtmlReport::command(const Provenance& p) {
+  body_ += command_html(shared_command(p));
+  return *this;
+}
+
 HtmlReport& HtmlReport::footer(const Provenance& p) {
   std::string seeds;
   for (const auto& [name, seed] : p.seeds) seeds += fmt::format("{}{} {}", seeds.empty() ? "" : ", ", name, seed);
@@ -270,8 +302,9 @@ HtmlReport& HtmlReport::footer(const Provenance& p) {
             description("Build", p.build.version + ", " + p.build.type + ", " + p.build.compiler) +
             description("Seeds", seeds) + description("Time", p.started + (p.ended.empty() ? "" : " to " + p.ended)) +
             "</dl>";
-  footer_ += "<p>To repeat it:</p><div class=\"command\"><pre>" + escaped(command_text(p.command)) +
-             "</pre><button type=\"button\">Copy</button></div>\n";
+  const bool whole = shared_command(p) == command_text(p.command);
+  footer_ += fmt::format("<p>To repeat it{}:</p>", whole ? "" : ", with the paths that provenance.json has") +
+             command_html(shared_command(p));
   return *this;
 }
 

@@ -35,7 +35,17 @@ figcaption b{color:var(--ink);font-weight:600}
 .grid figure{margin:0}
 .grid img{display:block;width:100%;border-radius:3px;background:var(--stage);cursor:zoom-in}
 .grid img.small,dialog img.small{image-rendering:pixelated}
+.grid figure.row{grid-column:1/-1}
 .grid figcaption span{display:block}
+.bar-of-colours{margin-top:.5rem;font-size:.8rem;color:var(--soft);font-variant-numeric:tabular-nums}
+.bar-of-colours div{height:.7rem;border:1px solid var(--rule);border-radius:2px;-webkit-print-color-adjust:exact;print-color-adjust:exact}
+.bar-of-colours p{display:flex;justify-content:space-between;margin:.2rem 0 0;max-width:none}
+.columns{display:flex;margin:.4rem 0 0;max-width:none;font-size:.8rem;line-height:1.3;color:var(--soft)}
+.columns span{flex:1 1 0;min-width:0;padding-right:.4rem;overflow-wrap:anywhere}
+.notes{display:grid;grid-template-columns:max-content minmax(0,48rem);gap:.45rem 1.6rem;margin:1.2rem 0 2rem;
+font-size:.93rem}
+.notes dt{color:var(--soft)}.notes dt::first-letter{text-transform:uppercase}
+.notes dd{margin:0;overflow-wrap:anywhere}
 .wide{overflow-x:auto;margin-bottom:0}
 table{border-collapse:collapse;font-size:.93rem;font-variant-numeric:tabular-nums;min-width:22rem}
 th,td{padding:.42rem 1.1rem .42rem 0;text-align:left;vertical-align:baseline}
@@ -84,9 +94,9 @@ footer{margin-top:4rem;padding-top:1.6rem;padding-bottom:3rem;color:var(--soft);
 footer::before{content:"";display:block;border-top:1px solid var(--rule);margin-bottom:1.4rem}
 footer dl{display:grid;grid-template-columns:max-content 1fr;gap:.25rem 1.6rem;margin:0 0 1.2rem}
 footer dt{color:var(--soft)}footer dd{margin:0;color:var(--ink);overflow-wrap:anywhere}
-footer .command{position:relative}
-footer .command pre{color:var(--ink);white-space:pre-wrap;overflow-wrap:anywhere;padding-right:5rem}
-footer .command button{position:absolute;top:.55rem;right:.6rem;font:.8rem var(--sans);padding:.15rem .6rem;color:var(--soft);
+.command{position:relative;max-width:60rem}
+.command pre{color:var(--ink);white-space:pre-wrap;overflow-wrap:anywhere;padding-right:5rem}
+.command button{position:absolute;top:.55rem;right:.6rem;font:.8rem var(--sans);padding:.15rem .6rem;color:var(--soft);
 background:var(--paper);border:1px solid var(--rule);border-radius:3px;cursor:pointer}
 dialog{border:0;padding:0;max-width:96vw;max-height:96vh;background:none;color:#fff}
 dialog::backdrop{background:#000d}
@@ -94,7 +104,7 @@ dialog img{display:block;max-width:96vw;max-height:88vh;min-width:min(90vw,60vh)
 dialog p{margin:.6rem auto 0;text-align:center;font-size:.9rem}
 @media print{nav,.controls,.command button{display:none}body{background:#fff;color:#000}figure,table{break-inside:avoid}
 .grid{grid-template-columns:repeat(3,1fr)}}
-@media (max-width:34rem){footer dl{grid-template-columns:1fr;gap:0}footer dd{margin-bottom:.5rem}}
+@media (max-width:34rem){footer dl,.notes{grid-template-columns:1fr;gap:0}footer dd,.notes dd{margin-bottom:.5rem}}
 )css";
 
 const char* const kPageScript = R"js(
@@ -122,7 +132,8 @@ for (const figure of document.querySelectorAll('.compare')) {
   };
   wipe.addEventListener('input', place);
   exposure.addEventListener('input', expose);
-  figure.querySelector('.reset').addEventListener('click', () => { exposure.value = 0; wipe.value = 50; expose(); place(); });
+  figure.querySelector('.reset').addEventListener('click', () => { exposure.value = 0; wipe.value = wipe.defaultValue;
+    expose(); place(); });
   figure.querySelector('.minus').addEventListener('change', event =>
     figure.classList.toggle('difference', event.target.checked));
   place(); expose();

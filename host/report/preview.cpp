@@ -41,6 +41,18 @@ void check_channels(const Image& image, int channels, const char* what) {
                 fmt::format("{} channels", channels));
 }
 
+/// 0 where nothing is finite.
+double quantile_of_finite(const Image& image, double q) {
+  std::vector<float> finite;
+  for (float v : image.data)
+    if (std::isfinite(v)) finite.push_back(v);
+  return finite.empty() ? 0 : quantile(std::span<const float>(finite), q);
+}
+
+std::string mark(double value, const std::string& unit) {
+  return fmt::format("{:.3g}{}{}", value, unit.empty() ? "" : " ", unit);
+}
+
 Image channel_mean(const Image& image) {
   if (image.channels == 1) return image;
   Image mean(image.width, image.height, 1);
@@ -67,6 +79,13 @@ Image coloured(const Image& values, const Map& colour) {
 float unit(double value) { return value > 0 ? static_cast<float>(std::min(value, 1.0)) : 0.0f; }
 
 }  // namespace
+
+double shown_exposure(const Image& photo) {
+  const float most = *std::ranges::max_element(photo.data);
+  const double factor = exposure_of(photo.data);
+  const bool for_a_screen = (most <= 1 && most > 0.1f) || (factor >= 0.25 && factor <= 4);
+  return for_a_screen ? 1 : factor;
+}
 
 Image show_radiance(const Image& linear, double exposure) {
   Image out = linear;
@@ -106,15 +125,23 @@ Image show_depth(const Image& depth, std::pair<double, double> range) {
   });
 }
 
+double amount_range(const Image& amount) { return quantile_of_finite(channel_mean(amount), 0.99); }
+
 Image show_amount(const Image& given, double most) {
   const Image amount = channel_mean(given);
-  if (most <= 0) {
-    std::vector<float> finite;
-    for (float v : amount.data)
-      if (std::isfinite(v)) finite.push_back(v);
-    most = finite.empty() ? 1 : quantile(std::span<const float>(finite), 0.99);
-  }
+  if (most <= 0) most = quantile_of_finite(amount, 0.99);
   return coloured(amount, [&](float v) { return std::isfinite(v) ? scale_colour(most > 0 ? v / most : 0) : kNothing; });
+}
+
+ColourBar unit_bar() { return {{{0, 0, 0}, {1, 1, 1}}, {"0", "0.5", "1"}}; }
+
+ColourBar depth_bar(std::pair<double, double> range) {
+  const auto [near, far] = range;
+  return {{kScale.rbegin(), kScale.rend()}, {mark(near, "m"), mark(0.5 * (near + far), "m"), mark(far, "m")}};
+}
+
+ColourBar amount_bar(double most, const std::string& unit) {
+  return {{kScale.begin(), kScale.end()}, {mark(0, unit), mark(0.5 * most, unit), mark(most, unit)}};
 }
 
 std::string base64(std::string_view bytes) {

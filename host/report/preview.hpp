@@ -1,12 +1,18 @@
 // Pictures for people: from linear radiance and maps to what a screen shows, and to the text that embeds them.
 #pragma once
+#include <array>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace clerestory {
 
 struct Image;  // host/io/image.hpp
+
+/// The factor under which a photograph, and all that is compared with it, is shown: 1 for a picture made for a screen,
+/// else what brings the 95th percentile of its luminance to 0.9.
+double shown_exposure(const Image& photo);
 
 /// Linear radiance to display values in [0, 1]: clamp(exposure * x)^(1/2.2). One channel becomes grey.
 Image show_radiance(const Image& linear, double exposure = 1);
@@ -22,6 +28,17 @@ Image show_depth(const Image& depth, std::pair<double, double> range = {0, 0});
 Image show_amount(const Image& amount, double most = 0);
 /// The range show_depth chooses by itself.
 std::pair<double, double> depth_range(const Image& depth);
+/// The `most` show_amount chooses by itself.
+double amount_range(const Image& amount);
+
+/// What the colours of a picture mean.
+struct ColourBar {
+  std::vector<std::array<float, 3>> colours;  // display values in even steps, left to right
+  std::vector<std::string> marks;             // values with their unit, evenly along the bar, at its ends too
+};
+ColourBar unit_bar();                                             // of show_unit
+ColourBar depth_bar(std::pair<double, double> range);             // of show_depth, near to far
+ColourBar amount_bar(double most, const std::string& unit = {});  // of show_amount
 
 /// RFC 4648, with padding.
 std::string base64(std::string_view bytes);

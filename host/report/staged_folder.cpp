@@ -78,6 +78,7 @@ StagedFolder::~StagedFolder() {
 }
 
 void StagedFolder::check_inputs() const {
+  if (!fs::is_directory(target_)) return;
   for (const fs::path& input : replacing_.inputs)
     if (!input.empty() && lies_inside(input, target_))
       throw usage_error("lies inside of the folder that the results replace", input.string(), target_.string(),

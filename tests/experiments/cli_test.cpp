@@ -13,6 +13,7 @@
 namespace clerestory {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -228,6 +229,27 @@ TEST(CommandLine, MessagesNameTheOptionAndTheChoices) {
   probe.add_to(line);
   EXPECT_THAT(run(line, {"probe", "a.png", "--light", "truth"}).errors,
               HasSubstr("--light: unknown choice (found 'truth', expected image, constant)"));
+}
+
+TEST(CommandLine, WhatIsMisspeltIsNamedWithWhatWasMeant) {
+  const auto errors_of = [](const std::vector<std::string>& words) {
+    CommandLine line;
+    Probe probe, other;
+    probe.add_to(line);
+    other.add_to(line, "group act");
+    return run(line, words).errors;
+  };
+  EXPECT_THAT(errors_of({"prob", "a.png"}), HasSubstr("prob: there is no such command, did you mean `probe`?"));
+  EXPECT_THAT(errors_of({"group", "axt", "a.png"}),
+              HasSubstr("group axt: there is no such command, did you mean `act`?"));
+  EXPECT_THAT(errors_of({}), HasSubstr("which command? (expected probe, group)"));
+  EXPECT_THAT(errors_of({"group"}), HasSubstr("group: which command? (expected act)"));
+  EXPECT_THAT(errors_of({"probe", "a.png", "--fv", "70"}),
+              HasSubstr("probe: --fv: there is no such option, did you mean --fov?"));
+  EXPECT_THAT(errors_of({"probe", "a.png", "--seed", "1", "--sise=3x4"}),
+              HasSubstr("--sise: there is no such option, did you mean --size?"));
+  EXPECT_THAT(errors_of({"group", "act"}),
+              AllOf(HasSubstr("group act: PHOTO is required"), HasSubstr("`clerestory group act --help`")));
 }
 
 TEST(CommandLine, HelpIsZeroAndShowsWhatIsThere) {

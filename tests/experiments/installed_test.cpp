@@ -69,6 +69,8 @@ TEST_F(Installed, TheProgramFindsWhatItNeedsBesideIt) {
                   "data.validation_split=train", "train.steps=1", "model.width=32", "model.height=32"},
                  log, elsewhere);
   EXPECT_EQ(config.wait(), 0) << text_of(log);
+  for (const char* document : {"README.md", "docs/commands.md", "docs/light.md", "docs/conventions.md"})
+    EXPECT_TRUE(fs::exists(prefix / "share/doc/clerestory" / document)) << document;
   Program results({"results", "check"}, log, elsewhere);
   EXPECT_EQ(results.wait(), 2);
   EXPECT_THAT(text_of(log), HasSubstr("no source tree"));

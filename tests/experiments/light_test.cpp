@@ -286,7 +286,7 @@ TEST_F(Light, InvertTellsItsPartsApart) {
     EXPECT_GT(p.figures.at("rays answered out of view"), 0);
     EXPECT_LE(p.figures.at("rays answered out of view"), p.figures.at("rays"));
     EXPECT_THAT(read_file(out / "plan.txt"), testing::HasSubstr("light out of view: asked for"));
-    EXPECT_THAT(read_file(out / "report.html"), testing::HasSubstr("re-render, out of view"));
+    EXPECT_THAT(read_file(out / "report.html"), testing::HasSubstr("in it: light out of view"));
   }
 }
 

@@ -23,6 +23,7 @@ Program::Program(const std::vector<std::string>& arguments, const std::filesyste
   if (pid_ != 0) return;
   const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   dup2(file, 1), dup2(file, 2);
+  if (!around.results.empty()) dup2(open(around.results.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), 1);
   if (!around.folder.empty() && chdir(around.folder.c_str()) != 0) _exit(126);
   for (const auto& [name, value] : around.environment) setenv(name.c_str(), value.c_str(), 1);
   execv(raw[0], raw.data());

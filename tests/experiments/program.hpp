@@ -16,6 +16,7 @@ struct Surroundings {
   std::filesystem::path folder;                    // to work in
   std::map<std::string, std::string> environment;  // set besides the test's own
   std::filesystem::path program = CLERESTORY_PROGRAM;
+  std::filesystem::path results = {};  // where stdout goes; empty: with stderr
 };
 
 /// A started program; what it says goes to a file.

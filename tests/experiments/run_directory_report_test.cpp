@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "experiments/studies/strip.hpp"
 #include "host/error.hpp"
 #include "host/io/image.hpp"
 #include "host/report/metrics.hpp"
@@ -60,14 +61,14 @@ TEST_F(RunDirectoryReport, ShowsEverythingThatLiesThere) {
   Plot plot;
   plot.series = {{"curve of the artifact", {1, 2}, {3, 4}, {}, Stroke::Line}};
   write_plot(run_->artifact("error_against_time.svg"), plot);
-  write_png(run_->artifact("strip.png"), Image(8, 4, 3, 0.5f));
+  write_strip(run_->artifact("strip.png"), {{"photo & graph", Image(4, 4, 3, 0.5f)}, {"tracer", Image(4, 4, 3, 1.0f)}});
   run_->log("started");
   run_->finish();
 
   const std::string html = report();
-  for (const char* part :
-       {">study<", "vndf_caps", "albedo", "src=\"data:image/svg+xml;base64,", "error against time", "<b>strip</b>",
-        ">loss<", ">depth<", ">rate<", "width = 64", "Z started", "clerestory run layer.toml", "<dd>done</dd>"})
+  for (const char* part : {">study<", "vndf_caps", "albedo", "src=\"data:image/svg+xml;base64,", "error against time",
+                           "<b>strip</b>", "<span>photo &amp; graph</span><span>tracer</span>", ">loss<", ">depth<",
+                           ">rate<", "width = 64", "Z started", "clerestory run layer.toml", "<dd>done</dd>"})
     EXPECT_THAT(html, HasSubstr(part));
   EXPECT_LT(html.size(), 300000u) << "3000 records are thinned before they are drawn";
 }

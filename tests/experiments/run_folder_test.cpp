@@ -96,6 +96,17 @@ struct RunFolder : testing::Test {
   static inline fs::path view_;
 };
 
+/// What another process of the program holds while it reads or writes a run.
+struct Held {
+  Held(const fs::path& run, int how) : file(run.parent_path() / fmt::format(".{}.lock", run.filename().string())) {
+    descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    ::flock(descriptor, how);
+  }
+  ~Held() { ::unlink(file.c_str()), ::close(descriptor); }
+  fs::path file;
+  int descriptor = -1;
+};
+
 TEST_F(RunFolder, ReplacesItsOwnKind) {
   put(run() / "report.html", "made again by `clerestory report`");
   EXPECT_EQ(start(taken_apart(photo(), run())), 0) << said();
@@ -135,6 +146,40 @@ TEST_F(RunFolder, RefusesToReplaceResultsMadeFromIt) {
   EXPECT_EQ(start(edited()), 0) << said();
   EXPECT_EQ(start(lit()), 0) << said();
   EXPECT_EQ(files_below(run()), before);
+}
+
+TEST_F(RunFolder, ItsReportShowsWhatWasMadeFromIt) {
+  const auto page = [&] { return text_of(run() / "report.html"); };
+  EXPECT_THAT(page(),
+              AllOf(Not(HasSubstr("With objects")), Not(HasSubstr("Edited")), Not(HasSubstr("Light at points"))));
+  ASSERT_EQ(start(inserted()), 0) << said();
+  EXPECT_THAT(page(), HasSubstr("With objects"));
+  ASSERT_EQ(start(edited()), 0) << said();
+  EXPECT_THAT(page(), AllOf(HasSubstr("With objects"), HasSubstr("Edited"), HasSubstr("roughness 0.5")));
+  ASSERT_EQ(start(lit()), 0) << said();
+  EXPECT_THAT(page(), AllOf(HasSubstr("With objects"), HasSubstr("Edited"), HasSubstr("Light at points")));
+  ASSERT_EQ(start(inserted({"--out", run() / "second"})), 0) << said();
+  EXPECT_THAT(page(), HasSubstr("second/composite.exr"));
+  // What lies elsewhere changes no page; the page made again says the same.
+  const std::string before = page();
+  ASSERT_EQ(start(lit({"--out", folder_ / "probe.exr"})), 0) << said();
+  EXPECT_EQ(page(), before);
+  ASSERT_EQ(start({"report", run()}), 0) << said();
+  EXPECT_EQ(page(), before);
+  EXPECT_THAT(page(), Not(HasSubstr(folder_.path().string()))) << "no folder of this computer";
+  EXPECT_THAT(text_of(run() / "edit/report.html"),
+              AllOf(HasSubstr("A material replaced"), HasSubstr("Before and after"), HasSubstr("Photograph")));
+  const std::string edit = text_of(run() / "edit/report.html");
+  ASSERT_EQ(start({"report", run() / "edit"}), 0) << said();
+  EXPECT_EQ(text_of(run() / "edit/report.html"), edit);
+}
+
+TEST_F(RunFolder, AReportThatCannotBeMadeAgainIsSaid) {
+  const Held held(run(), LOCK_SH);
+  const std::string before = text_of(run() / "report.html");
+  EXPECT_EQ(start(edited()), 0) << said();
+  EXPECT_THAT(said(), AllOf(HasSubstr("another process is at work"), HasSubstr("`clerestory report`")));
+  EXPECT_EQ(text_of(run() / "report.html"), before);
 }
 
 TEST_F(RunFolder, AnInputInsideIsNeverDeleted) {
@@ -227,8 +272,10 @@ TEST_F(RunFolder, ALightThatIsNotTheOneHopedForIsSaidAndRecorded) {
   const Surroundings without{{}, {{"CLERESTORY_LIGHT_WEIGHTS", folder_.path()}}};
   const fs::path out = folder_ / "by_default";
   ASSERT_EQ(start({"invert", photo(), "--gbuffer", view_, "--spp", "2", "--out", out}, without), 0) << said();
-  for (const std::string& text : {said(), text_of(out / "provenance.json"), text_of(out / "report.html")})
-    EXPECT_THAT(text, AllOf(HasSubstr("image, for there are no weights of the light"), HasSubstr(folder_.path())));
+  const std::string why = "image, for there are no weights of the light in ";
+  for (const std::string& text : {said(), text_of(out / "provenance.json")})
+    EXPECT_THAT(text, HasSubstr(why + folder_.path().string()));
+  EXPECT_THAT(text_of(out / "report.html"), HasSubstr(why + folder_.path().filename().string()));
   // Asked for, it is no fallback.
   ASSERT_EQ(start(taken_apart(photo(), folder_ / "asked"), without), 0) << said();
   EXPECT_EQ(record(folder_ / "asked" / "provenance.json")["facts"]["light"], "image");
@@ -273,7 +320,7 @@ TEST_F(RunFolder, ACameraThatIsAssumedOrOfOtherProportionsIsSaidAndRecorded) {
     EXPECT_EQ(start(words), 0) << said();
     const std::string text = record(out / "provenance.json")["facts"]["camera"];
     EXPECT_THAT(said(), HasSubstr(text));
-    EXPECT_THAT(text_of(out / "report.html"), HasSubstr(file.empty() ? view_.filename().string() : file.string()));
+    EXPECT_THAT(text_of(out / "report.html"), HasSubstr((file.empty() ? view_ : file).filename().string()));
     return text;
   };
   EXPECT_THAT(fact(camera(640, 360)), AllOf(HasSubstr("640x360"), HasSubstr("64x48"), HasSubstr("other proportions")));
@@ -332,17 +379,6 @@ TEST(RealScaleOfDepth, IsMeasuredForTheShippedWeights) {
 
 // --- One at a time ---------------------------------------------------------------------------------------------------
 
-/// What another process of the program holds while it reads or writes a run.
-struct Held {
-  Held(const fs::path& run, int how) : file(run.parent_path() / fmt::format(".{}.lock", run.filename().string())) {
-    descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    ::flock(descriptor, how);
-  }
-  ~Held() { ::unlink(file.c_str()), ::close(descriptor); }
-  fs::path file;
-  int descriptor = -1;
-};
-
 TEST_F(RunFolder, AWriterKeepsAllOthersOut) {
   const Held held(run(), LOCK_EX);
   const fs::path elsewhere = folder_ / "elsewhere";
@@ -398,6 +434,78 @@ TEST_F(RunFolder, AnImpossibleOutputIsRefusedBeforeTheDeviceIsAsked) {
   refused(inserted({"--out", "/proc"}), "/proc");
   refused(edited({"--out", "/proc/edit"}), "/proc");
   refused(lit({"--out", "/proc/probe.exr"}), "/proc");
+}
+
+TEST_F(RunFolder, WhereAResultLiesStandsAloneOnStdout) {
+  const fs::path out = folder_ / "out", results = folder_ / "stdout.txt";
+  const auto printed = [&](Words words, const Words& more = {}) {
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(start(words, {{}, {}, CLERESTORY_PROGRAM, results}), 0) << said();
+    return text_of(results);
+  };
+  EXPECT_EQ(printed(taken_apart(photo(), out)), out.string() + "\n");
+  EXPECT_THAT(said(), HasSubstr("report: ")) << "what is said goes elsewhere";
+  EXPECT_EQ(printed(inserted(), {"-q"}), (run() / "composite.png").string() + "\n");
+  EXPECT_EQ(said(), "") << "nothing but the result under -q";
+  EXPECT_EQ(printed(edited()), (run() / "edit").string() + "\n");
+  EXPECT_EQ(printed(lit()), (run() / "light.exr").string() + "\n");
+  EXPECT_EQ(printed({"report", run(), "-q"}), (run() / "report.html").string() + "\n");
+  // JSON instead, or beside it in a file.
+  EXPECT_EQ(nlohmann::json::parse(printed(taken_apart(photo(), out), {"--json"}))["run"], out.string());
+  EXPECT_GT(nlohmann::json::parse(printed(inserted(), {"--json"}))["figures"]["seconds"], 0);
+  EXPECT_EQ(printed(inserted(), {"--json=" + (folder_ / "insert.json").string()}),
+            (run() / "composite.png").string() + "\n");
+  EXPECT_EQ(record(folder_ / "insert.json")["composite"], (run() / "composite.exr").string());
+}
+
+TEST_F(RunFolder, MissingPiecesAreNamed) {
+  const fs::path lacking = folder_ / "lacking";
+  fs::copy(run(), lacking);
+  fs::remove(lacking / "depth.exr"), fs::remove(lacking / "albedo.exr");
+  for (Words words : {inserted(), edited(), lit()}) {
+    words[1] = lacking;
+    expect_refused(words, "the run has no albedo.exr, no depth.exr");
+    EXPECT_THAT(said(), AllOf(HasSubstr("without --only"), Not(HasSubstr("0x0"))));
+    words[1] = photo();
+    expect_refused(words, "a file is no run; `clerestory invert` makes one");
+    words[1] = view_.parent_path();
+    expect_refused(words, "is no run: it has no camera.json");
+  }
+  fs::remove(lacking / "provenance.json");
+  expect_refused({"report", lacking}, "is no run: it has no provenance.json");
+  expect_refused({"evaluate", run()}, "which view is this run of?");
+}
+
+// None of these waits for nets or lamps: a device that does not exist is never asked.
+TEST_F(RunFolder, MistakesAreFoundBeforeTheWork) {
+  fs::create_directory(folder_ / "no weights");
+  put(folder_ / "file", "");
+  const auto refused = [&](Words words, const std::string& because) {
+    words.insert(words.end(), {"--device", "there is no such device"});
+    expect_refused(words, because);
+  };
+  const auto objects = [&](const Words& words) {
+    Words all{"insert", run(), "--light", "image"};
+    all.insert(all.end(), words.begin(), words.end());
+    return all;
+  };
+  refused(objects({"--at", "32,40", "--mesh", "nothere.glb", "--size", "0.1"}), "nothere.glb: cannot be opened");
+  refused(objects({"--at", "99,40", "--radius", "0.1"}), "outside of the picture");
+  refused(objects({"--at", "32,40", "--radius", "-1"}), "not a length");
+  refused(objects({"--at", "32,40", "--radius", "99"}), "larger than the room");
+  refused(objects({"--at-point", "0,0,1", "--radius", "0.1"}), "behind the camera");
+  refused(objects({"--at", "32,40", "--radius", "0.1", "--spp", "1"}), "two samples");
+  const auto photographed = [&](const Words& words) {
+    Words all{"invert", photo(), "--out", folder_ / "out"};
+    all.insert(all.end(), words.begin(), words.end());
+    return all;
+  };
+  refused(photographed({"--known", "99,5,2"}),
+          "--known: the point lies outside of the picture (found 99,5, expected 0..63,0..47)");
+  refused(photographed({"--known", "5,5,-2"}), "not a distance");
+  refused(photographed({"--light-weights", folder_ / "no weights"}), "this folder has no weights of the light");
+  refused(photographed({"--light-weights", folder_ / "nothere"}), "there is no such file or folder");
+  refused({"invert", photo(), "--out", photo()}, "a file stands where a folder should be");
 }
 
 TEST_F(RunFolder, AnInsertionThatWasChangedByHandIsNotReplaced) {

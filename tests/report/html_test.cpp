@@ -78,6 +78,31 @@ TEST(Previews, RadianceNormalDepthAmount) {
   EXPECT_THROW(show_depth(filled(1, 1, {1, 1, 1})), Error);
 }
 
+TEST(Previews, APictureForAScreenIsShownAsItIs) {
+  EXPECT_EQ(shown_exposure(filled(4, 4, {0.15f, 0.15f, 0.15f})), 1) << "a dim one too";
+  EXPECT_EQ(shown_exposure(filled(4, 4, {1.5f, 1.5f, 1.5f})), 1);
+  EXPECT_NEAR(shown_exposure(filled(4, 4, {90, 90, 90})), 0.01, 1e-6);
+  EXPECT_NEAR(shown_exposure(filled(4, 4, {0.009f, 0.009f, 0.009f})), 100, 1e-3);
+}
+
+TEST(Previews, BarsHaveTheColoursAndValuesOfTheirPictures) {
+  Image ramp(3, 1, 1);
+  ramp.data = {1, 2.5f, 4};
+  const auto colour_at = [](const Image& shown, int x) {
+    return std::array<float, 3>{shown.at(0, 0, x), shown.at(1, 0, x), shown.at(2, 0, x)};
+  };
+  const ColourBar depth = depth_bar({1, 4});
+  EXPECT_EQ(depth.marks, (std::vector<std::string>{"1 m", "2.5 m", "4 m"}));
+  EXPECT_EQ(depth.colours.front(), colour_at(show_depth(ramp, {1, 4}), 0));
+  EXPECT_EQ(depth.colours.at(3), colour_at(show_depth(ramp, {1, 4}), 1)) << "the middle of seven";
+  EXPECT_EQ(depth.colours.back(), colour_at(show_depth(ramp, {1, 4}), 2));
+  const ColourBar amount = amount_bar(4, "W");
+  EXPECT_EQ(amount.marks, (std::vector<std::string>{"0 W", "2 W", "4 W"}));
+  EXPECT_EQ(amount.colours.back(), colour_at(show_amount(ramp, 4), 2));
+  EXPECT_EQ(show_amount(ramp).data, show_amount(ramp, amount_range(ramp)).data);
+  EXPECT_EQ(unit_bar().marks, (std::vector<std::string>{"0", "0.5", "1"}));
+}
+
 TEST(HtmlReport, HoldsEverythingAndNeedsNothing) {
   Provenance provenance = begin_provenance({"clerestory", "invert", "a <b>.png"}, "PoCL <device>");
   provenance.left_out = {{"emission", "no lamp", "1 MB"}};
@@ -89,17 +114,24 @@ TEST(HtmlReport, HoldsEverythingAndNeedsNothing) {
   HtmlReport report("Room <1>", "subtitle");
   report.section("One", "text & more").facts({{"Field of view", "57°"}});
   report.section("Two").pictures({picture_of("Albedo", filled(8, 4, {0.5f, 0.5f, 0.5f}), "note")}, "caption");
+  Picture strip = picture_of("Strip", filled(8, 4, {1, 1, 1}));
+  strip.columns = {"left", "right & last"};
+  report.pictures({strip});
+  report.pictures({picture_of("Depth", filled(9, 4, {0, 0, 0}), "", depth_bar({1, 2}))}).notes({{"Scale", "of <x>"}});
   report.section("Three").compare("Before", filled(8, 4, {0.2f, 0.2f, 0.2f}), "After",
                                   filled(8, 4, {0.3f, 0.3f, 0.3f}));
   report.table(table).plot(plot).plot(plot).left_out(provenance.left_out).details("Config", "a < b").footer(provenance);
   const std::string html = report.html();
 
-  for (const char* part : {"<!doctype html>", "<title>Room &lt;1&gt;</title>", "text &amp; more", "a &amp; b", "57°",
-                           "<summary>Config</summary>", "a &lt; b", "PoCL &lt;device&gt;",
-                           "clerestory invert 'a &lt;b&gt;.png'", "What was left out",
-                           "<strong>1.00<span class=\"deviation\"> ± 0.25</span></strong>", "<a href=\"#s2\">Two</a>"})
+  for (const char* part :
+       {"<!doctype html>", "<title>Room &lt;1&gt;</title>", "text &amp; more", "a &amp; b", "57°",
+        "<summary>Config</summary>", "a &lt; b", "PoCL &lt;device&gt;", "clerestory invert 'a &lt;b&gt;.png'",
+        "What was left out", "<strong>1.00<span class=\"deviation\"> ± 0.25</span></strong>", "<a href=\"#s2\">Two</a>",
+        "<figure class=\"row\">", "<span>1 m</span><span>1.5 m</span><span>2 m</span>",
+        "<dt>Scale</dt><dd>of &lt;x&gt;</dd>", "<span>left</span><span>right &amp; last</span>"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
   EXPECT_EQ(html.find("Room <1>"), std::string::npos) << "text is escaped";
+  EXPECT_EQ(count(html, "<figure class=\"row\">"), 1u) << "only what is more than twice as wide as high";
 
   // Nothing is loaded from anywhere: every source is a data URL, every link stays on the page.
   const std::regex source("(src|href|url)\\s*[=(]\\s*[\"']?([^\"')\\s>]+)");
@@ -186,6 +218,13 @@ TEST(HtmlReport, CompareStoresTheExposuresThatAreNeeded) {
   EXPECT_EQ(count(bright.html(), "<img data-ev="), 1u + 3u);
   EXPECT_NE(bright.html().find("data-ev=\"-6\""), std::string::npos);
   EXPECT_EQ(bright.html().find("data-ev=\"-9\""), std::string::npos);
+}
+
+TEST(HtmlReport, TheBarOfAComparisonStandsWhereItIsPut) {
+  HtmlReport report("t");
+  report.compare("a", filled(4, 4, {1, 1, 1}), "b", filled(4, 4, {1, 1, 1}), "", 10);
+  EXPECT_NE(report.html().find("--at:10%"), std::string::npos);
+  EXPECT_NE(report.html().find("value=\"10\" aria-label"), std::string::npos);
 }
 
 TEST(HtmlReport, CompareRefusesUnequalPictures) {

@@ -126,7 +126,7 @@ TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
   }
 }
 
-// The lists that come with the program, and what docs/guide.md says of them.
+// The lists that come with the program, and what docs/commands.md says of them.
 TEST_F(RoomFiles, ShippedListsStand) {
   struct List {
     const char* name;

@@ -1,0 +1,73 @@
+#include "host/report/shared_text.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+namespace clerestory {
+namespace {
+
+constexpr std::string_view kEndsAPath = " \t\n,;)]}'\"<>";
+
+bool within_a_word(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("._-~/").find(c) != std::string_view::npos;
+}
+
+/// Whether an absolute path begins at `at`: not "and/or", not "answer / truth", not "https://".
+bool path_begins(const std::string& text, std::size_t at) {
+  if (text[at] != '/' || at + 1 == text.size()) return false;
+  return (at == 0 || !within_a_word(text[at - 1])) && within_a_word(text[at + 1]) && text[at + 1] != '/';
+}
+
+/// "c" of "/a/b/c" and of "/a/b/c/".
+std::string last_name(std::string path) {
+  while (path.size() > 1 && path.ends_with('/')) path.pop_back();
+  return path.substr(path.rfind('/') + 1);
+}
+
+/// "--camera=/a/b" as the path behind its option; other words as they are.
+std::pair<std::string, std::string> option_and_path(const std::string& word) {
+  const std::size_t equals = word.find("=/");
+  return equals == std::string::npos ? std::pair{std::string(), word}
+                                     : std::pair{word.substr(0, equals + 1), word.substr(equals + 1)};
+}
+
+/// Absolute paths that `record` names, the longest first: one may begin with another.
+std::vector<std::string> paths_of(const Provenance& record) {
+  std::vector<std::string> paths;
+  for (const std::string& word : record.command) paths.push_back(option_and_path(word).second);
+  for (const FileRecord& file : record.inputs) paths.push_back(file.path);
+  std::erase_if(paths, [](const std::string& path) { return path.size() < 2 || path[0] != '/'; });
+  std::ranges::sort(paths, std::ranges::greater(), &std::string::size);
+  return paths;
+}
+
+std::string without_folder(const std::string& word) {
+  const auto [option, path] = option_and_path(word);
+  return path.starts_with('/') ? option + last_name(path) : word;
+}
+
+}  // namespace
+
+std::string without_folders(std::string text, const Provenance& record) {
+  for (const std::string& path : paths_of(record))
+    for (std::size_t at = 0; (at = text.find(path, at)) != std::string::npos;)
+      if (path_begins(text, at))
+        text.replace(at, path.size(), last_name(path));
+      else
+        ++at;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (!path_begins(text, at)) continue;
+    const std::size_t end = std::min(text.find_first_of(kEndsAPath, at), text.size());
+    text.replace(at, end - at, last_name(text.substr(at, end - at)));
+  }
+  return text;
+}
+
+std::string shared_command(const Provenance& record) {
+  std::vector<std::string> words = record.command;
+  std::ranges::transform(words, words.begin(), without_folder);
+  return command_text(words);
+}
+
+}  // namespace clerestory

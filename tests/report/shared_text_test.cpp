@@ -1,0 +1,46 @@
+#include "host/report/shared_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/report/html.hpp"
+
+namespace clerestory {
+namespace {
+
+Provenance made_by(std::vector<std::string> command) {
+  Provenance record;
+  record.command = std::move(command);
+  return record;
+}
+
+TEST(SharedText, NamesFilesWithoutTheirFolders) {
+  const Provenance nothing;
+  EXPECT_EQ(without_folders("net (/home/me/nets/weights), at /tmp/x.exr; done", nothing),
+            "net (weights), at x.exr; done");
+  EXPECT_EQ(without_folders("/data/rooms/", nothing), "rooms");
+  EXPECT_EQ(without_folders("--camera=/data/camera.json", nothing), "--camera=camera.json");
+  for (const char* text :
+       {"runs/x/photo.exr", "and/or", "answer / truth", "1/2", "../x/y", "https://example.org/a", "/"})
+    EXPECT_EQ(without_folders(text, nothing), text);
+}
+
+TEST(SharedText, PathsOfTheRecordAreKnownWhole) {
+  Provenance record = made_by({"/opt/bin/clerestory", "invert", "/home/me/my photos/a, b.png", "--out=/tmp/my runs/x"});
+  record.inputs = {{"/home/me/my photos/true maps.exr", "", 0}};
+  EXPECT_EQ(without_folders("of /home/me/my photos/a, b.png by /home/me/my photos/true maps.exr", record),
+            "of a, b.png by true maps.exr");
+  EXPECT_EQ(shared_command(record), "clerestory invert 'a, b.png' --out=x");
+  EXPECT_EQ(shared_command(made_by({"build/clerestory", "report", "runs/x"})), "build/clerestory report runs/x");
+}
+
+TEST(SharedText, TheFooterOfAPageHasNoFolders) {
+  const auto page_of = [](const Provenance& record) { return HtmlReport("t").footer(record).html(); };
+  const std::string page = page_of(made_by({"/opt/clerestory", "report", "/home/me/runs/x"}));
+  EXPECT_EQ(page.find("/home/me"), std::string::npos);
+  EXPECT_NE(page.find("clerestory report x"), std::string::npos);
+  EXPECT_NE(page.find("with the paths that provenance.json has"), std::string::npos) << "it is not the whole command";
+  EXPECT_EQ(page_of(made_by({"clerestory", "report", "runs/x"})).find("provenance.json has"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace clerestory
