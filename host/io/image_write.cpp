@@ -127,7 +127,8 @@ std::string encode_png(const Image& image, Encoding encoding, const std::string&
                   fmt::format("{} at {}", value, place_of(image, i)));
     const float v = std::clamp(value, 0.0f, 1.0f);
     const std::size_t to = i % image.pixels() * image.channels + i / image.pixels();  // PNG interleaves channels
-    codes[to] = static_cast<unsigned char>(255 * (encoding == Encoding::Gamma ? std::pow(v, 1 / 2.2f) : v) + 0.5f);
+    codes[to] =
+        static_cast<unsigned char>(std::lround(255 * (encoding == Encoding::Gamma ? std::pow(v, 1 / 2.2f) : v)));
   }
   std::vector<unsigned char> buffer;
   OIIO::Filesystem::IOVecOutput proxy(buffer);
