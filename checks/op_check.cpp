@@ -3,51 +3,28 @@
 #include <algorithm>
 #include <cfloat>
 #include <cstdlib>
-#include <memory>
 #include <random>
 
+#include "checks/op_run.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
-#include "host/graph/plan.hpp"
-#include "host/ops/tensor/concat.hpp"
-#include "host/ops/tensor/elementwise.hpp"
-#include "host/ops/tensor/slice.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr double kCanary = 12345.5;  // exact in float
-constexpr int kGroup = 16;           // work-items to a row
+constexpr int kGroup = 16;  // work-items to a row
 
 double epsilon(Precision p) { return p == Precision::Single ? FLT_EPSILON : DBL_EPSILON; }
-const char* text(Precision p) { return p == Precision::Single ? "float" : "double"; }
-
 double largest(const Tensor& t) {
   double m = 0;
   for (const double x : t.real) m = std::max(m, std::abs(x));
   return m;
 }
 
-Tensor rounded_to_float(Tensor t) {
-  for (double& x : t.real) x = static_cast<float>(x);
-  return t;
-}
-
 OpCase rounded_to_float(OpCase c) {
   for (auto& [name, tensor] : c.inputs) tensor = rounded_to_float(std::move(tensor));
   for (auto& [name, tensor] : c.states) tensor = rounded_to_float(std::move(tensor));
   return c;
-}
-
-/// Inputs and states in one map.
-Tensors all_tensors(const OpCase& c) {
-  Tensors all = c.inputs;
-  all.insert(c.states.begin(), c.states.end());
-  return all;
-}
-
-const Device& device_of(const CheckedDevices& devices, Precision precision) {
-  return precision == Precision::Single ? devices.single : *devices.with_doubles;
 }
 
 std::vector<Precision> precisions_of(const CheckedDevices& devices) {
@@ -57,169 +34,6 @@ std::vector<Precision> precisions_of(const CheckedDevices& devices) {
 
 /// The greater of two errors of which either may be missing (NaN).
 double worse(double a, double b) { return std::isnan(a) || b > a ? b : a; }
-
-/// A graph of the case, with its inputs as they are or as slices of bigger tensors, and its plan on a device.
-class Run {
- public:
-  struct How {
-    PlanOptions options = {};
-    bool wrap = false, with_gradients = false;
-  };
-
-  Run(const OpCase& c, const CheckedDevices& devices, Precision precision, OpFindings& findings, How how)
-      : case_(c), precision_(precision), wrap_(how.wrap), findings_(findings) {
-    Values values;
-    for (const auto& [name, tensor] : c.inputs) values[name] = input(name, tensor);
-    if (wrap_) add_canaries(how.with_gradients);
-    outputs_ = c.build(graph_, values);
-    for (const auto& [name, tensor] : c.states) values[name] = graph_.state(name, tensor.shape, Init::fixed(0));
-    if (how.with_gradients) add_gradients(values);
-    if (wrap_) wrap_outputs();
-    const Device device = device_of(devices, precision);
-    if (!graph_.states().empty()) {
-      states_ = std::make_shared<States>(device, precision);
-      states_->initialise(graph_, c.seed);
-    }
-    how.options.precision = precision;
-    executor_ = std::make_unique<Executor>(compile(graph_, outputs_, device, how.options, true), states_);
-    for (const auto& [name, tensor] : c.inputs) feed(name, tensor);
-  }
-
-  /// Outputs in order, gradients in theirs, then states by name.
-  std::vector<Tensor> operator()() {
-    for (const auto& [name, tensor] : case_.states) states_->set(name, moved_.count(name) ? moved_[name] : tensor);
-    executor_->run(case_.seed);
-    std::vector<Tensor> results;
-    for (std::size_t i = 0; i < outputs_.size(); ++i)
-      results.push_back(unwrapped(executor_->fetch(outputs_[i]), name_of(i)));
-    if (!graph_.updates().empty())
-      for (const auto& [name, tensor] : case_.states) results.push_back(states_->get(name));
-    return results;
-  }
-
-  void move(const std::string& name, const Tensor& tensor) {
-    if (case_.states.count(name))
-      moved_[name] = tensor;
-    else
-      feed(name, tensor);
-  }
-
-  const std::vector<Value>& outputs() const { return outputs_; }
-  const std::vector<Tensor>& cotangents() const { return cotangents_; }
-
- private:
-  Value input(const std::string& name, const Tensor& tensor) {
-    if (!wrap_ || tensor.type() == Type::Int) return graph_.input(name, tensor.shape, tensor.type());
-    Shape bigger = tensor.shape;
-    bigger.c += 2;
-    return slice(graph_.input(name, bigger), 1, tensor.shape.c);
-  }
-
-  void feed(const std::string& name, const Tensor& tensor) {
-    if (wrap_ && tensor.type() == Type::Real)
-      executor_->feed(name, padded(tensor));
-    else
-      executor_->feed(name, tensor);
-  }
-
-  static Tensor padded(const Tensor& t) {
-    Shape bigger = t.shape;
-    bigger.c += 2;
-    Tensor out(bigger, kCanary);
-    for (int n = 0; n < t.shape.n; ++n)
-      std::copy_n(t.real.begin() + n * t.shape.item(), t.shape.item(),
-                  out.real.begin() + n * bigger.item() + bigger.plane());
-    return out;
-  }
-
-  /// A channel before and one behind each output and gradient. Made by kernels that run before those of the case, so
-  /// that all three are written in place into one buffer, and what the case writes beside its output stays there to be
-  /// seen.
-  void add_canaries(bool with_gradients) {
-    std::vector<Shape> shapes = output_shapes(case_);
-    if (with_gradients)
-      for (const std::string& name : case_.differentiate) shapes.push_back(all_tensors(case_).at(name).shape);
-    for (const Shape& s : shapes) {
-      const auto canary = [&] { return affine(graph_.fill({s.n, 1, s.h, s.w}, kCanary), 1, 0); };
-      canaries_.push_back({canary(), canary()});
-    }
-  }
-
-  static std::vector<Shape> output_shapes(const OpCase& c) {
-    Graph graph;
-    Values values;
-    for (const auto& [name, tensor] : c.inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
-    std::vector<Shape> shapes;
-    for (const Value& v : c.build(graph, values)) shapes.push_back(v.shape());
-    return shapes;
-  }
-
-  void wrap_outputs() {
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      if (outputs_[i].type() == Type::Int) continue;
-      outputs_[i] = concat(std::vector<Value>{canaries_[i].before, outputs_[i], canaries_[i].behind});
-    }
-  }
-
-  std::string name_of(std::size_t i) const {
-    const std::size_t outputs = outputs_.size() - gradients_;
-    return i < outputs ? fmt::format("output {}", i) : "the gradient of " + case_.differentiate[i - outputs];
-  }
-
-  Tensor unwrapped(Tensor t, const std::string& name) const {
-    if (!wrap_ || t.type() == Type::Int) return t;
-    Shape s = t.shape;
-    s.c -= 2;
-    Tensor inner(s);
-    for (int n = 0; n < s.n; ++n) {
-      const auto begin = t.real.begin() + n * t.shape.item(), behind = begin + s.plane() + s.item();
-      expect_canaries(begin, s.plane(), "before " + name, n);
-      expect_canaries(behind, s.plane(), "behind " + name, n);
-      std::copy_n(begin + s.plane(), s.item(), inner.real.begin() + n * s.item());
-    }
-    return inner;
-  }
-
-  void expect_canaries(std::vector<double>::const_iterator begin, long count, const std::string& where,
-                       int item) const {
-    const auto end = begin + count, written = std::find_if(begin, end, [](double x) { return x != kCanary; });
-    if (written != end)
-      findings_.faults.push_back(fmt::format("{} in {}: written {}, item {}, element {}", case_.name(),
-                                             text(precision_), where, item, written - begin));
-  }
-
-  /// Appends the gradients of sum(outputs * cotangents); the cotangents are constants.
-  void add_gradients(const Values& values) {
-    std::vector<Value> from, seeds, wrt;
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      cotangents_.push_back(
-          outputs_[i].type() == Type::Real ? rounded_to_float(random_tensor(outputs_[i].shape(), 77 + i)) : Tensor());
-      if (outputs_[i].type() == Type::Int) continue;
-      from.push_back(outputs_[i]), seeds.push_back(graph_.constant(cotangents_.back()));
-    }
-    for (const std::string& name : case_.differentiate) wrt.push_back(values.at(name));
-    for (std::size_t i = 0; const Value& g : gradient(from, seeds, wrt)) {
-      if (!g) throw Error(ErrorKind::Failed, "no gradient reaches " + case_.differentiate[i]);
-      outputs_.push_back(g), ++gradients_, ++i;
-    }
-  }
-
-  const OpCase& case_;
-  Precision precision_;
-  bool wrap_;
-  OpFindings& findings_;
-  Graph graph_;
-  struct Canaries {
-    Value before, behind;
-  };
-  std::vector<Canaries> canaries_;
-  std::vector<Value> outputs_;  // and gradients behind them
-  std::size_t gradients_ = 0;
-  std::vector<Tensor> cotangents_;
-  Tensors moved_;
-  std::shared_ptr<States> states_;
-  std::unique_ptr<Executor> executor_;
-};
 
 double weighted_sum(const std::vector<Tensor>& outputs, const std::vector<Tensor>& cotangents) {
   long double sum = 0;
@@ -348,7 +162,9 @@ class Check {
     findings_.faults.push_back(fmt::format(format, std::forward<Args>(args)...));
   }
 
-  Run run(Precision precision, Run::How how = {}) { return Run(case_, devices_, precision, findings_, std::move(how)); }
+  OpRun run(Precision precision, OpRun::How how = {}) {
+    return OpRun(case_, devices_, precision, findings_, std::move(how));
+  }
 
   /// Runs it twice, without passes and in slices: equal bits, and the kernels are launched.
   void run_in(Precision precision) {
@@ -356,7 +172,7 @@ class Check {
     std::set<std::string> seen;
     {
       const Counted counted(device_of(devices_, precision));
-      Run usual = run(precision, {.with_gradients = differentiates()});
+      OpRun usual = run(precision, {.with_gradients = differentiates()});
       results.outputs = usual.outputs().size() - case_.differentiate.size();
       cotangents_ = usual.cotangents();
       results.values = usual();
@@ -416,7 +232,7 @@ class Check {
 
   /// What is no number must not be taken for one: a maximum or a clamp that drops it hides that a net has failed.
   void nan_is_not_hidden() {
-    Run moving = run(Precision::Single);
+    OpRun moving = run(Precision::Single);
     const std::vector<Tensor> base = moving();
     for (const auto& [name, tensor] : all_tensors(case_)) {
       const double step = 2 * largest(tensor) + 1;
@@ -445,13 +261,13 @@ class Check {
 
   /// The adjoint in double against central differences.
   void differences() {
-    Run moving = run(Precision::Double);
+    OpRun moving = run(Precision::Double);
     const Results& results = results_[Precision::Double];
     for (std::size_t d = 0; d < case_.differentiate.size(); ++d)
       differences_by(case_.differentiate[d], results.values[results.outputs + d], d + 1, moving);
   }
 
-  void differences_by(const std::string& name, const Tensor& adjoint, std::size_t seed, Run& moving) {
+  void differences_by(const std::string& name, const Tensor& adjoint, std::size_t seed, OpRun& moving) {
     const Tensor base = case_.inputs.count(name) ? case_.inputs.at(name) : case_.states.at(name);
     const double scale = std::max(largest(adjoint), 1e-30);
     const std::size_t count = base.real.size();

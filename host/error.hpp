@@ -17,7 +17,9 @@ class Error : public std::runtime_error {
   /// The message reads "where: what (found X, expected Y)".
   Error(ErrorKind kind, const std::string& what, const std::string& where = {}, const std::string& found = {},
         const std::string& expected = {})
-      : std::runtime_error(text(what, where, found, expected)), kind_(kind), where_(where) {}
+      : std::runtime_error(text(what, one_line(where), one_line(found), expected)),
+        kind_(kind),
+        where_(one_line(where)) {}
 
   ErrorKind kind() const { return kind_; }
   const std::string& where() const { return where_; }
@@ -26,6 +28,12 @@ class Error : public std::runtime_error {
   int exit_code() const { return static_cast<int>(kind_); }
 
  private:
+  /// A file's name may hold a line break, which would look like another message.
+  static std::string one_line(std::string text) {
+    for (std::size_t at = 0; (at = text.find_first_of("\n\r", at)) != std::string::npos; at += 2)
+      text.replace(at, 1, text[at] == '\n' ? "\\n" : "\\r");
+    return text;
+  }
   static std::string text(const std::string& what, const std::string& where, const std::string& found,
                           const std::string& expected) {
     std::string message = where.empty() ? what : where + ": " + what;

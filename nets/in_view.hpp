@@ -28,7 +28,7 @@ struct InViewSize {
 InViewSize in_view_size(const std::string& preset);
 
 /// What the MLP's first layer, and the layer that is given the input again, owe to the hit pixel: linear, so computed
-/// once per pixel and gathered, exactly (performance.md). Channels: the first layer's, then the other's. In training
+/// once per pixel and gathered, exactly. Channels: the first layer's, then the other's. In training
 /// rays are fewer than pixels: there surfaces are encoded, and multiplied by their weights, where rays hit.
 struct LightPixels {
   Value features;      // {1, width or 2 width, h/2, w/2}

@@ -155,11 +155,4 @@ Value out_of_view_light(const LightField& field, Value points, Value direction, 
   return add(seen.radiance, conv(seen.transmittance, reshape(field.background, {3, 1, 1, 1}), {}));
 }
 
-long field_parameters(const OutOfViewSize& size) {
-  const std::vector<int> widths = field_widths(size);
-  long count = 0;
-  for (std::size_t i = 0; i + 1 < widths.size(); ++i) count += static_cast<long>(widths[i] + 1) * widths[i + 1];
-  return count;
-}
-
 }  // namespace clerestory

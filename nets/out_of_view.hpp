@@ -53,7 +53,4 @@ std::vector<LightField> light_fields(const Scope& scope, const LightInputs& pict
 /// the direction points away). range {1, 3, 1, 1} by depth_range().
 Value out_of_view_light(const LightField& field, Value points, Value direction, Value range, const OutOfViewSize& size);
 
-/// Numbers of the field itself.
-long field_parameters(const OutOfViewSize& size);
-
 }  // namespace clerestory

@@ -78,7 +78,8 @@ json recipe(const GenerateOptions& o) {
            {"balls", o.balls},
            {"split", o.rooms.split},
            {"setting", o.rooms.setting == Setting::HeldOut ? "held_out" : "training"},
-           {"box_rooms", o.rooms.boxes}};
+           {"box_rooms", o.rooms.boxes},
+           {"exposure", "quantile"}};  // sets of before it was interpolated have none: they are not gone on with
   if (!o.rooms.seeds.empty()) all["room_seeds"] = o.rooms.seeds;
   if (!o.rooms.from.empty()) all["from_rooms"] = file_hash(o.rooms.from);
   // Left out where cameras are level and across the room, as in folders made before there were others.

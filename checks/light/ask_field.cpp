@@ -14,15 +14,13 @@ using namespace ask_field_reference;
 Uncertain against_exact(const Field& f) { return {4 * f.options.march.radius, 1}; }
 
 OpCase field_case(const std::string& label, const Field& f, Tensors inputs, const std::vector<int>& list = {}) {
-  OpCase c{.stem = "ask_field", .label = label, .kernels = {"pack_layer", "ask_field"}, .inputs = std::move(inputs)};
-  const Shape rays = c.inputs.at("direction").shape;
-  c.build = [=](Graph& g, const Values& v) {
-    return std::vector{ask(f, v, list.empty() ? RayList{} : list_of(g, list, rays))};
+  const auto answer = [=](const Tensors& t) {
+    const auto a = plain_answer(f, t, list, against_exact(f));
+    return std::pair{a.radiance, a.roundings};
   };
-  c.reference = [=](const Tensors& t) { return std::vector{plain_answer(f, t, list, against_exact(f)).radiance}; };
-  c.roundings = plain_answer(f, c.inputs, list, against_exact(f)).roundings, c.magnitude = 1;
-  c.no_gradient = "for inference: throws";
-  return c;
+  return inference_case(
+      "ask_field", label, std::move(inputs), list,
+      [=](const Values& v, const RayList& rays) { return ask(f, v, rays); }, answer);
 }
 
 OP_CASES(ask_field) {

@@ -11,15 +11,13 @@ namespace {
 using namespace ask_mlp_reference;
 
 OpCase mlp_case(const std::string& label, const Mlp& m, Tensors inputs, const std::vector<int>& list = {}) {
-  OpCase c{.stem = "ask_mlp", .label = label, .kernels = {"pack_layer", "ask_mlp"}, .inputs = std::move(inputs)};
-  const Shape rays = c.inputs.at("direction").shape;
-  c.build = [=](Graph& g, const Values& v) {
-    return std::vector{ask(m, v, list.empty() ? RayList{} : list_of(g, list, rays))};
+  const auto answer = [=](const Tensors& t) {
+    const auto a = plain_answer(m, t, list);
+    return std::pair{a.f, a.roundings};
   };
-  c.reference = [=](const Tensors& t) { return std::vector{plain_answer(m, t, list).f}; };
-  c.roundings = plain_answer(m, c.inputs, list).roundings, c.magnitude = 1;
-  c.no_gradient = "for inference: throws";
-  return c;
+  return inference_case(
+      "ask_mlp", label, std::move(inputs), list, [=](const Values& v, const RayList& rays) { return ask(m, v, rays); },
+      answer);
 }
 
 OP_CASES(ask_mlp) {

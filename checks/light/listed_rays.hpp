@@ -15,6 +15,22 @@ inline RayList list_of(Graph& g, const std::vector<int>& rays, const Shape& of) 
           g.constant(Tensor::of_int({1, 1, 1, 1}, {static_cast<int>(rays.size())}))};
 }
 
+/// A case of a net asked in one kernel, of all rays or of those listed: `ask` builds it from values and list, `answer`
+/// gives what plain arithmetic says, and how many roundings it may be off.
+template <class Ask, class Answer>
+OpCase inference_case(const std::string& stem, const std::string& label, Tensors inputs, const std::vector<int>& list,
+                      const Ask& ask, const Answer& answer) {
+  OpCase c{.stem = stem, .label = label, .kernels = {"pack_layer", stem}, .inputs = std::move(inputs)};
+  const Shape rays = c.inputs.at("direction").shape;
+  c.build = [=](Graph& g, const Values& v) {
+    return std::vector<Value>{ask(v, list.empty() ? RayList{} : list_of(g, list, rays))};
+  };
+  c.reference = [=](const Tensors& t) { return std::vector<Tensor>{answer(t).first}; };
+  c.roundings = answer(c.inputs).second, c.magnitude = 1;
+  c.no_gradient = "for inference: throws";
+  return c;
+}
+
 /// 1, 1 + step, ... below count.
 inline std::vector<int> every(int step, int count) {
   std::vector<int> list;

@@ -60,7 +60,7 @@ OP_CASES(insertion) {
         insertion({v.at("photo"), v.at("objects"), v.at("covers"), v.at("change"), v.at("without"), v.at("emits")})};
   };
   whole.reference = reference;
-  whole.roundings = 64;  // a quotient of changes near the threshold grows by 1 / (1/32 - 1/128) = 43
+  whole.roundings = 8;
   whole.no_gradient = "for applications, detached";
 
   OpCase plain{.stem = "insertion", .label = "plainness", .kernels = {"plainness"}, .inputs = inputs()};

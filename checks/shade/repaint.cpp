@@ -9,6 +9,7 @@
 namespace clerestory {
 namespace {
 
+constexpr double kBlack = 1e-12;
 constexpr int kWidth = 19, kHeight = 11;
 constexpr std::size_t kPlane = static_cast<std::size_t>(kWidth) * kHeight;
 
@@ -32,7 +33,7 @@ Shares shares(const Tensors& t, std::size_t c, std::size_t i) {
   for (std::size_t k = 0; k < 3; ++k) mean_square += std::pow(diffuse(t, "old_", k, i), 2) / 3;
   const bool emitted = t.at("emitted").real[i] != 0;
   Shares s;
-  s.channel = emitted || old == 0 ? 0 : trusted(now / old);
+  s.channel = emitted || old <= kBlack ? 0 : trusted(now / old);
   const double grey = emitted || mean_square == 0 ? 0 : trusted(now / std::sqrt(mean_square));
   s.grey = (1 - s.channel) * grey, s.layer = 1 - s.channel - s.grey;
   return s;
@@ -49,7 +50,7 @@ double change_of(const Tensors& t, std::size_t c, std::size_t i) {
   const double left = at("photo", c) - at("old_specular", c), specular = at("specular", c);
   const Shares s = shares(t, c, i);
   double shown = specular - std::min(std::max(-left, 0.0), specular);
-  if (old > 0) shown += s.channel * now / old * std::max(left, 0.0);
+  if (old > kBlack) shown += s.channel * now / old * std::max(left, 0.0);
   if (squares > 0) shown += s.grey * now * products / squares;
   shown += s.layer * std::max(at("whole", c) - specular, 0.0);
   return shown - at("photo", c);
@@ -74,8 +75,9 @@ Tensors inputs() {
     if (i % 5 == 0) t.at("old_albedo").real[(i % 3) * kPlane + i] = 0;  // one channel is black
     if (i % 7 == 0)
       for (std::size_t c = 0; c < 3; ++c) t.at("old_albedo").real[c * kPlane + i] = i % 2 ? 0 : 0.03;  // all are dark
-    if (i % 11 == 0) t.at("material").real[kPlane + i] = 1;                                            // metal now
-    if (i % 13 == 0) t.at("old_material").real[kPlane + i] = 1;                                        // and before
+    if (i % 17 == 0) t.at("old_albedo").real[i] = i % 2 ? 1e-40 : 1e-10;  // no float's normal number; a ratio of 1e10
+    if (i % 11 == 0) t.at("material").real[kPlane + i] = 1;               // metal now
+    if (i % 13 == 0) t.at("old_material").real[kPlane + i] = 1;           // and before
   }
   return t;
 }

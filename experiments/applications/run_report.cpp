@@ -91,7 +91,8 @@ void add_insertions(HtmlReport& page, const std::vector<RunResult>& insertions, 
                              without_folders(fact(made.record, "light"), made.record)),
                  kMostlyAfter);
     if (const std::string scale = fact(made.record, kDepthScaleFact); !scale.empty())
-      page.paragraph("Scale of the room, on which sizes of objects in metres rest: " + scale + ".");
+      page.paragraph(
+          "Scale of the room, on which sizes of objects in metres rest: " + without_folders(scale, made.record) + ".");
     add_origin(page, name_in(run, made.picture), made.record);
   }
 }
@@ -117,7 +118,7 @@ void add_panoramas(HtmlReport& page, const std::vector<RunResult>& panoramas, co
       "a quarter to the right of it lies the camera's right, the upper edge is up.");
   std::vector<Picture> pictures;
   for (const RunResult& made : panoramas) {
-    const std::string place = fact(made.record, "place");
+    const std::string place = without_folders(fact(made.record, "place"), made.record);
     pictures.push_back(picture_of(
         "At " + fact(made.record, kPointFact) + " m",
         show_radiance(read_map(made.picture, 3), shown_exposure(scene.photo)),
@@ -226,7 +227,7 @@ void add_times(HtmlReport& page, const Provenance& provenance) {
 /// The photograph that an edit began with, where it still is.
 std::optional<Image> photograph_before(const fs::path& folder, const Provenance& provenance) {
   if (provenance.inputs.empty()) return {};
-  for (const fs::path& path : {fs::path(provenance.inputs[0].path), folder.parent_path() / "photo.exr"})
+  for (const fs::path& path : {fs::path(provenance.inputs[0].path), fs::canonical(folder).parent_path() / "photo.exr"})
     if (fs::is_regular_file(path) && file_hash(path) == provenance.inputs[0].hash) return read_map(path, 3);
   return {};
 }

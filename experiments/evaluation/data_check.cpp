@@ -153,19 +153,6 @@ struct NamedView {
   std::string id;
 };
 
-/// Ids of the views that a room has any map of.
-std::set<std::string> begun_views(const fs::path& room) {
-  std::set<std::string> ids;
-  list_views(room);  // throws where the room cannot be read
-  for (const auto& entry : fs::directory_iterator(room)) {
-    const std::string name = entry.path().filename().string();
-    for (const std::string map : {"im", "mask", "albedo", "depth", "material", "normal"})
-      if (const std::string ending = "_" + map + ".exr"; name.ends_with(ending) && name[0] != '.')
-        ids.insert(name.substr(0, name.size() - ending.size()));
-  }
-  return ids;
-}
-
 /// Views of every list that the folder has; lists, lines and rooms that cannot be read become problems.
 std::vector<NamedView> listed_views(DataCheck& check, Checker& checker) {
   std::vector<NamedView> views;
@@ -185,7 +172,7 @@ std::vector<NamedView> listed_views(DataCheck& check, Checker& checker) {
       }
       ++check.rooms;
       try {
-        const std::set<std::string> ids = begun_views(room);
+        const std::vector<std::string> ids = list_views(room, {"im", "mask", "albedo", "depth", "material", "normal"});
         if (ids.empty()) checker.problem(room, "the room has no view");
         for (const std::string& id : ids) views.push_back({room, id});
       } catch (const Error& e) {

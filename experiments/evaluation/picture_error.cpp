@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "host/error.hpp"
+#include "host/math/statistics.hpp"
+
 namespace clerestory {
 namespace {
 
@@ -51,6 +54,18 @@ RadianceError best_scaled_error(const Image& picture, const Image& truth, const 
   RadianceError error = figures[0].sums.error();
   for (const Figure& f : figures) error.*f.of = f.sums.means().*f.of;
   return error;
+}
+
+double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Image& b, const std::vector<bool>& used) {
+  CompensatedSum sum;
+  double values = 0;
+  for (std::size_t i = 0; i < x.data.size(); ++i) {
+    if (!used[i % used.size()]) continue;
+    const double p = x.data[i], q = y.data[i], s = a.data[i], t = b.data[i], truth = 0.5 * (s + t);
+    sum.add(0.5 * ((p - s) * (q - t) + (p - t) * (q - s)) / (truth * truth + kLightFloor)), ++values;
+  }
+  if (values == 0) throw Error(ErrorKind::Failed, "no pixel to compare", "picture error");
+  return sum.value() / values;
 }
 
 }  // namespace clerestory

@@ -13,4 +13,9 @@ RadianceError picture_error(const Image& picture, const Image& truth, const std:
 /// and shown_psnr by itself. The logarithms' are those of the multiple that is best in smape.
 RadianceError best_scaled_error(const Image& picture, const Image& truth, const std::vector<bool>& used);
 
+/// relMSE (eps 0.01) of the picture of which x and y are independent estimates, as a and b are of the truth: mean of
+/// the products of their differences over the square of the truth's mean + 0.01. Its expectation holds no variance, so
+/// it may fall below 0 by chance.
+double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Image& b, const std::vector<bool>& used);
+
 }  // namespace clerestory

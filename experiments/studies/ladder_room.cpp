@@ -241,18 +241,6 @@ std::string plain_key(const std::string& light, bool true_maps) {
   return light + (true_maps ? ", true maps" : ", predicted maps");
 }
 
-double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Image& b, const std::vector<bool>& used) {
-  CompensatedSum sum;
-  double values = 0;
-  for (std::size_t i = 0; i < x.data.size(); ++i) {
-    if (!used[i % used.size()]) continue;
-    const double p = x.data[i], q = y.data[i], s = a.data[i], t = b.data[i], truth = 0.5 * (s + t);
-    sum.add(0.5 * ((p - s) * (q - t) + (p - t) * (q - s)) / (truth * truth + kLightFloor)), ++values;
-  }
-  if (values == 0) throw Error(ErrorKind::Failed, "no pixel to compare", "picture error");
-  return sum.value() / values;
-}
-
 LadderRoom climb_ladder(Device& device, const ListedRoom& room, const LadderOptions& options) {
   return RoomLadder(device, room, options).climb();
 }

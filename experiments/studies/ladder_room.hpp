@@ -43,9 +43,4 @@ struct LadderRoom {
 };
 LadderRoom climb_ladder(Device& device, const ListedRoom& room, const LadderOptions& options);
 
-/// relMSE (eps 0.01) of the picture of which x and y are independent estimates, as a and b are of the truth: mean of
-/// the products of their differences over the square of the truth's mean + 0.01. Its expectation holds no variance, so
-/// it may fall below 0 by chance.
-double relmse_of_pair(const Image& x, const Image& y, const Image& a, const Image& b, const std::vector<bool>& used);
-
 }  // namespace clerestory

@@ -45,10 +45,12 @@ bool spans_many_magnitudes(const std::vector<Series>& series) {
   return least > 0 && most > kManyfold * least;
 }
 
-/// Curves by the part of their name before the last slash, in order of appearance.
+/// Curves by the part of their name before the last slash, in order of appearance. What a study finds of rooms
+/// (findings.hpp: names with bars) is no curve.
 std::vector<Plot> plots_of(const std::vector<MetricRecord>& records) {
   std::vector<Plot> plots;
   for (const std::string& name : metric_names(records)) {
+    if (name.find('|') != std::string::npos) continue;
     const auto slash = name.rfind('/');
     const std::string group = slash == std::string::npos ? "metrics" : name.substr(0, slash);
     auto plot = std::ranges::find(plots, group, &Plot::title);

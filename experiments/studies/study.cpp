@@ -92,7 +92,13 @@ std::string study_kind(const std::filesystem::path& config, const std::vector<st
   for (const std::string& word : words)
     if (word.starts_with("study.kind=") && expand_sweep({word}).size() > 1)
       throw usage_error("studies of several kinds are not swept together", "study.kind", word, "one kind");
-  return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
+  try {
+    return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
+  } catch (const Error&) {  // of all kinds' keys; the config's own kind says it better
+    const std::string kind = load_config(config, all, {}).text("study.kind");
+    load_config(config, kind == "training" ? training_study_schema() : study_schema(kind), expand_sweep(words)[0]);
+    throw;
+  }
 }
 
 Config study_config(const std::filesystem::path& config, const std::vector<std::string>& words) {

@@ -2,7 +2,8 @@
 // until the error that it measures between rounds is the one asked for; beside it stand the error that it truly has,
 // its samples and seconds, and the same of fixed numbers of samples, which know no error.
 //
-// The truth is the layer's own picture under the same light by many more samples: the error is the estimator's alone.
+// The truth is the layer's own picture under the same light by many more samples, in two halves, so that an error holds
+// no noise of the truth: it is the estimator's alone.
 #pragma once
 #include <string>
 #include <vector>

@@ -62,11 +62,6 @@ PreparedView ViewStore::get(std::size_t i) {
   return view;
 }
 
-std::uint64_t ViewStore::cached_bytes() const {
-  const std::lock_guard lock(mutex_);
-  return used_;
-}
-
 ViewStore::Packed ViewStore::pack(const PreparedView& view) {
   Packed packed;
   packed.scene_scale = view.scene_scale;

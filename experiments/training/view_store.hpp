@@ -40,7 +40,6 @@ class ViewStore {
   int height() const { return height_; }
   /// Values rounded to half. Throws what read_view throws.
   PreparedView get(std::size_t i);
-  std::uint64_t cached_bytes() const;
 
  private:
   struct Packed {

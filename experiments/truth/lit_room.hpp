@@ -16,7 +16,7 @@ namespace clerestory {
 /// Share of a view's points that are free probes, as in training.
 inline constexpr double kProbeRows = 0.2;
 
-/// Keys of sections `data` and `incident`, as study_schema() describes them.
+/// Keys of `data`, `incident` and study.seeds (experiments/studies/study_keys.hpp).
 struct LitRoomOptions {
   int width = 160, height = 120, views = 3;
   int spp = 48;      // of the picture

@@ -131,19 +131,19 @@ void write_rooms(const fs::path& root, const std::string& split, const std::vect
   write_file(root / (split + ".txt"), text);
 }
 
-std::vector<std::string> list_views(const fs::path& room) {
-  static const std::string ending = "_im.exr";
+std::vector<std::string> list_views(const fs::path& room, const std::vector<std::string>& maps) {
   std::error_code code;
   fs::directory_iterator entries(room, code);
   if (code) throw usage_error("the room cannot be read: " + code.message(), room.string());
-  std::vector<std::string> views;
+  std::set<std::string> views;
   for (const auto& entry : entries) {
     const std::string name = entry.path().filename().string();
-    if (name.size() > ending.size() && name.ends_with(ending) && name[0] != '.')
-      views.push_back(name.substr(0, name.size() - ending.size()));
+    for (const std::string& map : maps)
+      if (const std::string ending = "_" + map + ".exr";
+          name.size() > ending.size() && name.ends_with(ending) && name[0] != '.')
+        views.insert(name.substr(0, name.size() - ending.size()));
   }
-  std::sort(views.begin(), views.end());
-  return views;
+  return {views.begin(), views.end()};
 }
 
 std::string view_id(int number) { return fmt::format("{:03}", number); }

@@ -23,8 +23,8 @@ std::vector<std::string> list_rooms(const std::filesystem::path& root, const std
                                     const std::function<void(const Error&)>& bad = {});
 /// Writes <split>.txt.
 void write_rooms(const std::filesystem::path& root, const std::string& split, const std::vector<std::string>& rooms);
-/// Ids ("000") of the views of a room, sorted: every NNN_im.exr.
-std::vector<std::string> list_views(const std::filesystem::path& room);
+/// Ids ("000") of the views of a room, sorted: those that have a file NNN_<map>.exr of any of these maps.
+std::vector<std::string> list_views(const std::filesystem::path& room, const std::vector<std::string>& maps = {"im"});
 /// "007" of 7.
 std::string view_id(int number);
 /// <room>/<id>_<what>.<extension>.

@@ -9,6 +9,8 @@ namespace {
 
 constexpr std::string_view kEndsAPath = " \t\n,;)]}'\"<>";
 
+constexpr std::string_view kBeforeAPath = " \t\n(=,;:'\"[<";
+
 bool within_a_word(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("._-~/").find(c) != std::string_view::npos;
 }
@@ -16,7 +18,8 @@ bool within_a_word(char c) {
 /// Whether an absolute path begins at `at`: not "and/or", not "answer / truth", not "https://".
 bool path_begins(const std::string& text, std::size_t at) {
   if (text[at] != '/' || at + 1 == text.size()) return false;
-  return (at == 0 || !within_a_word(text[at - 1])) && within_a_word(text[at + 1]) && text[at + 1] != '/';
+  const bool stands_alone = at == 0 || kBeforeAPath.find(text[at - 1]) != std::string_view::npos;
+  return stands_alone && within_a_word(text[at + 1]) && text[at + 1] != '/';
 }
 
 /// "c" of "/a/b/c" and of "/a/b/c/".
@@ -42,9 +45,20 @@ std::vector<std::string> paths_of(const Provenance& record) {
   return paths;
 }
 
+/// Every absolute path up to what ends one, by its last name.
+std::string with_last_names(std::string text) {
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (!path_begins(text, at)) continue;
+    const std::size_t end = std::min(text.find_first_of(kEndsAPath, at), text.size());
+    text.replace(at, end - at, last_name(text.substr(at, end - at)));
+  }
+  return text;
+}
+
 std::string without_folder(const std::string& word) {
   const auto [option, path] = option_and_path(word);
-  return path.starts_with('/') ? option + last_name(path) : word;
+  const bool one = path.starts_with('/') && path.find(',') == std::string::npos;  // which may hold spaces
+  return one ? option + last_name(path) : with_last_names(word);
 }
 
 }  // namespace
@@ -56,12 +70,7 @@ std::string without_folders(std::string text, const Provenance& record) {
         text.replace(at, path.size(), last_name(path));
       else
         ++at;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    if (!path_begins(text, at)) continue;
-    const std::size_t end = std::min(text.find_first_of(kEndsAPath, at), text.size());
-    text.replace(at, end - at, last_name(text.substr(at, end - at)));
-  }
-  return text;
+  return with_last_names(std::move(text));
 }
 
 std::string shared_command(const Provenance& record) {

@@ -11,6 +11,8 @@
 // The photograph's diffuse light is multiplied by this at most: dividing by a dark albedo blows up its noise and the
 // errors of the maps.
 #define MOST_GAIN R(4)
+// Below this an albedo is black: ratios to it and squares of it stay finite in float.
+#define BLACK R(1e-12)
 
 // Shares of the photograph's own diffuse part of a channel times k, of the grey light times the new albedo, and of the
 // layer's diffuse part.
@@ -29,8 +31,8 @@ static inline source source_of(const real old, const real now, const real square
   source s;
   s.now = now, s.k = R(0), s.channel = R(1), s.grey = s.layer = R(0);
   if (now == R(0)) return s;
-  s.k = old > R(0) ? now / old : R(0);
-  s.channel = emitted || old == R(0) ? R(0) : trusted(s.k);
+  s.k = old > BLACK ? now / old : R(0);
+  s.channel = emitted || old <= BLACK ? R(0) : trusted(s.k);
   const real grey = emitted || squares == R(0) ? R(0) : trusted(now / sqrt(squares / R(3)));
   s.grey = (R(1) - s.channel) * grey, s.layer = (R(1) - s.channel) * (R(1) - grey);
   return s;

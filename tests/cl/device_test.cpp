@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "tests/cl/environment.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {

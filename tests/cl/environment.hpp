@@ -86,15 +86,4 @@ inline std::string read_text(const std::filesystem::path& file) {
   return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
-/// The message of the error that `work` throws; fails the test's expectations by being empty when it throws none.
-template <class Error, class Work>
-std::string message_of(Work work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return {};
-}
-
 }  // namespace clerestory

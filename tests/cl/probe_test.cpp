@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/cl/environment.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "host/cl/device.hpp"
 #include "tests/cl/environment.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {

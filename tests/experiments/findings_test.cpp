@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
-#include "tests/cl/environment.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/agreement.hpp"
 #include "experiments/studies/findings.hpp"
 #include "experiments/studies/ladder_room.hpp"

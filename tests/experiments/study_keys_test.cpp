@@ -5,7 +5,7 @@
 #include "experiments/studies/study.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
-#include "tests/cl/environment.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {
@@ -30,6 +30,8 @@ TEST(StudyKeys, KeysOfAnotherKindAreUnknown) {
   const fs::path truth = kConfigs / "truth.toml";
   EXPECT_EQ(study_config(truth, {"truth.batches=3"}).integer("truth.batches"), 3);
   EXPECT_THAT(message_of<Error>([&] { study_config(truth, {"user.spp=3"}); }), HasSubstr("user.spp"));
+  EXPECT_THAT(message_of<Error>([&] { study_kind(truth, {"truth.spps=3"}); }), HasSubstr("truth.layer_spp"))
+      << "the nearest of its own";
   EXPECT_NE(study_hash(truth, {}, false), study_hash(truth, {"truth.batches=3"}, false));
 }
 

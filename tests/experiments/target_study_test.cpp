@@ -14,7 +14,7 @@ TEST(TargetStudy, ASmallerErrorTakesMoreSamplesAndIsNearlyHad) {
   const Config config = study_config(
       std::filesystem::path(CLERESTORY_SOURCE_DIR) / "experiments/configs/target_error.toml",
       {"run.root=" + folder.path().string(), "data.rooms=1", "data.width=32", "data.height=24", "data.spp=4",
-       "target.errors=[0.04, 0.015]", "target.spp=[16]", "target.truth_spp=8192", "study.seeds=2"});
+       "target.errors=[0.04, 0.015]", "target.spp=[16]", "target.truth_spp=8192", "study.seeds=8"});
   const Table table = study_tables(run_study(config, {"clerestory", "run"})).at("target");
   ASSERT_EQ(table.rows.size(), 3u);
   const auto number = [&](std::size_t row, std::size_t column) {
@@ -22,9 +22,10 @@ TEST(TargetStudy, ASmallerErrorTakesMoreSamplesAndIsNearlyHad) {
   };
   for (const auto& [row, asked] : {std::pair{std::size_t{0}, 0.04}, {std::size_t{1}, 0.015}}) {
     EXPECT_LE(number(row, 1), asked);
-    // Two pictures, whose rare bright samples may be missing or there: a factor of two tells a formula from another.
-    EXPECT_GT(number(row, 2), 0.5 * number(row, 1));
-    EXPECT_LT(number(row, 2), 2 * number(row, 1));
+    // Whoever stops at a small error has more of it (render_until.hpp: up to 1.23 times); a mean of eight squares of
+    // some hundred numbers' means is off by a tenth.
+    EXPECT_GT(number(row, 2), 0.85 * number(row, 1));
+    EXPECT_LT(number(row, 2), 1.4 * number(row, 1));
   }
   EXPECT_GT(number(1, 5), number(0, 5)) << "samples";
   EXPECT_LT(number(1, 2), number(0, 2)) << "true error";

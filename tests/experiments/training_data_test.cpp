@@ -105,12 +105,16 @@ TEST_F(TrainingData, StoreGivesTheSameBitsCachedOrNot) {
     EXPECT_EQ(a.masks.albedo.data, b.masks.albedo.data);
     EXPECT_EQ(a.scene_scale, b.scene_scale);
   }
-  EXPECT_GT(cached.cached_bytes(), 0u);
-  EXPECT_EQ(fresh.cached_bytes(), 0u);
   // half keeps eleven bits
   const PreparedView exact = prepare_view(read_view(names[4].room, names[4].id), 32, 24), kept = fresh.get(4);
   for (std::size_t i = 0; i < exact.image.data.size(); ++i)
     EXPECT_NEAR(kept.image.data[i], exact.image.data[i], exact.image.data[i] / 2048 + 1e-7);
+  // What is kept needs its file no more.
+  const std::filesystem::path gone = names[4].room.string() + "-gone";
+  std::filesystem::rename(names[4].room, gone);
+  EXPECT_EQ(cached.get(4).image.data, kept.image.data);
+  EXPECT_THROW(fresh.get(4), Error);
+  std::filesystem::rename(gone, names[4].room);
 }
 
 TEST_F(TrainingData, OrderVisitsEveryViewOncePerEpoch) {

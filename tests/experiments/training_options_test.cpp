@@ -10,6 +10,7 @@
 #include "experiments/weights/maps_text.hpp"
 #include "host/error.hpp"
 #include "tests/cl/environment.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {

@@ -25,6 +25,7 @@
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 #include "tests/experiments/without_time.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {
@@ -381,17 +382,6 @@ TEST_F(TrainingRun, LossThatIsNotFiniteNamesStepAndViews) {
   EXPECT_THAT(said, HasSubstr("train_room_"));
   EXPECT_TRUE(fs::exists(run_below("runs") / "FAILED"));
   EXPECT_FALSE(fs::exists(run_below("runs") / "DONE"));
-}
-
-std::string message_of(const std::function<void()>& action, ErrorKind kind) {
-  try {
-    action();
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), kind) << e.what();
-    return e.what();
-  }
-  ADD_FAILURE() << "no error";
-  return "";
 }
 
 // A step at a rate of 0 for the encoder leaves it as the program's file has it.
