@@ -62,20 +62,7 @@ OP_CASES(insertion) {
   whole.reference = reference;
   whole.roundings = 8;
   whole.no_gradient = "for applications, detached";
-
-  OpCase plain{.stem = "insertion", .label = "plainness", .kernels = {"plainness"}, .inputs = inputs()};
-  plain.build = [](Graph&, const Values& v) { return std::vector<Value>{plainness(v.at("change"), v.at("photo"))}; };
-  plain.reference = [](const Tensors& t) {
-    Tensor most(shape_of(1));
-    for (std::size_t i = 0; i < t.at("photo").real.size(); ++i) {
-      double& of_pixel = most.real[i % most.real.size()];
-      of_pixel = std::max(of_pixel, plainness_of(t.at("change").real[i], t.at("photo").real[i]));
-    }
-    return std::vector<Tensor>{most};
-  };
-  plain.roundings = 8;
-  plain.no_gradient = "for applications, detached";
-  return {whole, plain};
+  return {whole};
 }
 
 }  // namespace clerestory

@@ -93,12 +93,12 @@ struct PassSums {
   }
 };
 
-/// Pixels of the room whose change must be measured by the photograph.
-std::vector<bool> changed_pixels(Device& device, const Scene& scene, const Image& change) {
-  Graph graph;
-  const Value plain = plainness(graph.constant(tensor_of(change)), graph.constant(tensor_of(scene.photo)));
-  std::vector<bool> changed;
-  for (const float p : pictures_by(device, graph, {plain})[0].data) changed.push_back(p > 0);
+/// Pixels of the room whose change is more than faint: it must be measured by the photograph.
+std::vector<bool> changed_pixels(const Scene& scene, const Image& change) {
+  const std::size_t n = change.pixels();
+  std::vector<bool> changed(n, false);
+  for (std::size_t i = 0; i < change.data.size(); ++i)
+    if (std::abs(change.data[i]) > kFaintChange * std::max(scene.photo.data[i], 1e-6f)) changed[i % n] = true;
   return changed;
 }
 
@@ -234,7 +234,7 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
 
   Image without(scene.width(), scene.height(), 3);
   double seconds = with_objects.seconds();
-  const std::vector<bool> changed = changed_pixels(device, scene, sums.change);
+  const std::vector<bool> changed = changed_pixels(scene, sums.change);
   if (std::ranges::find(changed, true) != changed.end()) {
     SceneLayer room(device, scene, share);
     const std::array<double, 3> ambient = ambient_of(scene);

@@ -57,7 +57,7 @@ std::string with_last_names(std::string text) {
 
 std::string without_folder(const std::string& word) {
   const auto [option, path] = option_and_path(word);
-  const bool one = path.starts_with('/') && path.find(',') == std::string::npos;  // which may hold spaces
+  const bool one = path.starts_with('/') && path.find(",/") == std::string::npos;  // which may hold spaces
   return one ? option + last_name(path) : with_last_names(word);
 }
 

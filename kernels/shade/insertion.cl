@@ -30,15 +30,3 @@ kernel void insertion(IN(photo), IN(objects), IN(covers), IN(change), IN(without
   const real room = fmax(seen + gain * d, R(0));
   AT(composite, 0)[at] = AT(objects, 0)[at] + (R(1) - AT(covers, 0)[i]) * room;
 }
-
-// The largest of a pixel's channels, {1, 1, h, w}: 0 where no measure of the change is asked for.
-kernel void plainness(IN(change), IN(photo), OUT(plain), const int plane) {
-  const int i = (int)get_global_id(0);
-  if (i >= plane) return;
-  real most = R(0);
-  for (int c = 0; c < 3; ++c) {
-    const ulong at = (ulong)c * plane + i;
-    most = fmax(most, plainness_of(AT(change, 0)[at], AT(photo, 0)[at]));
-  }
-  AT(plain, 0)[i] = most;
-}

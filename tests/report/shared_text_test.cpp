@@ -30,6 +30,10 @@ TEST(SharedText, PathsOfTheRecordAreKnownWhole) {
   EXPECT_EQ(without_folders("of /home/me/my photos/a, b.png by /home/me/my photos/true maps.exr", record),
             "of a, b.png by true maps.exr");
   EXPECT_EQ(shared_command(record), "clerestory invert 'a, b.png' --out=x");
+  EXPECT_EQ(
+      shared_command(made_by({"clerestory", "data.train=[\"/home/me/a\",\"/home/me/b\"]", "data.test=/x/a,/y/b"})),
+      command_text({"clerestory", "data.train=[\"a\",\"b\"]", "data.test=a,b"}));
+  EXPECT_EQ(without_folders("W/m²/sr, (a+b)/c", record), "W/m²/sr, (a+b)/c");
   EXPECT_EQ(shared_command(made_by({"build/clerestory", "report", "runs/x"})), "build/clerestory report runs/x");
 }
 

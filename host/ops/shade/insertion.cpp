@@ -25,24 +25,10 @@ struct InsertionOp : NotDifferentiable {
   }
 };
 
-struct PlainnessOp : NotDifferentiable {
-  std::string name() const override { return "plainness"; }
-  std::vector<Signature> infer(std::span<const Value> in) const override {
-    for (const Value& value : in) check_picture(value, in[0].shape(), 3);
-    return {{Shape{1, 1, in[0].shape().h, in[0].shape().w}}};
-  }
-  void launch(Launch& l) const override {
-    const int plane = static_cast<int>(l.out().shape.plane());
-    l.run(kFile, "plainness", Range::of(static_cast<std::size_t>(plane)), l.in(0), l.in(1), l.out(), plane);
-  }
-};
-
 }  // namespace
 
 Value insertion(const InsertionPictures& p) {
   return p.photo.graph().make<InsertionOp>({p.photo, p.objects, p.covers, p.change, p.without, p.emits});
 }
-
-Value plainness(Value change, Value photo) { return photo.graph().make<PlainnessOp>({change, photo}); }
 
 }  // namespace clerestory

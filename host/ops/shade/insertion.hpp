@@ -18,8 +18,7 @@ struct InsertionPictures {
 /// plain, 1 where it is faint, and at most 1 where light is added. {1, 3, h, w}.
 Value insertion(const InsertionPictures& pictures);
 
-/// 0 where a change is so faint beside the photograph that insertion() takes it as it is, to 1: the largest of three
-/// channels, {1, 1, h, w}.
-Value plainness(Value change, Value photo);
+/// Share of the photograph below which a change is faint: there insertion() does not read `without`.
+inline constexpr float kFaintChange = 1.0f / 128;
 
 }  // namespace clerestory
