@@ -216,9 +216,13 @@ SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& ob
   return with;
 }
 
-Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& list,
-                      const RenderSettings& settings, int bounces, int passes) {
-  const auto objects = std::make_shared<TraceObjects>(device, place_objects(scene, list));
+namespace {
+
+/// insert_into() of objects that have been placed.
+Insertion insert_placed(Device& device, const Scene& scene, const std::vector<PlacedMesh>& placed,
+                        const std::vector<InsertedObject>& list, const RenderSettings& settings, int bounces,
+                        int passes) {
+  const auto objects = std::make_shared<TraceObjects>(device, placed);
   RenderSettings share = settings;
   share.spp = settings.spp / passes, share.after_chunk = over_passes(settings.after_chunk, passes);
   // Seeds of passes lie apart, so that neighbouring seeds of users have none in common.
@@ -248,6 +252,13 @@ Insertion insert_into(Device& device, const Scene& scene, const std::vector<Inse
   return {std::move(sums.covers), std::move(composite), seconds};
 }
 
+}  // namespace
+
+Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& list,
+                      const RenderSettings& settings, int bounces, int passes) {
+  return insert_placed(device, scene, place_objects(scene, list), list, settings, bounces, passes);
+}
+
 void insert(const InsertOptions& options) {
   if (options.objects.empty())
     throw usage_error("nothing to insert", "insert", "no object", "--at or --at-point with --radius or --mesh");
@@ -257,7 +268,8 @@ void insert(const InsertOptions& options) {
   // The composite of an edit is also the photograph of its folder: an insertion into that may replace it.
   const ResultFiles files(options.run, out / kInsertRecord, {exr, png}, options.force, {out / kProvenanceName});
   const Scene scene = read_run(options.run);
-  render_spec(options.render), place_objects(scene, options.objects);  // refused before the work
+  render_spec(options.render);  // refused before the work, as places and meshes are
+  const std::vector<PlacedMesh> placed = place_objects(scene, options.objects);
   Device device = Device::open(options.device);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   inherit_facts(options.run, provenance);
@@ -267,7 +279,7 @@ void insert(const InsertOptions& options) {
   take_light(render, options.lit_by, device, scene, provenance);
   const unsigned passes = std::bit_floor(static_cast<unsigned>(std::clamp(render.spp / kPassSamples, 1, kMostPasses)));
   const Insertion inserted =
-      insert_into(device, scene, options.objects, render, options.bounces, static_cast<int>(passes));
+      insert_placed(device, scene, placed, options.objects, render, options.bounces, static_cast<int>(passes));
   const Image& composite = inserted.composite;
   const double seen = sum(inserted.covers.data) / static_cast<double>(composite.pixels());
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");

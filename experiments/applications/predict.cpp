@@ -20,11 +20,10 @@
 namespace clerestory {
 namespace {
 
-Image image_of(Executor& executor, Value value, int channels) {
-  const Shape& s = value.shape();
-  Image image(s.w, s.h, channels);
-  const std::vector<float> data = executor.fetch_floats(value);
-  std::copy(data.begin(), data.end(), image.data.begin());
+/// Roughness and metallic with the emission flag, which no net says: 0.
+Image with_flag(const Image& material) {
+  Image image(material.width, material.height, 3);
+  std::ranges::copy(material.data, image.data.begin());
   return image;
 }
 
@@ -86,11 +85,11 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   executor.feed("guide low", guide_of(small)), executor.feed("guide", guide_of(exposed));
   executor.run();
 
-  if (albedo) clamp_unit(result.albedo = image_of(executor, albedo, 3));
-  if (normal) result.normal = image_of(executor, normal, 3);
-  if (material) clamp_unit(result.material = image_of(executor, material, 3));
+  if (albedo) clamp_unit(result.albedo = fetch_image(executor, albedo));
+  if (normal) result.normal = fetch_image(executor, normal);
+  if (material) clamp_unit(result.material = with_flag(fetch_image(executor, material)));
   if (depth) {
-    result.depth = image_of(executor, depth, 1);
+    result.depth = fetch_image(executor, depth);
     result.scene_scale = std::exp(executor.fetch(maps.log_scale).real[0]);
     result.off_by = scale_doubt(weights, loaded.metadata);
   }

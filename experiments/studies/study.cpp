@@ -82,6 +82,13 @@ Schema study_schema(const std::string& kind) {
   return schema;
 }
 
+namespace {
+
+/// Of any kind, trainings too.
+Schema schema_of(const std::string& kind) { return kind == "training" ? training_study_schema() : study_schema(kind); }
+
+}  // namespace
+
 std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words) {
   Schema all;  // of every kind
   all.include(training_schema());
@@ -96,14 +103,14 @@ std::string study_kind(const std::filesystem::path& config, const std::vector<st
     return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
   } catch (const Error&) {  // of all kinds' keys; the config's own kind says it better
     const std::string kind = load_config(config, all, {}).text("study.kind");
-    load_config(config, kind == "training" ? training_study_schema() : study_schema(kind), expand_sweep(words)[0]);
+    load_config(config, schema_of(kind), expand_sweep(words)[0]);
     throw;
   }
 }
 
 Config study_config(const std::filesystem::path& config, const std::vector<std::string>& words) {
   const std::string kind = study_kind(config, words);
-  return load_config(config, kind == "training" ? training_study_schema() : study_schema(kind), expand_sweep(words)[0]);
+  return load_config(config, schema_of(kind), expand_sweep(words)[0]);
 }
 
 std::string study_hash(const std::filesystem::path& config, const std::vector<std::string>& words, bool many) {

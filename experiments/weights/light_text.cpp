@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "experiments/weights/stored_states.hpp"
 #include "host/error.hpp"
 
 namespace clerestory {
@@ -189,9 +190,7 @@ std::map<std::string, Shape> light_states(const LightSizes& sizes) {
   const LitPicture picture = lit_pictures(graph, light_inputs(graph, 1, 64, 64), sizes, false)[0];
   ask_light(graph, picture, sizes, graph.input("points", rays), graph.input("directions", rays),
             graph.input("skip", {1, 1, 1, 16}, Type::Int));
-  std::map<std::string, Shape> states;
-  for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
-  return states;
+  return states_of(graph);
 }
 
 }  // namespace clerestory

@@ -4,6 +4,7 @@
 #include <span>
 #include <sstream>
 
+#include "experiments/weights/stored_states.hpp"
 #include "host/error.hpp"
 
 namespace clerestory {
@@ -11,9 +12,7 @@ namespace clerestory {
 std::map<std::string, Shape> maps_states(const MgnetSize& net) {
   Graph graph;
   mgnet(graph, graph.input("image", {1, 3, 64, 64}), net, false);
-  std::map<std::string, Shape> states;
-  for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
-  return states;
+  return states_of(graph);
 }
 
 namespace {

@@ -4,6 +4,12 @@
 
 namespace clerestory {
 
+std::map<std::string, Shape> states_of(const Graph& graph) {
+  std::map<std::string, Shape> states;
+  for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
+  return states;
+}
+
 std::vector<long> stored_shape(const Shape& s) { return {s.n, s.c, s.h, s.w}; }
 
 std::string shape_text(const std::vector<long>& shape) { return fmt::format("{}", fmt::join(shape, "x")); }

@@ -1,5 +1,6 @@
 // States of a graph in a file, checkpoint or weights alike.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,9 @@
 #include "host/io/safetensors.hpp"
 
 namespace clerestory {
+
+/// Names and shapes of the states that a graph has.
+std::map<std::string, Shape> states_of(const Graph& graph);
 
 std::vector<long> stored_shape(const Shape& shape);
 std::string shape_text(const std::vector<long>& shape);  // "8x3x1x1"

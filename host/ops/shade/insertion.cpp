@@ -1,21 +1,18 @@
 #include "host/ops/shade/insertion.hpp"
 
+#include <array>
+
+#include "host/ops/shade/pictures.hpp"
+
 namespace clerestory {
 namespace {
 
 constexpr auto kFile = "shade/insertion.cl";
 
-void check_picture(const Value& value, const Shape& photo, int channels) {
-  const Shape wanted{1, channels, photo.h, photo.w};
-  if (!(value.shape() == wanted))
-    throw Error(ErrorKind::Failed, "a picture of another shape", "insertion", value.shape().text(), wanted.text());
-}
-
 struct InsertionOp : NotDifferentiable {
   std::string name() const override { return "insertion"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    const int channels[] = {3, 3, 1, 3, 3, 1};
-    for (std::size_t k = 0; k < in.size(); ++k) check_picture(in[k], in[0].shape(), channels[k]);
+    check_pictures(in, std::array{3, 3, 1, 3, 3, 1}, name());
     return {{in[0].shape()}};
   }
   void launch(Launch& l) const override {

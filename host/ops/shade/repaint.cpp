@@ -1,23 +1,18 @@
 #include "host/ops/shade/repaint.hpp"
 
+#include <array>
+
+#include "host/ops/shade/pictures.hpp"
+
 namespace clerestory {
 namespace {
 
 constexpr auto kFile = "shade/repaint.cl";
 
-void check_pictures(std::span<const Value> in, std::span<const int> channels) {
-  const Shape& first = in[0].shape();
-  for (std::size_t k = 0; k < in.size(); ++k) {
-    const Shape wanted{1, channels[k], first.h, first.w};
-    if (!(in[k].shape() == wanted))
-      throw Error(ErrorKind::Failed, "a picture of another shape", "repaint", in[k].shape().text(), wanted.text());
-  }
-}
-
 struct RepaintOp : NotDifferentiable {
   std::string name() const override { return "repaint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    check_pictures(in, std::array{3, 3, 3, 3, 3, 1, 1, 3, 3, 3});
+    check_pictures(in, std::array{3, 3, 3, 3, 3, 1, 1, 3, 3, 3}, name());
     return {{in[0].shape()}};
   }
   void launch(Launch& l) const override {
@@ -30,7 +25,7 @@ struct RepaintOp : NotDifferentiable {
 struct RepaintLayerShareOp : NotDifferentiable {
   std::string name() const override { return "repaint_layer_share"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    check_pictures(in, std::array{3, 3, 3, 3, 1});
+    check_pictures(in, std::array{3, 3, 3, 3, 1}, name());
     return {{Shape{1, 1, in[0].shape().h, in[0].shape().w}}};
   }
   void launch(Launch& l) const override {
