@@ -5,7 +5,9 @@
 
 #include "host/error.hpp"
 #include "host/ops/light/ask_mlp.hpp"
+#include "host/ops/light/direction_grid.hpp"
 #include "host/ops/light/gather_rays.hpp"
+#include "host/ops/light/pixel_rows.hpp"
 #include "host/ops/light/rescale_hits.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/conv.hpp"
@@ -207,8 +209,9 @@ Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Va
   return radiance_of(conv(x, weight, bias), hit, photo, size.output);
 }
 
-Value ask_in_view_light(const Scope& scope, Value rows, const Shape& picture, Value hit, Value direction, Value photo,
-                        const RayList& list, const InViewSize& size) {
+namespace {
+
+LightMlp mlp_of(const Scope& scope, const InViewSize& size) {
   LightMlp mlp;
   mlp.frequencies = frequencies_of(scope, "direction", 3, size.frequencies, size.direction_deviation);
   mlp.again = size.again;
@@ -219,7 +222,25 @@ Value ask_in_view_light(const Scope& scope, Value rows, const Shape& picture, Va
     mlp.biases.push_back(bias_of(scope, layer, size.width));
   }
   std::tie(mlp.out, mlp.out_bias) = output_layer(scope, size);
-  const Value f = ask_mlp(mlp, rows, rescale_hits(hit, photo.shape(), picture), direction, list);
+  return mlp;
+}
+
+}  // namespace
+
+InViewAnswers in_view_answers(const Scope& scope, const LightPixels& pixels, const InViewSize& size, Value normal) {
+  InViewAnswers answers{pixel_rows(pixels.surface, pixels.features), pixels.surface.shape(), {}, normal};
+  if (normal) {
+    const GridRays rays = grid_directions(normal, kGridSide);
+    answers.grid = ask_mlp(mlp_of(scope, size), answers.rows, rays.pixel, rays.direction, {});
+  }
+  return answers;
+}
+
+Value ask_in_view_light(const Scope& scope, const InViewAnswers& answers, Value hit, Value direction, Value photo,
+                        const RayList& list, const InViewSize& size) {
+  const Value pixel = rescale_hits(hit, photo.shape(), answers.picture);
+  const Value f = answers.grid ? look_up_grid(answers.grid, answers.normal, pixel, direction, list)
+                               : ask_mlp(mlp_of(scope, size), answers.rows, pixel, direction, list);
   return radiance_of(f, hit, photo, size.output);
 }
 

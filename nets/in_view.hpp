@@ -50,9 +50,19 @@ std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, 
 Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
                     const InViewSize& size);
 
-/// The same for inference: one kernel, and only for the rays that `list` holds; what others get means nothing. rows:
-/// pixel_rows(pixels.surface, pixels.features), once per picture; `picture`: shape of pixels.surface. No gradient.
-Value ask_in_view_light(const Scope& scope, Value rows, const Shape& picture, Value hit, Value direction, Value photo,
+/// The MLP at inference, for one picture: what its layers owe to each pixel, and with `normal` its answers along the
+/// directions of a grid around each pixel's normal (host/ops/light/direction_grid.hpp), from which rays are then
+/// answered. No gradient.
+struct InViewAnswers {
+  Value rows;               // pixel_rows(pixels.surface, pixels.features); no value: nobody answers
+  Shape picture{};          // of pixels.surface
+  Value grid, normal = {};  // {1, 3, h w, side^2} of `normal` {1, 3, h, w}; no values: each ray asks the MLP
+};
+inline constexpr int kGridSide = 4;
+InViewAnswers in_view_answers(const Scope& scope, const LightPixels& pixels, const InViewSize& size, Value normal = {});
+
+/// in_view_light() for inference: one kernel, and only for the rays that `list` holds; what others get means nothing.
+Value ask_in_view_light(const Scope& scope, const InViewAnswers& answers, Value hit, Value direction, Value photo,
                         const RayList& list, const InViewSize& size);
 
 /// Item i of a batch {n, C, h, w}: {1, C, h, w}, a view.

@@ -5,7 +5,6 @@
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_shells.hpp"
 #include "host/ops/light/mix_light.hpp"
-#include "host/ops/light/pixel_rows.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 
@@ -15,12 +14,13 @@ namespace {
 /// A learned light's values of one picture as a flat list, so that they pass through map_chunks.
 struct LearnedValues {
   Value photo, range;  // the photograph in the nets' exposure, at its full size
-  Value rows;          // what the in-view MLP owes to each pixel; no value: the field answers alone
+  InViewAnswers near;  // no values: the field answers alone
   LightField field;
 
   template <class Visit>
   void each(const Visit& visit) {
-    visit(photo), visit(range), visit(rows);
+    visit(photo), visit(range);
+    visit(near.grid ? near.normal : near.rows), visit(near.grid);
     for (Value& w : field.weights) visit(w);
     for (Value& b : field.biases) visit(b);
     visit(field.shells), visit(field.background);
@@ -86,7 +86,10 @@ Value far_light(const LightField& field, Value points, Value direction, Value ra
 
 }  // namespace
 
-SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene, const LightNets& nets, bool in_view) {
+SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
+                         double rays_to_come) {
+  const LightNets& nets = *settings.nets;
+  const bool in_view = settings.light == "net";
   check_states(nets, in_view);
   const double exposure = exposure_of(scene.photo.data);
   const SmallMaps small = small_maps(scene, nets.longer_side, exposure);
@@ -103,20 +106,25 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
                             graph.constant(camera_tensor(std::span(&camera, 1))),
                             v.range};
   LearnedValues values;
+  double shared = 0;
   values.photo = scale(v.photo, exposure);
   values.range = v.range;
   if (in_view) {
     const LightPixels pixels = light_pixels({graph, false, "local"}, picture.image, picture.surfaces, sizes.in_view);
-    values.rows = pixel_rows(pixels.surface, pixels.features);
+    const double points = static_cast<double>(small.image.pixels()) * kGridSide * kGridSide;
+    const bool share = !settings.every_ray && rays_to_come > kRaysWorthAGrid * points;
+    values.near =
+        in_view_answers({graph, false, "local"}, pixels, sizes.in_view, share ? picture.surfaces.normal : Value{});
+    if (share) shared = points;
   }
   values.field = light_fields({graph, false, "global"}, picture, sizes.out_of_view)[0];
 
   SceneLight light;
   light.inputs = values.list();
-  light.traces = in_view;
+  light.traces = in_view, light.shared_answers = shared;
   light.states = nets.states;
-  light.radiance = [values, sizes, in_view, exposure, picture = picture.image.shape()](
-                       const AskedRays& rays, std::span<const Value> in, RayCounts* counts) {
+  light.radiance = [values, sizes, in_view, exposure](const AskedRays& rays, std::span<const Value> in,
+                                                      RayCounts* counts) {
     const LearnedValues here = values.inside(in);
     const Value direction = rays.direction;
     const auto listed = [&](const char* name, LightPart part) {
@@ -127,8 +135,8 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
     const RayList uncertain = in_view ? listed("out of view", LightPart::OutOfView) : RayList{};
     const Value far = far_light(here.field, rays.points, direction, here.range, uncertain, sizes.out_of_view);
     if (!in_view) return scale(far, 1 / exposure);
-    const Value near = ask_in_view_light({direction.graph(), false, "local"}, here.rows, picture, rays.hits.pixel,
-                                         direction, here.photo, listed("in view", LightPart::InView), sizes.in_view);
+    const Value near = ask_in_view_light({direction.graph(), false, "local"}, here.near, rays.hits.pixel, direction,
+                                         here.photo, listed("in view", LightPart::InView), sizes.in_view);
     return scale(mix_light(near, far, rays.hits.u), 1 / exposure);
   };
   light.feed = [small](Executor& executor) {  // what no part reads is passed over

@@ -8,12 +8,17 @@ namespace clerestory {
 /// Both parts mixed by the hit's uncertainty (Eq. 6), or without `in_view` the field alone. The nets read the
 /// photograph scaled so that its 95th percentile of luminance is 0.9, with nets.longer_side pixels along its longer
 /// side; what they answer is scaled back. The residual output multiplies the photograph itself, at its full size.
-/// Throws usage_error when a state is missing or has another shape.
-SceneLight learned_light(Graph& graph, const SceneValues& values, const Scene& scene, const LightNets& nets,
-                         bool in_view);
+/// Where about `rays` will be asked and they are many for the picture's surfaces, the in-view part answers from a grid
+/// of directions around each surface (in_view_answers), unless settings.every_ray. Throws usage_error when a state is
+/// missing or has another shape.
+SceneLight learned_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
+                         double rays);
 
 /// Least share of a part in Eq. 6 that is asked for: a ray's in-view part is left out when 1 - u is not above it, its
 /// out-of-view part when u is not.
 inline constexpr double kLeastShare = 1e-3;
+
+/// Rays for each point of the grids from which on they are made. Half of the rays hit something in view.
+inline constexpr double kRaysWorthAGrid = 8;
 
 }  // namespace clerestory

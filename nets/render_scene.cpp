@@ -114,7 +114,8 @@ class Profiled {
 Rendering render_scene(Device& device, const Scene& scene, const RenderSettings& settings) {
   Graph graph;
   const SceneValues values = scene_values(graph, scene);
-  const SceneLight light = scene_light(graph, values, scene, settings);
+  const double rays = static_cast<double>(scene.photo.pixels()) * settings.spp;
+  const SceneLight light = scene_light(graph, values, scene, settings, rays);
   const RenderSpec spec = render_spec(settings, light);
   const Rendered rendered =
       render(graph, spec, values.maps, values.camera, values.range,
@@ -145,7 +146,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.answered = counted(executor, rendered.counts);
   result.seconds = seconds;
   result.explanation = executor.explain();
-  result.left_out = graph.what_was_left_out();
+  result.left_out = graph.what_was_left_out(), result.shared_answers = light.shared_answers;
   if (counts.first_dropped)
     result.first_dropped =
         fmt::format("pixel {},{}, sample {}, seed {}", counts.first_dropped->pixel % scene.width(),

@@ -33,8 +33,9 @@ struct RenderSettings {
   FitWeights fit;                                 // of fit_lamps() and fit_constant()
   std::string brdf = "ggx";                       // ggx | li2020
   std::uint32_t seed = 0;
-  int chunk_rays = 0;    // rays at once; 0: as many as the light allows
-  bool profile = false;  // fill Rendering::kernels
+  bool every_ray = false;  // the in-view MLP answers each ray, however many meet one surface from nearly one way
+  int chunk_rays = 0;      // rays at once; 0: as many as the light allows
+  bool profile = false;    // fill Rendering::kernels
   ChunkListener after_chunk;
 };
 
@@ -48,6 +49,7 @@ struct Rendering {
   double hits = 0;                              // rays that end on a visible surface
   /// Rays that each part of a learned light answered: "in view", "out of view".
   std::vector<std::pair<std::string, double>> answered;
+  double shared_answers = 0;           // of the in-view MLP, if rays share them
   std::vector<KernelProfile> kernels;  // seconds by kernel, when asked for
   double seconds = 0;                  // of the run alone, after the plan was made
   std::string explanation;             // of the plan

@@ -27,11 +27,12 @@ void check_name(const std::string& name) {
     throw usage_error("there is no such light", "--light", name, fmt::format("{}", fmt::join(known, ", ")));
 }
 
-SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings) {
+SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
+                       double count) {
   if (is_learned_light(settings.light)) {
     if (!settings.nets)
       throw usage_error("learned light without its weights", "--light", settings.light, "--light-weights DIR");
-    return learned_light(graph, v, scene, *settings.nets, settings.light == "net");
+    return learned_light(graph, v, scene, settings, count);
   }
   if (settings.light == "image")
     return without_nets({v.photo, v.ambient}, true,
@@ -59,9 +60,10 @@ bool is_learned_light(const std::string& name) {
   return name == "net" || name == "out_of_view";
 }
 
-SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings) {
+SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
+                       double count) {
   check_name(settings.light);
-  return with_lamps(graph, named_light(graph, v, scene, settings), settings.lamps);
+  return with_lamps(graph, named_light(graph, v, scene, settings, count), settings.lamps);
 }
 
 std::vector<Value> inputs_of(const SceneLight& light, Value points) {

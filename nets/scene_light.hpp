@@ -28,6 +28,7 @@ struct SceneLight {
   std::vector<Value> inputs;  // hand these into a map_chunks body, in this order
   bool traces = false;        // reads AskedRays::hits
   bool lamps = false;         // reads AskedRays::lobes
+  double shared_answers = 0;  // of the in-view MLP, from which many rays are answered; 0: each asks it
   int chunk_rays = 1 << 18;   // at most this many at once, so that what it keeps of them stays below half a GiB
   /// Radiance {1, 3, P, S} in the photograph's unit. `inputs`: the above, as the body sees them. Learned light appends
   /// to `counts`, unless it is null, how many rays each of its parts answered.
@@ -38,8 +39,10 @@ struct SceneLight {
 
 /// The light that settings.light names: image | constant | panorama | net | out_of_view. Learned light reads
 /// settings.nets. `scene` is the one that lights, without inserted objects. Throws usage_error: an unknown name, no
-/// nets, nets that lack a state. settings.lamps are added.
-SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings);
+/// nets, nets that lack a state. settings.lamps are added. `rays`: about how many are to be asked in a run; many may
+/// share answers (learned_light).
+SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
+                       double rays = 0);
 
 /// Names that scene_light() knows.
 const std::vector<std::string>& light_names();

@@ -54,6 +54,8 @@ void add_invert_command(CommandLine& line) {
               options->render.delta, {"linear", "window"})
       .option("--thickness", "METRES", "How far behind a surface a ray passes unseen; 0: surfaces have no back",
               options->render.thickness)
+      .flag("--everything", "Leave nothing out that could change a picture: the light's nets answer each ray by itself",
+            options->render.every_ray)
       .option("--target-error", "E", "Take samples in rounds until the re-render's root relMSE is measured below this",
               *error)
       .option("--seconds", "S", "Take samples in rounds for so many seconds", *seconds)

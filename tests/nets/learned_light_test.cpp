@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/error.hpp"
@@ -135,6 +136,37 @@ TEST(NetLight, SameBitsRunToRunAndWhateverTheTiles) {
     settings.chunk_rays = rays;
     EXPECT_EQ(render_scene(device(), scene, settings).radiance.data, first.data) << rays;
   }
+}
+
+TEST(NetLight, ManyRaysShareAnswers) {
+  const Scene scene = corner();
+  const auto nets = untrained(20);
+  RenderSettings shared = settings_of("net", nets);
+  shared.spp = 256;
+  RenderSettings alone = shared;
+  alone.every_ray = true;
+  const Rendering few = render_scene(device(), scene, shared), all = render_scene(device(), scene, alone);
+  EXPECT_EQ(few.shared_answers, 20 * 14 * 16) << "16 around each pixel of the nets' picture";
+  EXPECT_EQ(all.shared_answers, 0);
+  EXPECT_EQ(few.answered, all.answered);
+  EXPECT_NE(few.radiance.data, all.radiance.data);
+  shared.chunk_rays = 16 * 100;
+  EXPECT_EQ(render_scene(device(), scene, shared).radiance.data, few.radiance.data) << "whatever the tiles";
+
+  // Few rays for the picture's size ask by themselves.
+  EXPECT_EQ(render_scene(device(), scene, settings_of("net", untrained(kWidth))).shared_answers, 0);
+
+  // Nets that do not look at directions have one answer for all of them.
+  Tensor blind = nets->states->get("local.mlp.0.direction.weight");
+  std::ranges::fill(blind.real, 0.0);
+  nets->states->set("local.mlp.0.direction.weight", blind);
+  const Image same = render_scene(device(), scene, shared).radiance,
+              each = render_scene(device(), scene, alone).radiance;
+  const double largest = *std::ranges::max_element(each.data);
+  ASSERT_GT(largest, 0.1);
+  // Four equal answers mixed: three roundings, and in the sum of samples what Kahan leaves.
+  for (std::size_t i = 0; i < each.data.size(); ++i)
+    ASSERT_NEAR(same.data[i], each.data[i], 20 * 0x1p-24 * largest) << i;
 }
 
 TEST(NetLight, OutOfViewDiffersOnlyWhereSomethingIsHit) {
