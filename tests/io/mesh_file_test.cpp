@@ -9,6 +9,7 @@
 #include <set>
 
 #include "tests/io/testing.hpp"
+#include "tests/roundings.hpp"
 
 namespace clerestory {
 namespace {
@@ -74,7 +75,8 @@ TEST_F(Meshes, ShippedDracoMeshes) {
     expect_near(bounds(mesh).low, known.low, 2.0f / 4096);
     expect_near(bounds(mesh).high, known.high, 2.0f / 4096);
     double agree = 0;
-    for (const auto& n : mesh.normals) ASSERT_NEAR(std::hypot(n[0], n[1], n[2]), 1, 1e-5);
+    for (const auto& n : mesh.normals)
+      ASSERT_NEAR(std::hypot(n[0], n[1], n[2]), 1, 4 * kFloatRounding);  // of each part, and of the length
     for (const auto& t : mesh.indices) {
       double e[2][3], normal = 0;
       for (std::size_t i = 0; i < 3; ++i)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "tests/roundings.hpp"
 #include "tests/tracer/reference.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/balls.hpp"
@@ -182,13 +183,13 @@ TEST(Room, MapsAreCompleteAndInRange) {
           ASSERT_GT(maps.depth.data[i], 0) << "the room has a hole, seed " << seed << " pixel " << i;
           ASSERT_LT(maps.depth.data[i], 10);
           const Vec3 normal(maps.normal.data[i], maps.normal.data[n + i], maps.normal.data[2 * n + i]);
-          ASSERT_NEAR(glm::length(normal), 1, 1e-5);
+          ASSERT_NEAR(glm::length(normal), 1, 8 * kFloatRounding);
           const Vec3 d = camera.direction(static_cast<int>(i) % 64 + 0.5, static_cast<int>(i) / 64 + 0.5);
           away += glm::dot(normal, d) >= 0;
           const float limit = maps.metallic.data[i] > 0 ? 0.92f : 0.78f;
           for (std::size_t c = 0; c < 3; ++c) {
             ASSERT_GE(maps.albedo.data[c * n + i], 0.02f) << seed;
-            ASSERT_LE(maps.albedo.data[c * n + i], limit + 1e-6f);
+            ASSERT_LE(maps.albedo.data[c * n + i], limit * (1 + 4 * kFloatRounding));
           }
           ASSERT_GE(maps.roughness.data[i], 0.02f);
           ASSERT_LE(maps.roughness.data[i], 1);
@@ -217,7 +218,7 @@ TEST(Room, DepthIsAxial) {
   for (std::size_t i = 0; i < maps.depth.pixels(); ++i) {
     if (maps.normal.data[2 * maps.depth.pixels() + i] < 0.5f) continue;
     ++wall;
-    EXPECT_NEAR(maps.depth.data[i], 2, 2e-6);
+    EXPECT_NEAR(maps.depth.data[i], 2, 16 * 2 * kFloatRounding);
   }
   EXPECT_GT(wall, 600);
 }
@@ -258,7 +259,7 @@ TEST(Views, AreRolledAndCloseAsAskedFor) {
   const auto level = views({}), rolled = views({.roll = 5}), mixed = views({.close_ups = 0.25});
   int turned = 0, nearer = 0, same = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    EXPECT_NEAR(roll_of(level[i]), 0, 1e-4);
+    EXPECT_EQ(roll_of(level[i]), 0);
     EXPECT_LE(std::abs(roll_of(rolled[i])), 5);
     turned += std::abs(roll_of(rolled[i])) > 1;
     rolled[i].check("rolled");  // a rigid motion still
@@ -292,7 +293,7 @@ TEST(Balls, RestInTheOpenAndAreSeen) {
     EXPECT_GT(changed, 10);
     EXPECT_LT(changed, 80 * 60 / 4);
     if (after.depth.data[i] < before.depth.data[i]) {
-      EXPECT_NEAR(after.roughness.data[i], 0.02f, 1e-6f);
+      EXPECT_FLOAT_EQ(after.roughness.data[i], 0.02f);
       EXPECT_EQ(after.metallic.data[i], 1);
       // The ray to the centre meets the ball a radius before it, to the facets' 2e-3 and half a pixel.
       const double nearest = -place->center.z * (1 - place->radius / glm::length(place->center));
