@@ -51,6 +51,7 @@ TEST_F(Datasets, ViewRoundTrip) {
     EXPECT_NEAR(same.depth.data[i], view.depth.data[i], 2 * view.depth.data[i] * std::numeric_limits<float>::epsilon());
     EXPECT_NEAR(same.normal.plane(0)[i], view.normal.plane(0)[i], 4 * std::numeric_limits<float>::epsilon());
   }
+  put("room/.004_im.exr", "a copy that another program began");
   EXPECT_EQ(list_views(folder / "room"), std::vector<std::string>{"003"});
   EXPECT_EQ(read_view(folder / "room/003").depth.data, same.depth.data) << "by path ROOM/NNN";
 }

@@ -84,6 +84,17 @@ TEST(SoftLamps, SameBitsRunToRunAndLinearInThePhotographsUnit) {
     }
 }
 
+TEST(SoftLamps, WhatEmitsIsNotExplained) {
+  Scene dim = lit_corner();
+  for (std::size_t i = 0; i < dim.photo.pixels() / 4; ++i) dim.material.plane(2)[i] = 1;
+  Scene bright = dim;
+  for (int c = 0; c < 3; ++c) std::fill_n(bright.photo.plane(c), dim.photo.pixels() / 4, 1000.f);
+  const LampFit a = fit_lamps(device(), dim, under_constant(16)), b = fit_lamps(device(), bright, under_constant(16));
+  ASSERT_FALSE(a.lamps.empty());
+  ASSERT_EQ(a.lamps.size(), b.lamps.size());
+  for (std::size_t k = 0; k < a.lamps.size(); ++k) EXPECT_EQ(a.lamps[k].radiance, b.lamps[k].radiance);
+}
+
 TEST(SoftLamps, AreFittedWithTheSamplerAndTheSurfacesThatRender) {
   const Scene scene = lit_corner();
   const LampFit usual = fit_lamps(device(), scene, under_constant(64));

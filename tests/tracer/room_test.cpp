@@ -129,11 +129,13 @@ TEST(Room, NothingSticksOutOfTheWalls) {
 }
 
 TEST(Room, CamerasStandInFreeSpace) {
+  int compared = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
     TraceScene scene(test_device(), room.scene);
     for (const Camera& camera : choose_views(scene, room, 2, 32, 24, Random(seed))) {
       const Vec3 eye = camera.position();
+      compared += static_cast<int>(room.occupied.size());
       for (const Occupied& o : room.occupied)
         EXPECT_FALSE(eye.x > static_cast<double>(o.x0) && eye.x < static_cast<double>(o.x1) &&
                      eye.z > static_cast<double>(o.z0) && eye.z < static_cast<double>(o.z1) &&
@@ -141,6 +143,7 @@ TEST(Room, CamerasStandInFreeSpace) {
             << seed << ": in a " << o.name;
     }
   }
+  EXPECT_GT(compared, 12 * 2) << "of two views in each room";
 }
 
 TEST(Room, OutsideDiffersFromRoomToRoom) {

@@ -118,6 +118,7 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
 TEST(Shapes, SpheresHaveTheNormalsOfSpheres) {
   World scene;
   Shapes(scene, glm::mat4(1), Random(3)).sphere({1, 2, 3}, 0.5f, 0, 24);
+  ASSERT_FALSE(scene.triangles.empty());
   for (const Triangle& t : scene.triangles) {
     for (const Vertex& v : t.v)
       EXPECT_LT(glm::length(v.normal - (v.position - glm::vec3(1, 2, 3)) / 0.5f), 16 * 3 * kFloatRounding);
