@@ -71,10 +71,11 @@ TEST(Texture, AJointIsSeenByItsShareOfThePixel) {
   for (const auto& [size, gap] : {std::pair{0.6f, 0.01f}, {0.2f, 0.02f}, {0.05f, 0.03f}, {0.01f, 0.2f}}) {
     const Compared c = compare(tiles(size, gap));
     EXPECT_LT(c.farthest, 0.03 * 0.8) << size;
-    EXPECT_NEAR(c.mean, c.fine_mean, 0.002) << size;
+    // What one box takes too much its neighbour's lacks, but for one pixel in nine, which has the border for one.
+    EXPECT_NEAR(c.mean, c.fine_mean, 0.03 * 0.8 / 9) << size;
     // Half of `gap` lies on either side of an edge across u; across v the same metres are twice that share.
     const double open = (1 - 2 * static_cast<double>(gap)) * (1 - 4 * static_cast<double>(gap));
-    EXPECT_NEAR(c.fine_mean, 0.9 - 0.8 * open, 0.02) << size;
+    EXPECT_NEAR(c.fine_mean, 0.9 - 0.8 * open, 0.02) << size;  // the border cuts tiles
   }
 }
 
