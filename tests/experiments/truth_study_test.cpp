@@ -9,6 +9,7 @@
 #include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/agreement.hpp"
 #include "experiments/truth/traced_room.hpp"
+#include "experiments/truth/truth_light.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/views.hpp"
 
@@ -52,6 +53,11 @@ TEST_F(TruthStudy, TheLayerUnderTrueLightIsTheTracersPicture) {
   // Rays that hit the lamp by chance are few at 4096 samples a pixel: skewed values leave their limits more often.
   EXPECT_GT(c.whole.share(), 0.97);
   EXPECT_GT(c.whole_by_stated, 0.95);
+}
+
+TEST(TruthLight, PathsOfTheLayersRaysHaveOneScatteringLessThanAPicture) {
+  EXPECT_EQ(reflected_light(1, {}).max_depth, kMaxDepth - 1);
+  EXPECT_EQ(emitted_light().max_depth, 0);
 }
 
 TEST_F(TruthStudy, AnAlbedoThatIsTenPercentOffIsSeen) {

@@ -95,6 +95,27 @@ TEST(Compile, AnInPlaceOpNeverTakesAValueThatIsReadLater) {
   }
 }
 
+// Two views of one value that overlap: a sum in the place of the first would change the second before it is read.
+TEST(Compile, AnInPlaceOpNeverWritesOverAnotherViewThatItReads) {
+  Graph g;
+  const Value x = g.input("x", {1, 3, 16, 16}), v = scale(x, 2);
+  const Value sum = accumulate(slice(v, 1, 2), slice(v, 0, 2));
+  const Tensor input = random_tensor(x.shape(), 2);
+  const auto values = evaluate(g, {sum}, device(), {{"x", input}}, {.precision = Precision::Double});
+  for (std::size_t i = 0; i < 2 * 256; ++i)
+    EXPECT_EQ(values[0].real[i], 2 * input.real[i + 256] + 2 * input.real[i]) << i;
+}
+
+// What was written into a concatenation lies apart, picture from picture: no view makes one of them.
+TEST(Compile, PicturesThatLieApartAreNotSeenAsOne) {
+  Graph g;
+  const Value x = g.input("x", {2, 3, 4, 4}), a = scale(x, 2), both = concat(std::vector{a, scale(x, 3)});
+  const Value one = reshape(a, {1, 6, 4, 4});
+  const Tensor input = random_tensor(x.shape(), 2);
+  const auto values = evaluate(g, {both, one}, device(), {{"x", input}}, {.precision = Precision::Double});
+  for (std::size_t i = 0; i < input.real.size(); ++i) EXPECT_EQ(values[1].real[i], 2 * input.real[i]) << i;
+}
+
 TEST(Compile, ReuseNeedsLessMemoryThanKeepingEverything) {
   Graph g;
   Value x = g.input("x", {1, 8, 16, 16});

@@ -94,7 +94,7 @@ TEST(Texture, GrainBelowThePixelBlursToItsMean) {
   leather.scale = glm::vec3(3.f);
   EXPECT_GT(compare(leather).spread, 0.05);
   // The mean that blurred leather takes is that of leather near by.
-  EXPECT_NEAR(compare(leather).fine_mean, c.mean, 0.05);  // of the few dozen grains that the picture shows
+  EXPECT_NEAR(compare(leather).fine_mean, c.mean, 0.05);  // of the grains that the picture happens to show
 }
 
 /// A material of which every number shows, capped as in rooms.
