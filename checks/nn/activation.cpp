@@ -49,7 +49,7 @@ OP_CASES(activation) {
              .roundings = 12,  // OpenCL's exp, log 3, tanh 5 ulp and what follows
              .differentiate = {"x"},
              .gradient_roundings = 24};
-    c.step = 1e-4, c.gradient_tolerance = 1e-7;
+    c.step = 1e-4;
     cases.push_back(c);
   }
   OpCase blocks = cases.front();  // rows of several blocks, and no whole number of lanes

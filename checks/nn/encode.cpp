@@ -32,7 +32,7 @@ OpCase encode_case(const std::string& label, const Tensor& x, const Tensor& b, d
   // A sum of C products of that size is rounded, and 2 pi turns it into an angle; then sine and cosine themselves.
   c.roundings = 2 * M_PI * turns * (x.shape.c + 1) + 4, c.magnitude = 1;
   c.differentiate = {"x"};
-  c.step = 1e-5 / turns, c.gradient_tolerance = 1e-7;
+  c.step = 1e-5 / turns;
   return c;
 }
 

@@ -51,7 +51,7 @@ OpCase product_case(const Product& p, const std::string& name, ConvKernels kerne
   c.roundings = 0;
   c.differentiate = {"a", "b"};
   if (p.bias) c.differentiate.push_back("bias");
-  c.step = 0.5, c.gradient_tolerance = 1e-10, c.differences = 25;  // bilinear: see conv_test.cpp
+  c.step = 0.5, c.gradient_tolerance = 1e-10, c.differences = 25;  // bilinear: see conv.cpp
   c.gradient_roundings = 256;
   return c;
 }

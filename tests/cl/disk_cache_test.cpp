@@ -38,6 +38,7 @@ TEST(DiskCache, AnyDamageMakesAnEntryAbsent) {
   cache.store("program", "key", content);
   const std::filesystem::path file = cache.path("program", "key");
   const std::string whole = read_text(file);
+  ASSERT_GT(whole.size(), 7u);
   for (std::size_t at = 0; at < whole.size(); at += 7) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 1);

@@ -21,6 +21,7 @@ std::filesystem::path entry(const ScopedFolder& cache) {
 }
 
 TEST(Tile, FitsTheRegistersItIsMadeFor) {
+  ASSERT_GE(tiles().size(), 2u);
   for (const Tile& tile : tiles()) {
     const int positions = 3 * tile.width, registers = tile.rows * 3 + 3 + 1;
     EXPECT_EQ(tile.name, fmt::format("{}x{}", tile.rows, positions));
@@ -100,7 +101,9 @@ TEST(Tile, OneThatComputesWronglyIsNotChosen) {
   kernels.write("tensor/tile.cl", text);
   ScopedVariable cache_home("XDG_CACHE_HOME", cache.string()), folder("CLERESTORY_KERNELS", kernels.string());
   Device device = Device::open();
-  for (const TileSpeed& speed : measure_tiles(device)) {
+  const std::vector<TileSpeed> speeds = measure_tiles(device);
+  EXPECT_EQ(speeds.size(), tiles().size());
+  for (const TileSpeed& speed : speeds) {
     EXPECT_EQ(speed.fault.empty(), speed.tile.rows == 4) << speed.tile.name << ": " << speed.fault;
     if (speed.tile.rows == 8) {
       EXPECT_THAT(speed.fault, HasSubstr("a product of whole numbers gives"));

@@ -20,6 +20,7 @@
 #include "host/report/progress.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 #include "tests/experiments/untrained_light.hpp"
+#include "tests/roundings.hpp"
 #include "tracer/generate.hpp"
 
 namespace clerestory {
@@ -41,13 +42,13 @@ TEST(LightErrors, ByHand) {
   EXPECT_NEAR(e.relmse, (first + 3 * second) / 12, kRounding);
   EXPECT_NEAR(e.log_rmse, std::sqrt(l * l / 12), kRounding);
   EXPECT_NEAR(e.smape, (1 / 3.01 + 3 * (0.5 / 0.51)) / 12, kRounding);
-  EXPECT_NEAR(e.psnr, -10 * std::log10(3 * 0.25 / 12), 1e-9)
+  EXPECT_NEAR(e.psnr, -10 * std::log10(3 * 0.25 / 12), 10 * kRounding)
       << "values above 1 are white, below 0 they are not clipped";
-  EXPECT_NEAR(e.shown_psnr, 120, 1e-9) << "a screen shows neither what is above white nor what is below black";
+  EXPECT_DOUBLE_EQ(e.shown_psnr, 120) << "a screen shows neither what is above white nor what is below black";
   EXPECT_EQ(e.median_log, 0);
   const RadianceError dark = rays.error({0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f}, {0});
   EXPECT_NEAR(dark.median_log, std::log(0.26 / 1.01), kRounding) << "below 0: too dark";
-  EXPECT_NEAR(dark.shown_psnr, -20 * std::log10(1 - std::pow(0.25, 1 / 2.2)), 1e-9);
+  EXPECT_NEAR(dark.shown_psnr, -20 * std::log10(1 - std::pow(0.25, 1 / 2.2)), 10 * kRounding);
   EXPECT_NEAR(alike.error(answer, {0, 1}).relmse, (first + second) / 6, kRounding);
   EXPECT_NEAR(rays.error(answer, {1}).relmse, second / 3, kRounding);
   EXPECT_NEAR(rays.noise({0.4f, 0.2f, 0, 0, 0, 0}, {0, 1}), (0.4f / 1.01 + 3 * (0.2f / 0.01)) / 12, kRounding);
@@ -86,7 +87,7 @@ TEST(LightErrors, NoConstantIsBetterThanTheBest) {
     EXPECT_GE(best.*level, least.*level);
     EXPECT_LT(best.*level, least.*level + 0.1);
   }
-  EXPECT_NEAR(best.median_log, 0, 1e-12);
+  EXPECT_NEAR(best.median_log, 0, kRounding);
 }
 
 TEST(LightErrors, AnglesAndRanges) {
@@ -101,10 +102,10 @@ TEST(LightErrors, AnglesAndRanges) {
   for (int c = 0; c < 3; ++c)
     for (int i = 0; i < 100; ++i) grey.push_back(static_cast<float>(99 - i));
   const std::vector<double> alike(100, 1.0);
-  EXPECT_NEAR(log_intensity_range(grey, alike), std::log(98.01 / 0.01), 1e-6);
+  EXPECT_NEAR(log_intensity_range(grey, alike), std::log(98.01 / 0.01), kRounding);
   std::vector<double> last = alike;
   last[99] = 1e-6;  // value 0 hardly counts: 1 % is reached at value 1, 99 % at value 99
-  EXPECT_NEAR(log_intensity_range(grey, last), std::log(99.01 / 1.01), 1e-6);
+  EXPECT_NEAR(log_intensity_range(grey, last), std::log(99.01 / 1.01), kRounding);
 }
 
 TEST(LightErrors, ShareOfTheWay) {
@@ -353,7 +354,7 @@ TEST_F(LightStudies, KnownLightIsTheTracersAndTheSameAgain) {
   ASSERT_EQ(known.draws.size(), 2u);
   EXPECT_EQ(known.draws[1].light, again.draws[1].light);
   EXPECT_NE(known.draws[0].light, known.draws[1].light);
-  EXPECT_NEAR(luminance_quantile(known.view.image.data, 0.95), 0.9, 1e-5);
+  EXPECT_NEAR(luminance_quantile(known.view.image.data, 0.95), 0.9, 0.9 * 8 * kFloatRounding);
   ASSERT_EQ(known.noise.size(), known.view.probes.size());
   EXPECT_GT(sum(known.noise.at(0).data), 0);
 

@@ -28,6 +28,7 @@
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
 #include "tests/experiments/untrained_light.hpp"
+#include "tests/roundings.hpp"
 
 namespace clerestory {
 namespace {
@@ -135,8 +136,9 @@ TEST_F(Light, OfAPixelIsThatJustAboveItsSurface) {
   const AskedPlace place = asked_place(scene, o);
   EXPECT_EQ(place.skip, 30 * 64 + 20);
   const auto [point, normal] = surface_at(scene, *o.at);
-  EXPECT_NEAR(glm::distance(place.point, point), kAboveSurface, 1e-12);
-  EXPECT_NEAR(glm::dot(place.point - point, normal), kAboveSurface * glm::length(normal), 1e-12);
+  const double rounding = 4 * kDoubleRounding * glm::length(point);
+  EXPECT_NEAR(glm::distance(place.point, point), kAboveSurface, rounding);
+  EXPECT_NEAR(glm::dot(place.point - point, normal), kAboveSurface * glm::length(normal), rounding);
   light(o);
   EXPECT_EQ(read_map(o.out, 3).width, 256);
 }

@@ -57,6 +57,14 @@ TEST_F(MomentsTest, OnlyThoseAskedForGoIntoAFileAndNoneIsSaid) {
   EXPECT_TRUE(file.tensors.contains("moments.rows.bias"));
 }
 
+TEST_F(MomentsTest, ACheckpointCountsTheStepsOfLegsBeforeIt) {
+  TensorFile file;
+  file.metadata = {{"kind", "checkpoint"}, {"step", "5"}};
+  EXPECT_EQ(stored_moments(file, "test").steps, 5);
+  file.metadata[kEarlierSteps] = "7";
+  EXPECT_EQ(stored_moments(file, "test").steps, 12);
+}
+
 TEST_F(MomentsTest, FactorsThatDoNotFitAreRefusedByName) {
   Moments moments = factored_moments(states, 5);
   moments.tensors["moments.columns.conv"] = StoredTensor({2}, std::vector<float>{1, 2});

@@ -68,6 +68,7 @@ TEST(RoomList, RoomsStayWhatTheyWere) {
     }
     EXPECT_EQ(triangles, c.triangles) << c.name;
     EXPECT_EQ(materials, c.materials) << c.name;
+    // 1e-6: another C library may round sines otherwise.
     EXPECT_NEAR(corners, c.corners, 1e-6 * std::abs(c.corners)) << c.name;
     EXPECT_NEAR(eye, c.eye, 1e-6 * c.eye) << c.name;
   }

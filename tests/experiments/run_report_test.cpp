@@ -128,5 +128,28 @@ TEST_F(RunReport, AnEditHasThePhotographBeforeItWhereThatStillIs) {
   EXPECT_THAT(page(record), AllOf(HasSubstr("nothing to compare with"), Not(HasSubstr("\"Photograph or Edited\""))));
 }
 
+// "runs/room/", as completion by a shell leaves it, is the run "runs/room".
+TEST_F(RunReport, ARunGivenWithASlashIsTheSameRun) {
+  Provenance edit = made(kEditFact, "roughness 0.7");
+  edit.inputs[0].path = "/moved/away/photo.exr";  // so that the run around the edit is looked at
+  const fs::path inside = run_ / "edit";
+  fs::create_directory(inside);
+  write_run(inside, scene_, std::nullopt);
+  write_provenance(inside / kProvenanceName, edit);
+  const auto page_of = [](const fs::path& folder) {
+    write_run_report(folder);
+    return read_file(folder / "report.html", std::uint64_t{64} << 20);
+  };
+  const std::string of_edit = page_of(inside);
+  EXPECT_THAT(of_edit, HasSubstr("\"Photograph or Edited\""));
+  EXPECT_EQ(page_of(inside / ""), of_edit);
+  const std::string of_run = page(begin_provenance({"clerestory", "invert"}));
+  EXPECT_THAT(of_run, HasSubstr("edit/report.html"));
+  EXPECT_EQ(page_of(run_ / ""), of_run);
+  fs::remove(run_ / "report.html");
+  refresh_run_report(run_ / "", inside / "");
+  EXPECT_TRUE(fs::exists(run_ / "report.html")) << "a result inside of the run is none of it";
+}
+
 }  // namespace
 }  // namespace clerestory

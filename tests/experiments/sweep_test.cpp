@@ -61,7 +61,7 @@ TEST(SweepTables, SeedsArePutTogetherAndNothingElseIs) {
   EXPECT_EQ(words(t, 0), "1|2 of 2|ours");
   EXPECT_EQ(words(t, 3), "2|2 of 2|grid");
   EXPECT_EQ(number(t, 0, 3).mean, 2);
-  EXPECT_NEAR(number(t, 0, 3).deviation, std::sqrt(2.0), 1e-15);
+  EXPECT_DOUBLE_EQ(number(t, 0, 3).deviation, std::sqrt(2.0));
   EXPECT_EQ(number(t, 0, 3).count, 2);
   EXPECT_EQ(number(t, 1, 3).deviation, 0);
   EXPECT_EQ(number(t, 3, 3).mean, 1) << "a mean that is not finite does not count";

@@ -10,6 +10,7 @@
 #include "host/error.hpp"
 #include "host/math/statistics.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/roundings.hpp"
 
 namespace clerestory {
 namespace {
@@ -67,16 +68,17 @@ TEST_F(TrainingData, PreparedViewHasTheConventions) {
   const RoomView raw = read_view(names[0].room, names[0].id);
   const PreparedView view = prepare_view(raw, 48, 36);
   EXPECT_NEAR(luminance_quantile(view.image.data, 0.95), 0.9, 0.9 * 4 * 6e-8);
-  EXPECT_NEAR(view.scene_scale, scene_scale(raw.depth.data), 1e-6 * view.scene_scale);
-  EXPECT_NEAR(view.truth.depth.at(0, 30, 7) * view.scene_scale, raw.depth.at(0, 30, 7), 1e-6 * view.scene_scale);
+  EXPECT_NEAR(view.scene_scale, scene_scale(raw.depth.data), 2 * kFloatRounding * view.scene_scale);
+  EXPECT_NEAR(view.truth.depth.at(0, 30, 7) * view.scene_scale, raw.depth.at(0, 30, 7),
+              4 * kFloatRounding * view.scene_scale);
   // the emitting corner has geometry but no albedo
   EXPECT_EQ(view.masks.geometry.at(0, 0, 47), 1);
   EXPECT_EQ(view.masks.albedo.at(0, 0, 47), 0);
   EXPECT_EQ(view.masks.albedo.at(0, 0, 40), 1);
-  // smaller: the same picture within what averaging allows
+  // smaller: the same picture, averaged in double and rounded once more, as its exposure is
   const PreparedView small = prepare_view(raw, 16, 12);
   EXPECT_EQ(small.truth.normal.channels, 3);
-  EXPECT_NEAR(mean(small.image.data), mean(view.image.data), 1e-5);
+  EXPECT_NEAR(mean(small.image.data), mean(view.image.data), 8 * kFloatRounding);
 }
 
 TEST_F(TrainingData, MasksFollowWhatIsMissing) {
@@ -108,7 +110,7 @@ TEST_F(TrainingData, StoreGivesTheSameBitsCachedOrNot) {
   // half keeps eleven bits
   const PreparedView exact = prepare_view(read_view(names[4].room, names[4].id), 32, 24), kept = fresh.get(4);
   for (std::size_t i = 0; i < exact.image.data.size(); ++i)
-    EXPECT_NEAR(kept.image.data[i], exact.image.data[i], exact.image.data[i] / 2048 + 1e-7);
+    EXPECT_NEAR(kept.image.data[i], exact.image.data[i], exact.image.data[i] / 2048 + 0x1p-25);
   // What is kept needs its file no more.
   const std::filesystem::path gone = names[4].room.string() + "-gone";
   std::filesystem::rename(names[4].room, gone);
@@ -212,10 +214,10 @@ TEST_F(TrainingData, MeanMapsAverageWhatIsKnownAndSurviveTheFile) {
     roughness += v.truth.material.at(0, 12, 9) / 6;
     log_depth += std::log(v.truth.depth.at(0, 12, 9)) / 6;
   }
-  EXPECT_NEAR(maps.material.at(0, 12, 9), roughness, 1e-6);
-  EXPECT_NEAR(maps.depth.at(0, 12, 9), std::exp(log_depth), 1e-6);
+  EXPECT_NEAR(maps.material.at(0, 12, 9), roughness, 4 * kFloatRounding);
+  EXPECT_NEAR(maps.depth.at(0, 12, 9), std::exp(log_depth), 4 * kFloatRounding);
   const Vec3 n(maps.normal.at(0, 9, 9), maps.normal.at(1, 9, 9), maps.normal.at(2, 9, 9));
-  EXPECT_NEAR(glm::length(n), 1, 1e-6);
+  EXPECT_NEAR(glm::length(n), 1, 4 * kFloatRounding);
 
   TensorFile file;
   means.store(file);

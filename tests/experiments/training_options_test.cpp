@@ -133,7 +133,7 @@ TEST(LearningRateTest, FallsAsItsScheduleSays) {
   rate.kind = LearningRate::Kind::Cosine;
   EXPECT_DOUBLE_EQ(rate.at(9, 0), 1);
   EXPECT_DOUBLE_EQ(rate.at(9, 0.5), 0.02 + 0.98 / 2);
-  EXPECT_NEAR(rate.at(9, 1), 0.02, 1e-15);
+  EXPECT_DOUBLE_EQ(rate.at(9, 1), 0.02);
   rate.kind = LearningRate::Kind::Constant, rate.warmup = 4;
   EXPECT_DOUBLE_EQ(rate.at(0, 0), 0.25);
   EXPECT_DOUBLE_EQ(rate.at(3, 0), 1);
@@ -189,7 +189,7 @@ TEST(HistoryTest, ListsAndFramesTravelAndStandInTheCard) {
   ASSERT_EQ(plot.series.size(), 3u);  // the list, photographs, and the validation beside them
   EXPECT_EQ(plot.series[0].label, "held_out");
   EXPECT_EQ(plot.series[0].y, (std::vector<double>{0.81}));
-  EXPECT_NEAR(plot.series[1].y.at(0), std::sqrt(0.75 * 2), 1e-12);
+  EXPECT_DOUBLE_EQ(plot.series[1].y.at(0), std::sqrt(0.75 * 2));
   EXPECT_TRUE(lists_plot(history()).series.empty());
   EXPECT_EQ(model_card(history(), {}, {}).find("Fixed lists"), std::string::npos);
 }

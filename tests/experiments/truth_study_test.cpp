@@ -9,6 +9,7 @@
 #include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/agreement.hpp"
 #include "experiments/truth/traced_room.hpp"
+#include "experiments/truth/truth_light.hpp"
 #include "host/math/statistics.hpp"
 #include "tracer/views.hpp"
 
@@ -54,6 +55,11 @@ TEST_F(TruthStudy, TheLayerUnderTrueLightIsTheTracersPicture) {
   EXPECT_GT(c.whole_by_stated, 0.95);
 }
 
+TEST(TruthLight, PathsOfTheLayersRaysHaveOneScatteringLessThanAPicture) {
+  EXPECT_EQ(reflected_light(1, {}).max_depth, kMaxDepth - 1);
+  EXPECT_EQ(emitted_light().max_depth, 0);
+}
+
 TEST_F(TruthStudy, AnAlbedoThatIsTenPercentOffIsSeen) {
   Scene darker = scene_;
   for (float& a : darker.albedo.data) a *= 0.9f;
@@ -91,7 +97,7 @@ TEST(Compare, SharesAndDifferencesOfNormalValues) {
   EXPECT_LT(p_value(off), kSurprise);
   const Agreement both = together({a, off});
   EXPECT_EQ(both.values, a.values + off.values);
-  EXPECT_NEAR(both.difference, 0.5 * (a.difference + off.difference), 1e-15);
+  EXPECT_DOUBLE_EQ(both.difference, 0.5 * (a.difference + off.difference));
   EXPECT_THROW(agreement({ours[0]}, {same[0]}, used, 0.99), Error);
 }
 
@@ -99,8 +105,8 @@ TEST(Compare, StatedErrors) {
   const std::vector<bool> used{true, true, true, false};
   // Differences of 0, 1, 3 and one that is not asked; the errors are 1 together, the limit of 95 % is 1.96.
   const std::vector<double> zero(12, 0), off{0, 1, 3, 9, 0, 1, 3, 9, 0, 1, 3, 9}, half(12, 0.5);
-  EXPECT_NEAR(share_by_stated(off, half, zero, half, used, 0.95), 2.0 / 3, 1e-12);
-  EXPECT_NEAR(share_by_stated(off, zero, zero, zero, used, 0.95), 1.0 / 3, 1e-12) << "no error, no excuse";
+  EXPECT_DOUBLE_EQ(share_by_stated(off, half, zero, half, used, 0.95), 2.0 / 3);
+  EXPECT_DOUBLE_EQ(share_by_stated(off, zero, zero, zero, used, 0.95), 1.0 / 3) << "no error, no excuse";
 }
 
 TEST(Compare, PictureErrors) {
@@ -108,8 +114,8 @@ TEST(Compare, PictureErrors) {
   truth.data[1] = 100, picture.data[1] = -7;  // pixel 1 is not compared
   const std::vector<bool> used{true, false};
   const RadianceError e = picture_error(picture, truth, used);
-  EXPECT_NEAR(e.relmse, 0.0625 / 0.26, 1e-12);
-  EXPECT_NEAR(e.psnr, -10 * std::log10(0.0625), 1e-9);
+  EXPECT_DOUBLE_EQ(e.relmse, 0.0625 / 0.26);
+  EXPECT_DOUBLE_EQ(e.psnr, -10 * std::log10(0.0625));
   // The best multiple is found to half a step of 1.75 %.
   EXPECT_LT(best_scaled_error(picture, truth, used).relmse, std::pow(0.5 * 0.00875, 2) / 0.26 * 1.01);
   EXPECT_GT(best_scaled_error(picture, truth, used).psnr, 40);

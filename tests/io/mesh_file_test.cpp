@@ -9,6 +9,7 @@
 #include <set>
 
 #include "tests/io/testing.hpp"
+#include "tests/roundings.hpp"
 
 namespace clerestory {
 namespace {
@@ -51,7 +52,10 @@ class Meshes : public Scratch {
   static constexpr const char* square = R"({"attributes":{"POSITION":0,"TEXCOORD_0":2},"indices":1})";
 };
 
-void expect_near(const std::array<float, 3>& a, const std::array<float, 3>& b, float tolerance = 1e-6f) {
+// Turned, scaled and moved: sixteen roundings of coordinates near 1.
+constexpr float kOfPlace = 16 * static_cast<float>(kFloatRounding);
+
+void expect_near(const std::array<float, 3>& a, const std::array<float, 3>& b, float tolerance = kOfPlace) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance);
 }
 
@@ -74,7 +78,8 @@ TEST_F(Meshes, ShippedDracoMeshes) {
     expect_near(bounds(mesh).low, known.low, 2.0f / 4096);
     expect_near(bounds(mesh).high, known.high, 2.0f / 4096);
     double agree = 0;
-    for (const auto& n : mesh.normals) ASSERT_NEAR(std::hypot(n[0], n[1], n[2]), 1, 1e-5);
+    for (const auto& n : mesh.normals)
+      ASSERT_NEAR(std::hypot(n[0], n[1], n[2]), 1, 4 * kFloatRounding);  // of each part, and of the length
     for (const auto& t : mesh.indices) {
       double e[2][3], normal = 0;
       for (std::size_t i = 0; i < 3; ++i)
@@ -96,15 +101,15 @@ TEST_F(Meshes, TransformsOfNodes) {
                       R"({"mesh":0,"rotation":[0,0,0.70710678118654757,0.70710678118654757],"scale":[2,2,2]})",
                       square, R"(,"scenes":[{"nodes":[0]}],"scene":0)"));
   ASSERT_EQ(mesh.positions.size(), 4u);
-  expect_near(mesh.positions[1], {10, 2, 0}, 1e-5f);
-  expect_near(mesh.positions[2], {8, 0, 0}, 1e-5f);
+  expect_near(mesh.positions[1], {10, 2, 0}, 10 * kOfPlace);
+  expect_near(mesh.positions[2], {8, 0, 0}, 10 * kOfPlace);
   expect_near(mesh.normals[3], {0, 0, 1});
   EXPECT_EQ(mesh.indices, (std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {2, 1, 3}}));
   EXPECT_EQ(mesh.uvs[3], (std::array<float, 2>{1, 1}));
 
   // The same by a column-major matrix, without any scene.
   const Mesh same = read_mesh(scene(R"({"mesh":0,"matrix":[0,2,0,0,-2,0,0,0,0,0,2,0,10,0,0,1]})", square));
-  for (std::size_t i = 0; i < 4; ++i) expect_near(same.positions[i], mesh.positions[i], 1e-5f);
+  for (std::size_t i = 0; i < 4; ++i) expect_near(same.positions[i], mesh.positions[i], 10 * kOfPlace);
 }
 
 TEST_F(Meshes, NormalsUnderUnevenScaleAndMirror) {

@@ -137,7 +137,7 @@ TEST(Camera, CoarseGridSeesTheSamePoints) {
   EXPECT_EQ(coarse.height, 6);
   for (const int i : {0, 3, 7}) {
     const Vec3 a = coarse.ray(i + 0.5, i % 6 + 0.5), b = camera.ray(5 * i + 3.5, 5 * (i % 6) + 1.5);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-14);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 8 * eps);
   }
 }
 

@@ -167,6 +167,7 @@ TEST(OutOfView, PaperHasTheReleasedCounts) {
   EXPECT_EQ(numbers, 11140);
   const long weights = parameters_under(graph, "global.hyper.weights"),
              biases = parameters_under(graph, "global.hyper.biases");
+  // As they are stated, in tenths of a million.
   EXPECT_NEAR(static_cast<double>(weights), 130.3e6, 0.05e6);
   EXPECT_NEAR(static_cast<double>(biases), 86.3e6, 0.05e6);
 }

@@ -8,6 +8,7 @@
 #include "host/io/image.hpp"
 #include "host/report/sha256.hpp"
 #include "tests/report/temporary_folder.hpp"
+#include "tests/roundings.hpp"
 
 namespace clerestory {
 namespace {
@@ -45,8 +46,7 @@ TEST(Sha256, KnownValues) {
 
 TEST(Previews, RadianceNormalDepthAmount) {
   const Image tone = show_radiance(filled(1, 1, {0.25f, -1, 9}), 2);
-  // pow in float: a few units in the last place.
-  EXPECT_NEAR(tone.at(0, 0, 0), std::pow(0.5, 1 / 2.2), 1e-6);
+  EXPECT_FLOAT_EQ(tone.at(0, 0, 0), std::pow(0.5f, 1 / 2.2f));
   EXPECT_EQ(tone.at(1, 0, 0), 0);
   EXPECT_EQ(tone.at(2, 0, 0), 1);
   const Image normal = show_normal(filled(1, 1, {-1, 0, 1}));
@@ -62,8 +62,8 @@ TEST(Previews, RadianceNormalDepthAmount) {
   EXPECT_GT(luminance(shown, 1), luminance(shown, 2));
   EXPECT_GT(luminance(shown, 2), luminance(shown, 3)) << "near is bright, far is dark";
   const auto range = depth_range(depth);
-  EXPECT_NEAR(range.first, 1.04, 1e-6);   // 1 + 0.02 * 2 * (2 - 1)
-  EXPECT_NEAR(range.second, 3.92, 1e-6);  // 2 + 0.96 * (4 - 2)
+  EXPECT_DOUBLE_EQ(range.first, 1.04);   // 1 + 0.02 * 2 * (2 - 1)
+  EXPECT_DOUBLE_EQ(range.second, 3.92);  // 2 + 0.96 * (4 - 2)
   Image none(2, 1, 1);
   EXPECT_EQ(show_depth(none).at(0, 0, 0), 0.5f);
 
@@ -81,8 +81,8 @@ TEST(Previews, RadianceNormalDepthAmount) {
 TEST(Previews, APictureForAScreenIsShownAsItIs) {
   EXPECT_EQ(shown_exposure(filled(4, 4, {0.15f, 0.15f, 0.15f})), 1) << "a dim one too";
   EXPECT_EQ(shown_exposure(filled(4, 4, {1.5f, 1.5f, 1.5f})), 1);
-  EXPECT_NEAR(shown_exposure(filled(4, 4, {90, 90, 90})), 0.01, 1e-6);
-  EXPECT_NEAR(shown_exposure(filled(4, 4, {0.009f, 0.009f, 0.009f})), 100, 1e-3);
+  EXPECT_DOUBLE_EQ(shown_exposure(filled(4, 4, {90, 90, 90})), 0.01);
+  EXPECT_NEAR(shown_exposure(filled(4, 4, {0.009f, 0.009f, 0.009f})), 100, 100 * 2 * kFloatRounding);
 }
 
 TEST(Previews, BarsHaveTheColoursAndValuesOfTheirPictures) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <regex>
 
 #include "host/error.hpp"
 #include "host/report/child_process.hpp"
@@ -30,6 +31,20 @@ TEST_F(PlotTest, DrawsWhatItIsGiven) {
                            ">grid<", "viewBox=\"0 0 640 360\"", "rgb(  0, 114, 178)", "rgb(213,  94,   0)"})
     EXPECT_NE(svg.find(part), std::string::npos) << part;
   EXPECT_NE(svg.find("`date` $(date)"), std::string::npos) << "labels are text, never commands";
+}
+
+// Where a value is missing the pen is lifted: no line says what nobody measured.
+TEST_F(PlotTest, CurvesBreakWhereAPointCannotBeDrawn) {
+  const auto strokes = [](std::vector<double> x, std::vector<double> y) {
+    Plot plot;
+    plot.series = {{"", std::move(x), std::move(y), {}, Stroke::Line}};
+    const std::string svg = plot_svg(plot);
+    const std::regex moved("M[0-9]");
+    return std::distance(std::sregex_iterator(svg.begin(), svg.end(), moved), std::sregex_iterator());
+  };
+  const auto whole = strokes({1, 2, 4, 5}, {1, 2, 2, 1});
+  EXPECT_GT(whole, 0);
+  EXPECT_EQ(strokes({1, 2, 3, 4, 5}, {1, 2, std::nan(""), 2, 1}), whole + 1);
 }
 
 TEST_F(PlotTest, IsTheSameEveryTime) { EXPECT_EQ(plot_svg(example()), plot_svg(example())); }

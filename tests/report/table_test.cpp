@@ -21,7 +21,7 @@ TEST(TableTest, MeanAndDeviationOfSamples) {
   const Measure m = measure_of({1, 2, 3, 4});
   EXPECT_EQ(m.mean, 2.5);
   // Variance with n - 1: (2.25 + 0.25 + 0.25 + 2.25) / 3 = 5/3; one square root, so one rounding.
-  EXPECT_NEAR(m.deviation, std::sqrt(5.0 / 3), 1e-15);
+  EXPECT_DOUBLE_EQ(m.deviation, std::sqrt(5.0 / 3));
   EXPECT_EQ(m.count, 4);
   EXPECT_EQ(measure_of({3}).deviation, 0);
   EXPECT_THROW(measure_of({}), Error);

@@ -94,8 +94,8 @@ TEST_F(Generate, LayoutAndUnits) {
         EXPECT_EQ(picture.width, 32);
       }
       EXPECT_EQ(balls[0]["name"], "mirror");
-      EXPECT_NEAR(balls[0]["roughness"].get<double>(), 0.02, 1e-6);
-      EXPECT_NEAR(balls[2]["albedo"][0].get<double>(), 0.8, 1e-6);
+      EXPECT_FLOAT_EQ(balls[0]["roughness"].get<float>(), 0.02f);
+      EXPECT_FLOAT_EQ(balls[2]["albedo"][0].get<float>(), 0.8f);
     }
   }
   EXPECT_GT(with_balls, 0);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "host/math/panorama.hpp"
+#include "tests/roundings.hpp"
 #include "tests/tracer/path_reference.hpp"
 #include "tests/tracer/scene_probe.hpp"
 #include "tracer/light_tables.hpp"
@@ -178,7 +179,7 @@ TEST(Light, SkyIsDrawnByItsDensity) {
     int other_density = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const V d(drawn[i], drawn[count + i], drawn[2 * count + i]);
-      ASSERT_NEAR(glm::length(d), 1, 1e-6);
+      ASSERT_NEAR(glm::length(d), 1, 8 * kFloatRounding);
       const double a = static_cast<double>(world.panorama_turn);
       const Vec2 uv =
           panorama_position({std::cos(a) * d.x - std::sin(a) * d.z, d.y, std::sin(a) * d.x + std::cos(a) * d.z});
@@ -203,7 +204,7 @@ TEST(Light, SkyIsDrawnByItsDensity) {
           statistic += (found - expected) * (found - expected) / expected, ++cells;
         }
       }
-    EXPECT_NEAR(total / count, 1, 1e-5);
+    EXPECT_NEAR(total / count, 1, 8 * kFloatRounding);  // of a density: its pixel's share, and its solid angle
     ASSERT_GT(cells, 100);
     // Chi-square of many cells is normal: mean `cells`, variance twice that. Of the rest, counts alone; 1e-3 of all
     // samples for those that rounding moves over a border.

@@ -16,6 +16,7 @@
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/io/image.hpp"
+#include "tests/roundings.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/generate.hpp"
 #include "tracer/room.hpp"
@@ -102,7 +103,7 @@ TEST_F(MitsubaExport, MeshesHoldEveryTriangleOfARoomWhereItWas) {
         const float* v = &mesh.vertices.at(9 * static_cast<std::size_t>(mesh.indices[i + k]));
         std::copy_n(v, 3, c.begin() + static_cast<std::ptrdiff_t>(3 * k));
         corner[k] = {v[0], v[1], v[2]}, normal[k] = {v[3], v[4], v[5]};
-        EXPECT_NEAR(glm::length(normal[k]), 1, 1e-4);
+        EXPECT_NEAR(glm::length(normal[k]), 1, 8 * kFloatRounding);
       }
       const glm::vec3 face = glm::normalize(glm::cross(corner[1] - corner[0], corner[2] - corner[0]));
       for (const glm::vec3& n : normal) bent = bent || glm::length(n - face) > 1e-3f;
@@ -115,7 +116,7 @@ TEST_F(MitsubaExport, MeshesHoldEveryTriangleOfARoomWhereItWas) {
   for (const Triangle& t : world.triangles)
     wanted += static_cast<double>(
         glm::length(glm::cross(t.v[1].position - t.v[0].position, t.v[2].position - t.v[0].position)) / 2);
-  EXPECT_NEAR(area, wanted, 1e-5 * wanted);
+  EXPECT_NEAR(area, wanted, 16 * kFloatRounding * wanted);  // of an area
 }
 
 TEST_F(MitsubaExport, FilesHoldTheMeshesAndThePanorama) {
@@ -162,7 +163,7 @@ TEST_F(MitsubaExport, TheSceneNamesEveryMeshMaterialAndLampOnce) {
   EXPECT_EQ(count_of(text, "<emitter type=\"clerestory_pane\">"), panes);
   double share = 0;
   for (const double s : numbers_in(text, "sampling_weight\" value=\"([^\"]*)\"")) share += s;
-  EXPECT_NEAR(share, 1, 1e-4);  // lamps are chosen as the tracer chooses them
+  EXPECT_NEAR(share, 1, 8 * kFloatRounding);  // lamps are chosen as the tracer chooses them
   EXPECT_THAT(text, HasSubstr(fmt::format("name=\"turn\" value=\"{}\"", room.scene.panorama_turn)));
 }
 
@@ -195,17 +196,18 @@ TEST_F(MitsubaExport, ASensorLooksWhereItsCameraLooks) {
   const std::string text = xml("scene");
   EXPECT_THAT(text, HasSubstr("id=\"view-000\""));
   EXPECT_THAT(text, HasSubstr("id=\"view-001\""));
-  EXPECT_NEAR(numbers_in(text, "name=\"fov\" value=\"([^\"]*)\"").at(0), 70, 1e-9);
+  EXPECT_NEAR(numbers_in(text, "name=\"fov\" value=\"([^\"]*)\"").at(0), 70, 70 * 8 * kDoubleRounding);
   std::smatch found;
   ASSERT_TRUE(std::regex_search(text, found, std::regex("<matrix value=\"([^\"]*)\"")));
   std::istringstream stream(found[1]);
   std::array<double, 16> m{};
   for (double& v : m) ASSERT_TRUE(stream >> v);
   for (std::size_t row = 0; row < 3; ++row) {
-    EXPECT_NEAR(m[4 * row], -camera.direction_to_world({1, 0, 0})[static_cast<int>(row)], 1e-12);  // x: to the left
-    EXPECT_NEAR(m[4 * row + 1], camera.direction_to_world({0, 1, 0})[static_cast<int>(row)], 1e-12);
-    EXPECT_NEAR(m[4 * row + 2], camera.direction_to_world({0, 0, -1})[static_cast<int>(row)], 1e-12);
-    EXPECT_NEAR(m[4 * row + 3], camera.position()[static_cast<int>(row)], 1e-12);
+    EXPECT_NEAR(m[4 * row], -camera.direction_to_world({1, 0, 0})[static_cast<int>(row)],
+                2 * kDoubleRounding);  // x: to the left
+    EXPECT_NEAR(m[4 * row + 1], camera.direction_to_world({0, 1, 0})[static_cast<int>(row)], 2 * kDoubleRounding);
+    EXPECT_NEAR(m[4 * row + 2], camera.direction_to_world({0, 0, -1})[static_cast<int>(row)], 2 * kDoubleRounding);
+    EXPECT_NEAR(m[4 * row + 3], camera.position()[static_cast<int>(row)], 2 * kDoubleRounding);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <numbers>
 
+#include "tests/roundings.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/room.hpp"
 #include "tracer/trace_objects.hpp"
@@ -45,12 +46,12 @@ int open_edges(const World& scene) {
 
 struct Solid {
   const char* name;
-  double volume, tolerance;
+  double volume, tolerance;  // metres^3: of corners in float, up to 6 m away, and what facets of a ball cut off
   std::function<void(Shapes&)> build;
 };
 
 TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
-  constexpr double pi = std::numbers::pi;
+  constexpr double pi = std::numbers::pi, of_facets = (pi / 40) * (pi / 40);
   const std::vector<Solid> solids = {
       {"box", 0.5 * 2 * 3, 1e-5,
        [](Shapes& s) {
@@ -69,19 +70,19 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
          s.rod({0, 1, 0}, {0, 0, 0}, 0.02f, 0);
        }},
       // A prism of 64 sides holds sin(2 pi / 64) / (2 pi / 64) of its cylinder.
-      {"cylinder", 2 * 0.25 * 32 * std::sin(2 * pi / 64), 1e-4,
+      {"cylinder", 2 * 0.25 * 32 * std::sin(2 * pi / 64), 2e-6,
        [](Shapes& s) {
          s.cylinder({0, 1, 0}, 0.5f, 2, 0, 64);
        }},
-      {"cone", 2 * 0.25 / 3 * 32 * std::sin(2 * pi / 64), 1e-4,
+      {"cone", 2 * 0.25 / 3 * 32 * std::sin(2 * pi / 64), 2e-6,
        [](Shapes& s) {
          s.lathe({0, 0, 0}, {{0.5f, 0}, {0, 2}}, 0, 64);
        }},
-      {"sphere", 4.0 / 3 * pi * 0.125, 3e-3,
+      {"sphere", 4.0 / 3 * pi * 0.125, 4.0 / 3 * pi * 0.125 * of_facets,
        [](Shapes& s) {
          s.sphere({1, 1, 1}, 0.5f, 0, 40);
        }},
-      {"mesh of a sphere", 4.0 / 3 * pi * 0.125, 3e-3,
+      {"mesh of a sphere", 4.0 / 3 * pi * 0.125, 4.0 / 3 * pi * 0.125 * of_facets,
        [](Shapes& s) {
          s.mesh({"sphere", sphere_mesh({0, 0, 0}, 1, 40)}, {1, 1, 1}, 1, 0);
        }},
@@ -89,7 +90,7 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
       {"cushion",
        0.8 * 0.4 * 0.2 + 2 * 0.1 * (0.8 * 0.4 + 0.4 * 0.2 + 0.8 * 0.2) + pi * 0.01 * (0.8 + 0.4 + 0.2) +
            4.0 / 3 * pi * 1e-3,
-       2e-3,
+       2e-3,  // quarter circles of six facets have 1.1 % less area
        [](Shapes& s) {
          s.cushion({0, 0, 0}, {1, 0.6f, 0.4f}, 0.1f, 0, 6);
        }},
@@ -105,7 +106,7 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
       sum += face_cross(t);
       if (!t.smooth) continue;
       for (const Vertex& v : t.v) {
-        EXPECT_NEAR(glm::length(v.normal), 1, 1e-5) << solid.name;
+        EXPECT_NEAR(glm::length(v.normal), 1, 8 * kFloatRounding) << solid.name;
         if (glm::length(face_cross(t)) < 1e-9f) continue;
         EXPECT_GT(glm::dot(v.normal, glm::normalize(face_cross(t))), 0.5f) << solid.name;
       }
@@ -117,8 +118,10 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
 TEST(Shapes, SpheresHaveTheNormalsOfSpheres) {
   World scene;
   Shapes(scene, glm::mat4(1), Random(3)).sphere({1, 2, 3}, 0.5f, 0, 24);
+  ASSERT_FALSE(scene.triangles.empty());
   for (const Triangle& t : scene.triangles) {
-    for (const Vertex& v : t.v) EXPECT_LT(glm::length(v.normal - (v.position - glm::vec3(1, 2, 3)) / 0.5f), 1e-5f);
+    for (const Vertex& v : t.v)
+      EXPECT_LT(glm::length(v.normal - (v.position - glm::vec3(1, 2, 3)) / 0.5f), 16 * 3 * kFloatRounding);
   }
 }
 
@@ -127,7 +130,7 @@ TEST(Shapes, DiscsLookDown) {
   Shapes(scene, glm::mat4(1), Random(3)).disc({1, 2, 3}, 0.5f, 0, 64);
   glm::vec3 twice_area(0);
   for (const Triangle& t : scene.triangles) twice_area += face_cross(t);
-  EXPECT_NEAR(twice_area.y / 2, -0.25 * 32 * std::sin(2 * std::numbers::pi / 64), 1e-4);
+  EXPECT_NEAR(twice_area.y / 2, -0.25 * 32 * std::sin(2 * std::numbers::pi / 64), 2e-6);
 }
 
 TEST(Shapes, TransformsMoveAndTurn) {

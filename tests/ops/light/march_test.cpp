@@ -7,6 +7,7 @@
 
 #include "checks/op_case.hpp"
 #include "tests/ops/test_device.hpp"
+#include "tests/roundings.hpp"
 
 namespace clerestory {
 namespace {
@@ -39,7 +40,7 @@ TEST(March, JitterIsStratifiedAndEven) {
         if (k > 0) correlation += (t - 0.5) * (last - 0.5) / (rows * samples * (segments - 1));
         last = t, mean[k] += t / (rows * samples), covered += first[1].at(k, 0, row, s);
       }
-      EXPECT_NEAR(covered, 7, 1e-12);
+      EXPECT_NEAR(covered, 7, 2 * segments * 7 * kDoubleRounding);
     }
   // A uniform number has the variance 1/12; 4 standard errors of the mean, and of products of variance 1/144.
   for (const double x : mean) EXPECT_NEAR(x, 0.5, 4 * std::sqrt(1.0 / 12 / (rows * samples)));
