@@ -136,8 +136,8 @@ void write_run_directory_report(const fs::path& folder, bool finishing) {
   HtmlReport report(whole.parent_path().filename().string(), whole.filename().string() + ", " + state);
   const std::vector<Table> tables = tables_in(folder, provenance);
   add_results(report, folder, tables);
-  add_curves(report, folder);
   add_tables(report, tables);
+  add_curves(report, folder);
   add_origin(report, folder, provenance);
   report.write(folder / "report.html");
 }

@@ -35,23 +35,35 @@ Image channel(const Image& image, int c) {
   return one;
 }
 
-/// Prediction and truth of each map in turn, masked pixels of the truth black.
+/// Pictures of one size side by side; one channel becomes grey.
+Image row_of(const std::vector<Image>& pictures) {
+  const int width = pictures[0].width, height = pictures[0].height;
+  Image row(static_cast<int>(pictures.size()) * width, height, 3);
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+          row.at(c, y, static_cast<int>(i) * width + x) = pictures[i].at(std::min(c, pictures[i].channels - 1), y, x);
+  return row;
+}
+
+/// The picture, what the net says of it and the truth, whose masked pixels are black: a row for each map.
 void add_sample(HtmlReport& report, const ReportSample& sample) {
   const MapSet &p = sample.predicted, &t = sample.view.truth;
   const std::pair<double, double> range{0.01, 1};
-  std::vector<Picture> pictures{picture_of("picture", show_radiance(sample.view.image))};
-  const auto add = [&](const std::string& name, const Image& ours, const Image& truth,
+  std::vector<Picture> rows;
+  const auto add = [&](const std::string& name, const Image& predicted, const Image& truth,
                        const std::optional<ColourBar>& bar = {}) {
-    pictures.push_back(picture_of(name, ours, {}, bar));
-    pictures.push_back(picture_of("true " + name, truth, {}, bar));
+    rows.push_back(picture_of(name, row_of({show_radiance(sample.view.image), predicted, truth}), {}, bar));
+    rows.back().columns = {"picture", "predicted", "truth"};
   };
-  const auto share = [](const Image& material, int c) { return show_unit(channel(material, c)); };
+  const auto part = [](const Image& material, int c) { return show_unit(channel(material, c)); };
   add("albedo", show_radiance(p.albedo), show_radiance(t.albedo));
   add("normals", show_normal(p.normal), show_normal(t.normal));
   add("depth", show_depth(p.depth, range), show_depth(t.depth, range), depth_bar(range, ""));
-  add("roughness", share(p.material, 0), share(t.material, 0), unit_bar());
-  add("metallic", share(p.material, 1), share(t.material, 1), unit_bar());
-  report.pictures(pictures, room_and_view(sample.name));
+  add("roughness", part(p.material, 0), part(t.material, 0), unit_bar());
+  add("metallic", part(p.material, 1), part(t.material, 1), unit_bar());
+  report.pictures(rows, room_and_view(sample.name));
 }
 
 const CardPlots maps_plots{"validation.svg", "lists.svg"};

@@ -89,9 +89,8 @@ TEST_F(RunDirectoryReport, ResultsComeFirstAndHowItWasMadeLast) {
   run_->log("started");
   const std::string html = report();
   std::size_t at = 0;
-  for (const char* next :
-       {">Results<", "Table 1_errors", "error time", "room 0", ">Curves<", ">More tables<", "Table 2_rest",
-        ">How it was made<", "<dt>minutes<", "vndf_caps", ">Configuration<", ">Log<"}) {
+  for (const char* next : {">Results<", "Table 1_errors", "error time", "room 0", ">More tables<", "Table 2_rest",
+                           ">Curves<", ">How it was made<", "<dt>minutes<", "vndf_caps", ">Configuration<", ">Log<"}) {
     at = html.find(next, at);
     ASSERT_NE(at, std::string::npos) << next << " is missing, or stands before what comes before it";
   }

@@ -246,9 +246,9 @@ TEST_F(TrainingRun, ItsPageHasCurvesAndPicturesFirstAndNoFolders) {
   const std::string list = "data.lists=[\"flat=" + (folder / "data").string() + "\"]";
   const std::string page = text_of(run("runs", {"train.steps=2", list}).folder / "report.html");
   std::size_t at = 0;
-  for (const char* next :
-       {">Validation<", "class=\"plot\"", ">Validation views<", "val_room_0/", "class=\"bar-of-colours", ">Errors<",
-        "<table>", ">Losses<", ">How it was made<", "class=\"facts\"", ">Configuration<", "flat=data"}) {
+  for (const char* next : {">Validation<", "class=\"plot\"", ">Validation views<", "<span>predicted</span>",
+                           "class=\"bar-of-colours", "val_room_0/", ">Errors<", "<table>", ">Losses<",
+                           ">How it was made<", "class=\"facts\"", ">Configuration<", "flat=data"}) {
     at = page.find(next, at);
     ASSERT_NE(at, std::string::npos) << next << " is missing, or stands before what comes before it";
   }
