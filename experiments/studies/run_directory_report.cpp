@@ -115,8 +115,8 @@ void add_origin(HtmlReport& report, const fs::path& folder, const Provenance& pr
     figures.emplace_back(words_of(name), fmt::format("{:.4g}", value));
   for (const auto& [name, value] : provenance.facts)
     notes.emplace_back(words_of(name), without_folders(value, provenance));
-  const auto text_of = [&](const char* name, bool any_bytes) {
-    return without_folders(read_file(folder / name, kMostBytes, any_bytes), provenance);
+  const auto text_of = [&](const char* name, bool allow_empty) {
+    return without_folders(read_file(folder / name, kMostBytes, allow_empty), provenance);
   };
   report.section("How it was made").facts(figures).notes(notes);
   report.left_out(provenance.left_out);
