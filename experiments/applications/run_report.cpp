@@ -242,6 +242,19 @@ void add_edited(HtmlReport& page, const fs::path& folder, const Scene& scene, co
                   "The run that was edited has gone: nothing to compare with.");
 }
 
+/// Whether the page of `run` has `result`, a picture or the folder of one.
+bool is_shown(const fs::path& run, const fs::path& result) {
+  const RunResults all = results_of_run(run);
+  const fs::path wanted = own_path(result);
+  const auto has = [&](const std::vector<RunResult>& results) {
+    return std::ranges::any_of(results, [&](const RunResult& made) {
+      const fs::path picture = own_path(made.picture);
+      return picture == wanted || picture.parent_path() == wanted;
+    });
+  };
+  return has(all.insertions) || has(all.edits) || has(all.panoramas);
+}
+
 }  // namespace
 
 std::optional<std::string> error_against_photograph(const Scene& scene, const Image& render) {
@@ -298,9 +311,12 @@ void write_run_report(const fs::path& folder) {
 }
 
 void refresh_run_report(const fs::path& run, const fs::path& result) {
-  const fs::path whole = own_path(run), inside = own_path(result);
-  if (std::mismatch(whole.begin(), whole.end(), inside.begin(), inside.end()).first != whole.end()) return;
   if (!fs::exists(run / kProvenanceName)) return;
+  if (!is_shown(run, result)) {
+    say(fmt::format("{} is not on the page of {}, which shows what lies in its folder or directly in a folder there",
+                    result.string(), run.string()));
+    return;
+  }
   try {
     const FolderLock lock = lock_run(run, LockKind::Write);
     write_run_report(run);

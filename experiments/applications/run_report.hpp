@@ -13,8 +13,9 @@ namespace clerestory {
 /// a run.
 void write_run_report(const std::filesystem::path& folder);
 
-/// Makes the report of `run` again once `result`, made from it, lies in its folder; does nothing when it lies
-/// elsewhere. Where another process is at work on the run, its report stays as it is, and that is said.
+/// Makes the report of `run` again when it shows `result`, made from it: a panorama, or the folder of an insertion or
+/// an edit. Where that lies elsewhere, or another process is at work on the run, its report stays as it is, and that is
+/// said.
 void refresh_run_report(const std::filesystem::path& run, const std::filesystem::path& result);
 
 /// How far a re-render is from its photograph, over the pixels that neither emit nor lack a depth: "PSNR 20.0 dB,

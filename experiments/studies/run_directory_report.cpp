@@ -9,6 +9,7 @@
 #include "host/io/files.hpp"
 #include "host/report/html.hpp"
 #include "host/report/metrics.hpp"
+#include "host/report/shared_text.hpp"
 
 namespace clerestory {
 namespace {
@@ -68,19 +69,60 @@ std::vector<Plot> plots_of(const std::vector<MetricRecord>& records) {
   return plots;
 }
 
-void add_artifacts(HtmlReport& report, const fs::path& folder) {
-  const auto tables = artifacts(folder, ".table.json"), drawings = artifacts(folder, ".svg"),
-             pictures = artifacts(folder, ".png");
+std::vector<Table> tables_in(const fs::path& folder, const Provenance& provenance) {
+  std::vector<Table> tables;
+  for (const fs::path& path : artifacts(folder, ".table.json"))
+    tables.push_back(without_folders(table_from_json(read_file(path, kMostBytes), path.string()), provenance));
+  return tables;
+}
+
+std::vector<Picture> pictures_in(const fs::path& folder) {
+  std::vector<Picture> pictures;
+  for (const fs::path& path : artifacts(folder, ".png")) {
+    pictures.push_back(picture_file(words_of(path.stem().string()), path));
+    pictures.back().columns = strip_labels(path);
+  }
+  return pictures;
+}
+
+/// The first table by name is what the run was made for; then what is to be looked at.
+void add_results(HtmlReport& report, const fs::path& folder, const std::vector<Table>& tables) {
+  const auto drawings = artifacts(folder, ".svg");
+  const auto pictures = pictures_in(folder);
   if (tables.empty() && drawings.empty() && pictures.empty()) return;
   report.section("Results");
-  for (const fs::path& path : tables) report.table(table_from_json(read_file(path, kMostBytes), path.string()));
+  if (!tables.empty()) report.table(tables[0]);
   for (const fs::path& path : drawings) report.drawing(read_file(path, kMostBytes), words_of(path.stem().string()));
-  std::vector<Picture> shown;
-  for (const fs::path& path : pictures) {
-    shown.push_back(picture_file(words_of(path.stem().string()), path));
-    shown.back().columns = strip_labels(path);
-  }
-  if (!shown.empty()) report.pictures(shown);
+  if (!pictures.empty()) report.pictures(pictures);
+}
+
+void add_curves(HtmlReport& report, const fs::path& folder) {
+  const auto plots = plots_of(read_metrics(folder / "metrics.jsonl"));
+  if (plots.empty()) return;
+  report.section("Curves");
+  for (const Plot& plot : plots) report.plot(plot);
+}
+
+void add_tables(HtmlReport& report, const std::vector<Table>& tables) {
+  if (tables.size() < 2) return;
+  report.section("More tables");
+  for (std::size_t i = 1; i < tables.size(); ++i) report.table(tables[i]);
+}
+
+void add_origin(HtmlReport& report, const fs::path& folder, const Provenance& provenance) {
+  std::vector<std::pair<std::string, std::string>> figures, notes;
+  for (const auto& [name, value] : provenance.figures)
+    figures.emplace_back(words_of(name), fmt::format("{:.4g}", value));
+  for (const auto& [name, value] : provenance.facts)
+    notes.emplace_back(words_of(name), without_folders(value, provenance));
+  const auto text_of = [&](const char* name, bool allow_empty) {
+    return without_folders(read_file(folder / name, kMostBytes, allow_empty), provenance);
+  };
+  report.section("How it was made").facts(figures).notes(notes);
+  report.left_out(provenance.left_out);
+  report.details("Configuration", text_of("config.resolved.toml", false));
+  if (fs::exists(folder / "log.txt")) report.details("Log", text_of("log.txt", true));
+  report.footer(provenance);
 }
 
 }  // namespace
@@ -90,21 +132,13 @@ bool is_run_directory(const fs::path& folder) { return fs::exists(folder / "conf
 void write_run_directory_report(const fs::path& folder, bool finishing) {
   const Provenance provenance = read_provenance(folder / "provenance.json");
   const fs::path whole = fs::weakly_canonical(folder);
-  HtmlReport report(whole.parent_path().filename().string(), whole.filename().string());
-  std::vector<std::pair<std::string, std::string>> facts{{"State", state_of(folder, finishing)}};
-  for (const auto& [name, value] : provenance.facts) facts.emplace_back(words_of(name), value);
-  for (const auto& [name, value] : provenance.figures) facts.emplace_back(words_of(name), fmt::format("{:.4g}", value));
-  report.facts(facts);
-  add_artifacts(report, folder);
-  if (const auto plots = plots_of(read_metrics(folder / "metrics.jsonl")); !plots.empty()) {
-    report.section("Curves");
-    for (const Plot& plot : plots) report.plot(plot);
-  }
-  report.section("How it was made");
-  report.left_out(provenance.left_out);
-  report.details("Configuration", read_file(folder / "config.resolved.toml", kMostBytes));
-  if (fs::exists(folder / "log.txt")) report.details("Log", read_file(folder / "log.txt", kMostBytes, true));
-  report.footer(provenance);
+  const std::string state = without_folders(state_of(folder, finishing), provenance);
+  HtmlReport report(whole.parent_path().filename().string(), whole.filename().string() + ", " + state);
+  const std::vector<Table> tables = tables_in(folder, provenance);
+  add_results(report, folder, tables);
+  add_tables(report, tables);
+  add_curves(report, folder);
+  add_origin(report, folder, provenance);
   report.write(folder / "report.html");
 }
 

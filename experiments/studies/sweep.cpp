@@ -10,6 +10,7 @@
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
+#include "host/report/shared_text.hpp"
 
 namespace clerestory {
 namespace {
@@ -247,7 +248,7 @@ fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& 
   const auto write = [&](const std::string& name, const Table& table) {
     write_file(folder / (name + ".table.json"), table_json(table));
     std::printf("%s\n", table_text(table).c_str());
-    report.table(table);
+    report.table(without_folders(table, provenance));
   };
   const auto named =
       static_cast<std::size_t>(std::ranges::count_if(plan.keys, [](auto& key) { return !is_seed(key); }));

@@ -282,7 +282,7 @@ class LightTask : public TrainingTask {
           {picture_of("picture", show_radiance(v.view->image)), picture_of("truth", show_radiance(probe.radiance)),
            picture_of("nets", show_radiance(panorama_of(answers.full))),
            picture_of("photograph", show_radiance(panorama_of(answers.photograph)))},
-          v.name);
+          room_and_view(v.name));
     }
   }
 

@@ -8,6 +8,7 @@
 #include "host/io/files.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
+#include "host/report/shared_text.hpp"
 
 namespace clerestory {
 namespace {
@@ -34,19 +35,35 @@ Image channel(const Image& image, int c) {
   return one;
 }
 
-/// Prediction and truth of each map in turn, masked pixels of the truth black.
+/// Pictures of one size side by side; one channel becomes grey.
+Image row_of(const std::vector<Image>& pictures) {
+  const int width = pictures[0].width, height = pictures[0].height;
+  Image row(static_cast<int>(pictures.size()) * width, height, 3);
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+          row.at(c, y, static_cast<int>(i) * width + x) = pictures[i].at(std::min(c, pictures[i].channels - 1), y, x);
+  return row;
+}
+
+/// The picture, what the net says of it and the truth, whose masked pixels are black: a row for each map.
 void add_sample(HtmlReport& report, const ReportSample& sample) {
   const MapSet &p = sample.predicted, &t = sample.view.truth;
   const std::pair<double, double> range{0.01, 1};
-  report.pictures(
-      {picture_of("picture", show_radiance(sample.view.image)), picture_of("albedo", show_radiance(p.albedo)),
-       picture_of("true albedo", show_radiance(t.albedo)), picture_of("normals", show_normal(p.normal)),
-       picture_of("true normals", show_normal(t.normal)), picture_of("depth", show_depth(p.depth, range)),
-       picture_of("true depth", show_depth(t.depth, range)), picture_of("roughness", show_unit(channel(p.material, 0))),
-       picture_of("true roughness", show_unit(channel(t.material, 0))),
-       picture_of("metallic", show_unit(channel(p.material, 1))),
-       picture_of("true metallic", show_unit(channel(t.material, 1)))},
-      sample.name);
+  std::vector<Picture> rows;
+  const auto add = [&](const std::string& name, const Image& predicted, const Image& truth,
+                       const std::optional<ColourBar>& bar = {}) {
+    rows.push_back(picture_of(name, row_of({show_radiance(sample.view.image), predicted, truth}), {}, bar));
+    rows.back().columns = {"picture", "predicted", "truth"};
+  };
+  const auto part = [](const Image& material, int c) { return show_unit(channel(material, c)); };
+  add("albedo", show_radiance(p.albedo), show_radiance(t.albedo));
+  add("normals", show_normal(p.normal), show_normal(t.normal));
+  add("depth", show_depth(p.depth, range), show_depth(t.depth, range), depth_bar(range, ""));
+  add("roughness", part(p.material, 0), part(t.material, 0), unit_bar());
+  add("metallic", part(p.material, 1), part(t.material, 1), unit_bar());
+  report.pictures(rows, room_and_view(sample.name));
 }
 
 const CardPlots maps_plots{"validation.svg", "lists.svg"};
@@ -126,6 +143,10 @@ std::filesystem::path write_folder_card(const std::filesystem::path& folder, con
   return folder / "CARD.md";
 }
 
+std::string room_and_view(const std::filesystem::path& view) {
+  return (view.parent_path().filename() / view.filename()).string();
+}
+
 void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples) {
   report.section("Validation views", "Each map beside the truth. Depth is relative to scene_scale.");
   for (const ReportSample& sample : samples) add_sample(report, sample);
@@ -141,6 +162,20 @@ void write_training_report(const RunDirectory& run, const Config& config, const 
   const Leg& leg = history.legs.back();
   HtmlReport report(leg.kind == "light" ? "Training of the light" : "Training of MGNet",
                     run.path().filename().string());
+  report.section("Validation", "Errors over those of the best trivial predictor, through all legs.");
+  for (const Plot& plot : {history_plot(history), lists_plot(history)})
+    if (!plot.series.empty()) report.plot(plot);
+  page.validation_views(report);
+  report.section("Errors", "At the end of the leg, beside predictors that know nothing of the picture's content.");
+  report.table(without_folders(page.table, provenance));
+  if (!page.conventions.empty()) report.details("Conventions", page.conventions);
+  report.section("Losses");
+  if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty())
+    report.plot(losses);
+  if (const Plot ratios = curves(records, "val/ratio/", "Validation error over the best trivial predictor", "ratio");
+      !ratios.series.empty())
+    report.plot(ratios);
+  report.section("How it was made");
   report.facts({{"preset", leg.preset},
                 {"views", fmt::format("{} of {} rooms, {}x{}", leg.views, leg.rooms, leg.width, leg.height)},
                 {"steps", fmt::format("{} of {} views", leg.steps, leg.batch)},
@@ -148,23 +183,8 @@ void write_training_report(const RunDirectory& run, const Config& config, const 
                 {"speed", fmt::format("{:.0f} views an hour", static_cast<double>(leg.views_seen) / leg.hours)},
                 {"score", fmt::format("{:.3f} (geometric mean of ratios to the best trivial predictor)",
                                       leg.curve.back().score)}});
-  report.section("Validation",
-                 "Errors at the end of the leg, beside predictors that know nothing of the picture's content.");
-  report.table(page.table);
-  if (!page.conventions.empty()) report.details("Conventions", page.conventions);
-  if (const Plot plot = history_plot(history); !plot.series.empty())
-    report.plot(plot, "All legs; 1 is the best trivial predictor.");
-  if (const Plot plot = lists_plot(history); !plot.series.empty())
-    report.plot(plot, "Fixed lists of rooms and photographs with measured depth, all legs.");
-  page.validation_views(report);
-  report.section("Losses");
-  if (const Plot losses = curves(records, "train/", "Training loss and its terms", "loss"); !losses.series.empty())
-    report.plot(losses);
-  if (const Plot ratios = curves(records, "val/ratio/", "Validation error over the best trivial predictor", "ratio");
-      !ratios.series.empty())
-    report.plot(ratios);
   report.left_out(provenance.left_out);
-  report.details("Configuration", config_toml(config));
+  report.details("Configuration", without_folders(config_toml(config), provenance));
   report.footer(provenance);
   report.write(run / "report.html");
 }

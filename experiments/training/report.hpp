@@ -21,10 +21,13 @@ struct TrainingPage {
   std::string conventions;                            // behind the table; may be empty
   std::function<void(HtmlReport&)> validation_views;  // pictures
 };
+/// "room/view" of a view's place: pages name no folder of a computer.
+std::string room_and_view(const std::filesystem::path& view);
 /// Each map beside the truth.
 void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples);
 
-/// Writes report.html into the run, card.md and validation.svg into its artifacts, from metrics.jsonl and the history.
+/// Writes report.html into the run (curves and pictures first, then tables, then how it was made), card.md and
+/// validation.svg into its artifacts, from metrics.jsonl and the history.
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
                            const TrainingPage& page, const Provenance& provenance);
 

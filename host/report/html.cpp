@@ -101,8 +101,8 @@ std::string picture_html(const Picture& picture) {
       fmt::format("<figure{}><img{} width=\"{}\" height=\"{}\" style=\"height:auto\" alt=\"{}\" src=\"{}\">",
                   width > 2 * height ? " class=\"row\"" : "", width < kSmall ? " class=\"small\"" : "", width, height,
                   escaped(picture.title), data_url(picture.png));
-  if (picture.bar) html += bar_html(*picture.bar);
   if (!picture.columns.empty()) html += columns_html(picture.columns);
+  if (picture.bar) html += bar_html(*picture.bar);
   html += "<figcaption><b>" + escaped(picture.title) + "</b>";
   if (!picture.note.empty()) html += "<span>" + escaped(picture.note) + "</span>";
   return html + "</figcaption></figure>";

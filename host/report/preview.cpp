@@ -118,7 +118,7 @@ std::pair<double, double> depth_range(const Image& depth) {
 Image show_depth(const Image& depth, std::pair<double, double> range) {
   check_channels(depth, 1, "depth");
   if (range.second <= 0) range = depth_range(depth);
-  const auto [low, high] = range;
+  const double low = range.first, high = range.second;
   return coloured(depth, [&](float d) {
     if (!(d > 0) || !std::isfinite(d)) return kNothing;
     return scale_colour(high > low ? (high - d) / (high - low) : 0.5);
@@ -135,9 +135,9 @@ Image show_amount(const Image& given, double most) {
 
 ColourBar unit_bar() { return {{{0, 0, 0}, {1, 1, 1}}, {"0", "0.5", "1"}}; }
 
-ColourBar depth_bar(std::pair<double, double> range) {
+ColourBar depth_bar(std::pair<double, double> range, const std::string& unit) {
   const auto [near, far] = range;
-  return {{kScale.rbegin(), kScale.rend()}, {mark(near, "m"), mark(0.5 * (near + far), "m"), mark(far, "m")}};
+  return {{kScale.rbegin(), kScale.rend()}, {mark(near, unit), mark(0.5 * (near + far), unit), mark(far, unit)}};
 }
 
 ColourBar amount_bar(double most, const std::string& unit) {

@@ -36,9 +36,9 @@ struct ColourBar {
   std::vector<std::array<float, 3>> colours;  // display values in even steps, left to right
   std::vector<std::string> marks;             // values with their unit, evenly along the bar, at its ends too
 };
-ColourBar unit_bar();                                             // of show_unit
-ColourBar depth_bar(std::pair<double, double> range);             // of show_depth, near to far
-ColourBar amount_bar(double most, const std::string& unit = {});  // of show_amount
+ColourBar unit_bar();                                                                 // of show_unit
+ColourBar depth_bar(std::pair<double, double> range, const std::string& unit = "m");  // of show_depth, near to far
+ColourBar amount_bar(double most, const std::string& unit = {});                      // of show_amount
 
 /// RFC 4648, with padding.
 std::string base64(std::string_view bytes);

@@ -45,14 +45,25 @@ std::vector<std::string> paths_of(const Provenance& record) {
   return paths;
 }
 
+/// A path with which a quoted text begins, also behind a "NAME=", ends with the quote: it may hold spaces.
+std::size_t end_of_path(const std::string& text, std::size_t at) {
+  const std::size_t quote = text.find_last_of("\"\n", at);
+  const bool quoted = quote != std::string::npos && text[quote] == '"' && text.find_first_of(" ,;:/([", quote) == at;
+  const std::size_t end = quoted ? text.find_first_of("\"\n", at) : text.find_first_of(kEndsAPath, at);
+  return std::min(end, text.size());
+}
+
 /// Every absolute path up to what ends one, by its last name.
-std::string with_last_names(std::string text) {
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    if (!path_begins(text, at)) continue;
-    const std::size_t end = std::min(text.find_first_of(kEndsAPath, at), text.size());
-    text.replace(at, end - at, last_name(text.substr(at, end - at)));
+std::string with_last_names(const std::string& text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const bool path = path_begins(text, at);
+    const std::size_t end = path ? end_of_path(text, at) : at + 1;
+    const std::string part = text.substr(at, end - at);
+    out += path ? last_name(part) : part;
+    at = end;
   }
-  return text;
+  return out;
 }
 
 std::string without_folder(const std::string& word) {
@@ -70,7 +81,15 @@ std::string without_folders(std::string text, const Provenance& record) {
         text.replace(at, path.size(), last_name(path));
       else
         ++at;
-  return with_last_names(std::move(text));
+  return with_last_names(text);
+}
+
+Table without_folders(Table table, const Provenance& record) {
+  table.note = without_folders(table.note, record);
+  for (auto& row : table.rows)
+    for (Cell& cell : row)
+      if (auto* text = std::get_if<std::string>(&cell)) *text = without_folders(*text, record);
+  return table;
 }
 
 std::string shared_command(const Provenance& record) {

@@ -68,9 +68,51 @@ TEST_F(RunDirectoryReport, ShowsEverythingThatLiesThere) {
   const std::string html = report();
   for (const char* part : {">study<", "vndf_caps", "albedo", "src=\"data:image/svg+xml;base64,", "error against time",
                            "<b>strip</b>", "<span>photo &amp; graph</span><span>tracer</span>", ">loss<", ">depth<",
-                           ">rate<", "width = 64", "Z started", "clerestory run layer.toml", "<dd>done</dd>"})
+                           ">rate<", "width = 64", "Z started", "clerestory run layer.toml", "-s1, done</p>"})
     EXPECT_THAT(html, HasSubstr(part));
   EXPECT_LT(html.size(), 300000u) << "3000 records are thinned before they are drawn";
+}
+
+TEST_F(RunDirectoryReport, ResultsComeFirstAndHowItWasMadeLast) {
+  Provenance provenance = begin_provenance({"/opt/clerestory", "run", "/home/me/layer.toml"});
+  provenance.facts["sampler"] = "vndf_caps";
+  provenance.figures["minutes"] = 3;
+  write_provenance(*run_ / "provenance.json", provenance);
+  MetricsWriter(run_->metrics_path()).write(1, {{"train/loss", 1}, {"train/other", 2}});
+  for (const char* name : {"2_rest", "1_errors"}) {
+    Table table{std::string("Table ") + name, {{"map", ""}}, {}};
+    table.add({std::string("albedo")});
+    std::ofstream(run_->artifact(std::string(name) + ".table.json")) << table_json(table);
+  }
+  std::ofstream(run_->artifact("error_time.svg")) << "<svg/>";
+  write_png(run_->artifact("room_0.png"), Image(2, 2, 3, 0.5f));
+  run_->log("started");
+  const std::string html = report();
+  std::size_t at = 0;
+  for (const char* next : {">Results<", "Table 1_errors", "error time", "room 0", ">More tables<", "Table 2_rest",
+                           ">Curves<", ">How it was made<", "<dt>minutes<", "vndf_caps", ">Configuration<", ">Log<"}) {
+    at = html.find(next, at);
+    ASSERT_NE(at, std::string::npos) << next << " is missing, or stands before what comes before it";
+  }
+}
+
+TEST_F(RunDirectoryReport, NamesNoFolderOfTheComputer) {
+  const std::string home = "/home/me and others";
+  Provenance provenance = begin_provenance({home + "/clerestory", "train", home + "/a.toml"});
+  provenance.facts["light"] = "net (" + home + "/a.toml, /srv/weights)";
+  write_provenance(*run_ / "provenance.json", provenance);
+  std::ofstream(*run_ / "config.resolved.toml") << "train = [\"" + home + "/rooms\"]\n";
+  Table table{"Runs", {{"state", ""}}, {}, "of /srv/rooms"};
+  table.add({std::string("failed: /srv/room/000")});
+  std::ofstream(run_->artifact("a.table.json")) << table_json(table);
+  run_->log("starts from /srv/nets/weights.safetensors (2 hours)");
+  run_->fail("/srv/rooms/000_im.exr: cannot be read");
+  const std::string html = report();
+  for (const char* part : {"train = [&quot;rooms&quot;]", "net (a.toml, weights)", "of rooms", "failed: 000",
+                           "starts from weights.safetensors (2 hours)", "000_im.exr: cannot be read"})
+    EXPECT_THAT(html, HasSubstr(part));
+  for (const std::string& folder : {std::string("me and others"), std::string("/srv"), root_.string()})
+    EXPECT_THAT(html, Not(HasSubstr(folder)));
 }
 
 // A run that somebody sent is looked at, not run.

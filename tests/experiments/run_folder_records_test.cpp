@@ -188,6 +188,11 @@ TEST_F(RunFolder, ItsReportShowsWhatWasMadeFromIt) {
   // What lies elsewhere changes no page; the page made again says the same.
   const std::string before = page();
   ASSERT_EQ(start(lit({"--out", folder_ / "probe.exr"})), 0) << said();
+  EXPECT_THAT(said(), HasSubstr("probe.exr is not on the page of"));
+  EXPECT_EQ(page(), before);
+  fs::create_directory(run() / "second/third");
+  ASSERT_EQ(start(lit({"--out", run() / "second/third/probe.exr"})), 0) << said();
+  EXPECT_THAT(said(), HasSubstr("probe.exr is not on the page of")) << "too deep";
   EXPECT_EQ(page(), before);
   ASSERT_EQ(start({"report", run()}), 0) << said();
   EXPECT_EQ(page(), before);

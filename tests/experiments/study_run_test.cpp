@@ -43,6 +43,8 @@ TEST_F(StudyRunTest, IsDoneOnlyWithItsReport) {
   ASSERT_EQ(start(), 0) << said();
   EXPECT_THAT(text_of(run() / "report.html"), HasSubstr("done"));
   EXPECT_THAT(text_of(run() / "report.html"), Not(HasSubstr("not finished")));
+  for (const std::string& here : {folder_.path().string(), std::string(CLERESTORY_SOURCE_DIR)})
+    EXPECT_THAT(text_of(run() / "report.html"), Not(HasSubstr(here))) << "no folder of this computer";
   // As if it had been interrupted before its end; then the report cannot be written.
   fs::remove(run() / "DONE"), fs::remove(run() / "report.html");
   fs::create_directory(run() / "report.html");

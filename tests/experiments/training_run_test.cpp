@@ -29,6 +29,19 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
+TEST_F(TrainingRun, ItsPageHasCurvesAndPicturesFirstAndNoFolders) {
+  const std::string list = "data.lists=[\"flat=" + (folder / "data").string() + "\"]";
+  const std::string page = text_of(run("runs", {"train.steps=2", list}).folder / "report.html");
+  std::size_t at = 0;
+  for (const char* next : {">Validation<", "class=\"plot\"", ">Validation views<", "<span>predicted</span>",
+                           "class=\"bar-of-colours", "val_room_0/", ">Errors<", "<table>", ">Losses<",
+                           ">How it was made<", "class=\"facts\"", ">Configuration<", "flat=data"}) {
+    at = page.find(next, at);
+    ASSERT_NE(at, std::string::npos) << next << " is missing, or stands before what comes before it";
+  }
+  EXPECT_THAT(page, testing::Not(HasSubstr(folder.path().string())));
+}
+
 TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
   const TrainingOutcome outcome =
       run("runs", {"train.steps=20", "log.validate_every=0", "log.checkpoint_every=7", "data.validation_views=0"});

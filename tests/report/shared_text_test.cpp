@@ -37,6 +37,23 @@ TEST(SharedText, PathsOfTheRecordAreKnownWhole) {
   EXPECT_EQ(shared_command(made_by({"build/clerestory", "report", "runs/x"})), "build/clerestory report runs/x");
 }
 
+TEST(SharedText, APathThatBeginsAQuotedTextEndsWithTheQuote) {
+  const Provenance nothing;
+  EXPECT_EQ(without_folders("train = [\"/home/my name/rooms\", \"flat=/data/a b/judge\", \"runs/c d\"]", nothing),
+            "train = [\"rooms\", \"flat=judge\", \"runs/c d\"]");
+  EXPECT_EQ(without_folders("a \"big /x/y of\" /data/z, \"/open", nothing), "a \"big y of\" z, \"open");
+  EXPECT_EQ(without_folders("root = \"/a b/c\"\n# /d e", nothing), "root = \"c\"\n# d e");
+}
+
+TEST(SharedText, ATableNamesNoFoldersEither) {
+  Table table{"Runs", {{"state", ""}, {"run", ""}}, {}, "of /home/me/rooms"};
+  table.add({std::string("failed: /home/me/a.exr: no such file"), Measure{2}});
+  const Table shared = without_folders(table, Provenance());
+  EXPECT_EQ(std::get<std::string>(shared.rows[0][0]), "failed: a.exr: no such file");
+  EXPECT_EQ(std::get<Measure>(shared.rows[0][1]).mean, 2);
+  EXPECT_EQ(shared.note, "of rooms");
+}
+
 TEST(SharedText, TheFooterOfAPageHasNoFolders) {
   const auto page_of = [](const Provenance& record) { return HtmlReport("t").footer(record).html(); };
   const std::string page = page_of(made_by({"/opt/clerestory", "report", "/home/me/runs/x"}));
