@@ -78,8 +78,31 @@ ErrorReference::Moments ErrorReference::moments(const std::vector<Estimate>& est
   std::vector<double> sums;
   for (const Estimate& e : estimates) sums.push_back(sum_of(e));
   found.shift = clerestory::mean(sums) - clerestory::mean(sums_);
-  found.shift_spread = squared_standard_error(sums) + squared_standard_error(sums_);
+  found.shift_spread = squared_standard_error(sums), found.truth_spread = squared_standard_error(sums_);
   return found;
+}
+
+std::optional<double> p_of_shifts(const std::vector<Shift>& shifts) {
+  double value = 0, variance = 0, parts = 0;
+  for (const Shift& shift : shifts) {
+    value += shift.value;
+    for (int k = 0; k < 2; ++k) {
+      variance += shift.squares[k];
+      parts += shift.squares[k] * shift.squares[k] / static_cast<double>(shift.counts[k] - 1);
+    }
+  }
+  if (!(variance > 0)) return {};
+  return student_two_sided_p(value / std::sqrt(variance), std::max(1, static_cast<int>(variance * variance / parts)));
+}
+
+std::optional<double> p_together(const std::vector<std::optional<double>>& tests) {
+  double statistic = 0;
+  for (const std::optional<double>& p : tests) {
+    if (!p) return {};
+    if (*p <= 0) return 0;
+    statistic -= 2 * std::log(*p);
+  }
+  return chi_square_p_value(statistic, 2 * static_cast<double>(tests.size()));
 }
 
 std::optional<double> log_log_slope(const std::vector<double>& x, const std::vector<double>& y) {

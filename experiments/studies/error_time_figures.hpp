@@ -2,6 +2,7 @@
 // an estimator is biased, slopes, the Pareto front, seconds to an error. Plain arithmetic.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -23,12 +24,12 @@ class ErrorReference {
   /// Weighed squared error. Its expectation holds no noise of the reference, so it may fall below 0 by chance.
   double error(const Estimate& estimate) const;
 
-  /// Of estimates by several seeds, at least two, in the unit of error(): the squared bias of their estimator, and its
-  /// variance. `shift`: how far the sum over all used values, each over the root of what its square counts over, is
-  /// from the reference's: in it biases of one sign add up. Each with the square of its standard error, the bias's if
-  /// there is none.
+  /// Of estimates by several seeds, at least two, in the unit of error(): the squared bias of their estimator, the
+  /// square of that number's standard error if there is none, and the estimator's variance. `shift`: how far the sum
+  /// over all used values, each over the root of what its square counts over, is from the reference's: in it biases of
+  /// one sign add up; with the squares of the standard errors of both.
   struct Moments {
-    double bias = 0, bias_spread = 0, variance = 0, shift = 0, shift_spread = 0;
+    double bias = 0, bias_spread = 0, variance = 0, shift = 0, shift_spread = 0, truth_spread = 0;
   };
   Moments moments(const std::vector<Estimate>& estimates) const;
 
@@ -41,6 +42,18 @@ class ErrorReference {
   std::vector<double> sums_;  // of the runs
   std::vector<bool> used_;
 };
+
+/// A difference of two means with the squares of their standard errors, of so many values each.
+struct Shift {
+  double value = 0;
+  double squares[2] = {0, 0};
+  std::int64_t counts[2] = {2, 2};
+};
+/// Welch's test that the mean over such differences is 0, by Student's t of as many degrees as Satterthwaite gives: the
+/// two-sided p-value; nothing where there is no spread.
+std::optional<double> p_of_shifts(const std::vector<Shift>& shifts);
+/// Of independent tests together (Fisher 1932); nothing where one has none.
+std::optional<double> p_together(const std::vector<std::optional<double>>& tests);
 
 /// y = exp(offset) x^slope, least squares in logarithms over the points where both are above 0.
 /// Nothing for fewer than two of unlike x.

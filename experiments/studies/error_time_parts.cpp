@@ -39,8 +39,8 @@ ErrorTimePart pictures(const Config& config) {
   ErrorTimePart part{.name = "pictures", .title = "Pictures under the photograph as light", .light = "image"};
   part.note = "every sampler with all points";
   part.what = {"picture"}, part.floor = kLightFloor, part.truth = truth_under("image", LayerResult::Picture);
-  for (const std::string& sampler : config.texts("pictures.samplers"))
-    for (const std::string& points : config.texts("pictures.points")) {
+  for (const std::string& points : config.texts("pictures.points"))
+    for (const std::string& sampler : config.texts("pictures.samplers")) {
       TimedEstimator estimator{sampler + ", " + points, {}};
       estimator.settings.sampler = sampler, estimator.settings.points = points;
       part.estimators.push_back(estimator);

@@ -1,5 +1,7 @@
 #include "experiments/studies/error_time_study.hpp"
 
+#include <array>
+
 #include "experiments/evaluation/radiance_error.hpp"
 #include "experiments/studies/error_time_figures.hpp"
 #include "experiments/studies/error_time_tables.hpp"
@@ -13,6 +15,9 @@ namespace clerestory {
 namespace {
 
 enum Stream : std::uint64_t { kPhotograph = 1, kParts };
+
+/// Samples by which kernels are built before they are timed: of less than 64, and of more, groups are of another size.
+constexpr std::array kBuilding{16, 64};
 
 using References = std::map<std::string, ErrorReference>;  // by what is estimated
 
@@ -70,8 +75,10 @@ class ErrorTimeStudy : public RoomStudy {
     std::uint64_t stream = 0;
     const References truth = truth_of(part, scene, random.fork(stream));
     for (TimedEstimator estimator : part.estimators) {
-      estimator.settings.spp = 16;
-      TimedLayer(device_, scene, estimator.settings, estimator.result).run(0);  // kernels are built
+      for (const int spp : kBuilding) {
+        estimator.settings.spp = spp;
+        TimedLayer(device_, scene, estimator.settings, estimator.result).run(0);
+      }
       for (const std::int64_t spp : part.spp) {
         estimator.settings.spp = static_cast<int>(spp);
         measure_row(part, estimator, scene, truth, random.fork(++stream), found);
@@ -122,6 +129,7 @@ class ErrorTimeStudy : public RoomStudy {
       of.region = region_of(part, what);
       note("bias", moments.bias), note("bias spread", moments.bias_spread), note("variance", moments.variance);
       note("shift", moments.shift), note("shift spread", moments.shift_spread);
+      note("truth spread", moments.truth_spread);
     }
   }
 

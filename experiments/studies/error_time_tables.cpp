@@ -9,9 +9,11 @@
 namespace clerestory {
 namespace {
 
-constexpr double kHeadline = 0.01;  // the error of which the seconds are told
+constexpr double kHeadline = 0.01;   // the error of which the seconds are told
+constexpr std::size_t kColours = 6;  // of curves, before they repeat
 
 Cell number(double value) { return Measure{value}; }
+Cell cell_of(const std::optional<double>& value) { return value ? number(*value) : Cell(); }
 
 const char* error_unit(const ErrorTimePart& part) { return part.floor ? "relMSE" : "relative square"; }
 
@@ -23,6 +25,17 @@ Cell z_of(const std::vector<double>& biases, const std::vector<double>& spreads)
     sum += biases[k] / std::sqrt(spreads[k]);
   }
   return number(sum / std::sqrt(static_cast<double>(biases.size())));
+}
+
+/// `of_rooms`(metric): its numbers, one a room.
+template <class OfRooms>
+std::vector<Shift> shifts_of(const OfRooms& of_rooms, std::int64_t seeds, int truth_runs) {
+  const std::vector<double> value = of_rooms("shift"), spread = of_rooms("shift spread"),
+                            truth = of_rooms("truth spread");
+  std::vector<Shift> shifts;
+  for (std::size_t r = 0; r < value.size(); ++r)
+    shifts.push_back({value[r], {spread[r], truth[r]}, {seeds, truth_runs}});
+  return shifts;
 }
 
 std::string quoted(const std::string& text) {
@@ -45,7 +58,8 @@ struct ErrorTimeTables::Curve {
   std::vector<double> spp, seconds;
   std::vector<Measure> error, smape;          // over seeds
   std::vector<std::vector<double>> of_seeds;  // error [seed]
-  std::vector<double> bias, bias_spread, shift, shift_spread, variance, memory;
+  std::vector<double> bias, bias_spread, variance, memory;
+  std::vector<std::optional<double>> shift_p;  // that there is no shift
 
   std::vector<double> errors() const {
     std::vector<double> means;
@@ -92,8 +106,7 @@ ErrorTimeTables::Curve ErrorTimeTables::curve(const ErrorTimePart& part, const s
     const auto of_rooms = [&](const char* metric) { return found_.values(named(metric, region).of(0)); };
     curve.bias.push_back(mean(of_rooms("bias"))), curve.variance.push_back(mean(of_rooms("variance")));
     curve.bias_spread.push_back(sum(of_rooms("bias spread")) / (rooms * rooms));
-    curve.shift.push_back(mean(of_rooms("shift")));
-    curve.shift_spread.push_back(sum(of_rooms("shift spread")) / (rooms * rooms));
+    curve.shift_p.push_back(p_of_shifts(shifts_of(of_rooms, seeds, part.truth_runs)));
     curve.memory.push_back(std::ranges::max(found_.values(named("memory", part.name).of(0))));
   }
   return curve;
@@ -118,8 +131,10 @@ Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
       sentence(part) + fmt::format(
                            ". Error: {}; ± over seeds. Seconds of {}, kernels built before: median over seeds. Front: "
                            "nothing{} has less error in less time. Bias: squared, free of noise, so that it falls "
-                           "below 0 by chance; z: how many of its standard errors it is from none, and the same of the "
-                           "sum over pixels, in which biases of one sign add up. Memory: the most on the device{}",
+                           "below 0 by chance; z: how many of its standard errors it is from none. p: of Welch's "
+                           "test that the sum over pixels, in which biases of one sign add up, is that of the truth; "
+                           "where errors are mostly of rare bright samples, few seeds make it too small. Memory: the "
+                           "most on the device{}",
                            picture ? "relMSE (eps 0.01) over the pixels that have a depth"
                                    : "squared distance from the true gradient over its square",
                            picture ? "the layer" : "forward and adjoint", picture ? "" : " of that map",
@@ -135,7 +150,7 @@ Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
                                              {"variance", error_unit(part), Best::None, 3},
                                              {"bias", error_unit(part), Best::None, 2},
                                              {"z", "of the bias", Best::None, 2},
-                                             {"z", "of the sum", Best::None, 2},
+                                             {"p", "of the sum", Best::None, 2},
                                              {"memory", "MiB", Best::None, 3}});
   for (const std::string& what : part.what) {
     std::vector<Curve> curves;
@@ -155,10 +170,10 @@ Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
         row.insert(row.end(), {number(c.spp[k]), c.error[k]});
         if (picture) row.emplace_back(c.smape[k]);
         const double efficiency = 1 / (c.error[k].mean * c.seconds[k]);
-        row.insert(row.end(), {number(c.seconds[k]), efficiency > 0 ? number(efficiency) : Cell(),
-                               front[e * part.spp.size() + k] ? Cell("front") : Cell(), number(c.variance[k]),
-                               number(c.bias[k]), z_of({c.bias[k]}, {c.bias_spread[k]}),
-                               z_of({c.shift[k]}, {c.shift_spread[k]}), number(c.memory[k])});
+        row.insert(row.end(),
+                   {number(c.seconds[k]), efficiency > 0 ? number(efficiency) : Cell(),
+                    front[e * part.spp.size() + k] ? Cell("front") : Cell(), number(c.variance[k]), number(c.bias[k]),
+                    z_of({c.bias[k]}, {c.bias_spread[k]}), cell_of(c.shift_p[k]), number(c.memory[k])});
         table.add(std::move(row));
       }
   }
@@ -168,12 +183,12 @@ Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
 Table ErrorTimeTables::headline() const {
   Table table;
   table.title = fmt::format("Seconds to an error of {}, by estimator", kHeadline);
-  table.note = fmt::format(
+  table.note =
       "Seconds: on the straight line in logarithms between the two numbers of samples around it; < and >: it lies "
       "before the fewest or behind the most. Slopes of ln error, ± over seeds. Error: relMSE of pictures, of gradients "
-      "squared distance from the true one over its square. z: of the bias and of the sum over all pixels, over all "
-      "numbers of samples. {}",
-      "Rooms, truths and what is timed: in the tables of the parts");
+      "squared distance from the true one over its square. z of the bias and p of the sum over pixels: over all "
+      "numbers "
+      "of samples. Rooms, truths and what is timed: in the tables of the parts";
   table.columns = {{"light", "", Best::None, 3},
                    {"of", "", Best::None, 3},
                    {"estimator", "", Best::None, 3},
@@ -182,13 +197,13 @@ Table ErrorTimeTables::headline() const {
                    {"slope", "against samples", Best::None, 3},
                    {"error", "at the most samples", Best::None, 3},
                    {"z", "of the bias", Best::None, 2},
-                   {"z", "of the sum", Best::None, 2}};
+                   {"p", "of the sum", Best::None, 2}};
   for (const ErrorTimePart& part : parts_)
     for (const std::string& what : part.what)
       for (const TimedEstimator& estimator : part.estimators) {
         const Curve c = curve(part, what, estimator);
         table.add({part.light, what, estimator.name, seconds_to(kHeadline, c.seconds, c.errors()), c.slope(c.seconds),
-                   c.slope(c.spp), c.error.back(), z_of(c.bias, c.bias_spread), z_of(c.shift, c.shift_spread)});
+                   c.slope(c.spp), c.error.back(), z_of(c.bias, c.bias_spread), cell_of(p_together(c.shift_p))});
       }
   return table;
 }
@@ -206,9 +221,11 @@ std::map<std::string, Plot> ErrorTimeTables::plots() const {
       Plot plot;
       plot.title = part.title + (part.what.size() > 1 ? ": " + what : "");
       plot.x_label = "seconds", plot.y_label = error_unit(part), plot.log_x = plot.log_y = true;
+      plot.width = 960, plot.height = 600;
       for (const TimedEstimator& estimator : part.estimators) {
         const Curve c = curve(part, what, estimator);
-        plot.series.push_back({estimator.name, c.seconds, c.errors(), {}, Stroke::LinePoints});
+        const Stroke stroke = plot.series.size() < kColours ? Stroke::LinePoints : Stroke::Dashed;
+        plot.series.push_back({estimator.name, c.seconds, c.errors(), {}, stroke});
       }
       all[part.what.size() > 1 ? part.name + "_" + what : part.name] = plot;
     }

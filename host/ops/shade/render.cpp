@@ -17,9 +17,8 @@ enum Tally { kUncertainty, kDirections, kDropped, kHits, kFirstDropped, kTallies
 
 ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
   if (const int least = spec.statistics ? 2 : 1; spec.spp < least)
-    throw usage_error(
-        fmt::format("a picture{} needs more samples", spec.statistics ? " with its standard error" : ""), "spp",
-        std::to_string(spec.spp), fmt::format("at least {}", least));
+    throw usage_error(fmt::format("a picture{} needs more samples", spec.statistics ? " with its standard error" : ""),
+                      "spp", std::to_string(spec.spp), fmt::format("at least {}", least));
   if (spec.sampling.sampler == Sampler::Grid8x16 && spec.spp != kGridDirections)
     throw usage_error("the sampler grid8x16 has a fixed number of samples", "spp", std::to_string(spec.spp), "128");
   if (spec.chunk_rays < 16) throw Error(ErrorKind::Failed, "a chunk of less than sixteen rays", "render");
