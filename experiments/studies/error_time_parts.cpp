@@ -115,6 +115,9 @@ void add_error_time_keys(Schema& schema) {
 }
 
 std::vector<ErrorTimePart> error_time_parts(const Config& config) {
+  if (const std::int64_t seeds = config.integer("study.seeds"); seeds < 2)
+    throw usage_error("one seed does not tell a bias from noise", where(config, "study.seeds"),
+                      fmt::format("{}", seeds), "at least 2");
   std::vector<ErrorTimePart> parts;
   for (ErrorTimePart part : {pictures(config), gradients(config), learned(config)}) {
     if (part.estimators.empty()) continue;

@@ -33,7 +33,7 @@ struct ErrorTimePart {
 void add_error_time_keys(Schema& schema);
 
 /// The parts that a config asks for, those without estimators left out. Throws usage_error naming the key: samples that
-/// do not rise, too few for a truth, no part at all.
+/// do not rise, too few for a truth, one seed alone, no part at all.
 std::vector<ErrorTimePart> error_time_parts(const Config& config);
 
 }  // namespace clerestory

@@ -37,13 +37,8 @@ double smape(const Estimate& picture, const Estimate& truth, const std::vector<b
 
 class ErrorTimeStudy : public RoomStudy {
  public:
-  ErrorTimeStudy(const Config& config, const std::vector<std::string>& command)
-      : RoomStudy(config, command), parts_(error_time_parts(config)), seeds_(config.integer("study.seeds")) {
-    if (seeds_ < 2)
-      throw usage_error("one seed does not tell a bias from noise",
-                        fmt::format("study.seeds ({})", config.origin("study.seeds")), fmt::format("{}", seeds_),
-                        "at least 2");
-  }
+  ErrorTimeStudy(const Config& config, const std::vector<std::string>& command, std::vector<ErrorTimePart> parts)
+      : RoomStudy(config, command), parts_(std::move(parts)), seeds_(config.integer("study.seeds")) {}
 
  private:
   void measure() override {
@@ -149,7 +144,7 @@ class ErrorTimeStudy : public RoomStudy {
 }  // namespace
 
 std::string run_error_time_study(const Config& config, const std::vector<std::string>& command) {
-  return ErrorTimeStudy(config, command).run();
+  return ErrorTimeStudy(config, command, error_time_parts(config)).run();
 }
 
 }  // namespace clerestory

@@ -11,8 +11,7 @@
 
 namespace clerestory {
 
-/// study.kind = "error_time". Returns the run directory. Throws what error_time_parts() throws, and usage_error on less
-/// than two seeds.
+/// study.kind = "error_time". Returns the run directory. Throws what error_time_parts() throws.
 std::string run_error_time_study(const Config& config, const std::vector<std::string>& command);
 
 }  // namespace clerestory

@@ -220,6 +220,7 @@ TEST(ErrorTimeStudy, RefusesWhatItCannotMeasure) {
   EXPECT_THAT(refusal({"study.seeds=1"}), HasSubstr("study.seeds"));
   EXPECT_THAT(refusal({"pictures.samplers=[]", "gradients.draws=[]", "learned.switches=[]"}),
               HasSubstr("nothing to measure"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "a refused run left something behind";
 }
 
 }  // namespace
