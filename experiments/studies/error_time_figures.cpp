@@ -120,7 +120,7 @@ std::optional<double> log_log_slope(const std::vector<double>& x, const std::vec
 std::vector<bool> pareto_front(const std::vector<double>& seconds, const std::vector<double>& error) {
   std::vector<bool> front;
   for (std::size_t i = 0; i < seconds.size(); ++i) {
-    bool beaten = false;
+    bool beaten = !std::isfinite(error[i]);
     for (std::size_t k = 0; k < seconds.size(); ++k)
       beaten = beaten ||
                (seconds[k] <= seconds[i] && error[k] <= error[i] && (seconds[k] < seconds[i] || error[k] < error[i]));

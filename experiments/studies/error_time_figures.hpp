@@ -59,7 +59,8 @@ std::optional<double> p_together(const std::vector<std::optional<double>>& tests
 /// Nothing for fewer than two of unlike x.
 std::optional<double> log_log_slope(const std::vector<double>& x, const std::vector<double>& y);
 
-/// Whether each point is on the Pareto front: no other is at most as large in both and smaller in one.
+/// Whether each point is on the Pareto front: no other is at most as large in both and smaller in one, and its error is
+/// a number.
 std::vector<bool> pareto_front(const std::vector<double>& seconds, const std::vector<double>& error);
 
 /// Seconds at which a curve, its points in the order of their samples, first comes down to `error`: by the straight

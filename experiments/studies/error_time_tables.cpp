@@ -12,6 +12,25 @@ namespace {
 constexpr double kHeadline = 0.01;   // the error of which the seconds are told
 constexpr std::size_t kColours = 6;  // of curves, before they repeat
 
+constexpr auto kOfPictures =
+    ". Error: relMSE (eps 0.01) over the pixels that have a depth; FLIP is left out: the project has none. Seconds: of "
+    "the layer";
+constexpr auto kOfGradients =
+    ". Error: squared distance from the true gradient over its square. Seconds: of forward and adjoint";
+constexpr auto kOfBoth =
+    ", kernels built before, median over seeds; ± over seeds. Front: nothing has less error in less time (of a "
+    "gradient "
+    "of that map). Bias: squared, free of noise, so that it falls below 0 by chance; z: how many of its standard "
+    "errors "
+    "it is from none. p: of Welch's test that the sum over pixels, in which biases of one sign add up, is that of the "
+    "truth; where errors are mostly of rare bright samples, few seeds make it too small. Memory: the most on the "
+    "device";
+constexpr auto kOfHeadline =
+    "Seconds: on the straight line in logarithms between the two numbers of samples around it; < and >: it lies before "
+    "the fewest or behind the most. Slopes of ln error, ± over seeds. Error: relMSE of pictures, of gradients squared "
+    "distance from the true one over its square. z of the bias and p of the sum over pixels: over all numbers of "
+    "samples. Rooms, truths and what is timed: in the tables of the parts";
+
 Cell number(double value) { return Measure{value}; }
 Cell cell_of(const std::optional<double>& value) { return value ? number(*value) : Cell(); }
 
@@ -27,6 +46,14 @@ Cell z_of(const std::vector<double>& biases, const std::vector<double>& spreads)
   return number(sum / std::sqrt(static_cast<double>(biases.size())));
 }
 
+/// Over rooms, one a seed. What is not a number stays one that shows.
+std::vector<double> means_of_seeds(const Findings::BySeed& rooms) {
+  std::vector<double> means(rooms.at(0).size());
+  for (const std::vector<double>& room : rooms)
+    for (std::size_t s = 0; s < means.size(); ++s) means[s] += room[s] / static_cast<double>(rooms.size());
+  return means;
+}
+
 /// `of_rooms`(metric): its numbers, one a room.
 template <class OfRooms>
 std::vector<Shift> shifts_of(const OfRooms& of_rooms, std::int64_t seeds, int truth_runs) {
@@ -36,6 +63,23 @@ std::vector<Shift> shifts_of(const OfRooms& of_rooms, std::int64_t seeds, int tr
   for (std::size_t r = 0; r < value.size(); ++r)
     shifts.push_back({value[r], {spread[r], truth[r]}, {seeds, truth_runs}});
   return shifts;
+}
+
+std::vector<Column> columns_of(const ErrorTimePart& part) {
+  const bool picture = part.floor.has_value();
+  std::vector<Column> columns{{"estimator", ""}};
+  if (!picture) columns.push_back({"gradient", ""});
+  columns.insert(columns.end(), {{"samples", "a pixel", Best::None, 4}, {"error", error_unit(part)}});
+  if (picture) columns.push_back({"SMAPE", "eps 0.01"});
+  columns.insert(columns.end(), {{"time", "s"},
+                                 {"efficiency", "1 / (error s)"},
+                                 {"front", ""},
+                                 {"variance", error_unit(part)},
+                                 {"bias", error_unit(part), Best::None, 2},
+                                 {"z", "of the bias", Best::None, 2},
+                                 {"p", "of the sum", Best::None, 2},
+                                 {"memory", "MiB"}});
+  return columns;
 }
 
 std::string quoted(const std::string& text) {
@@ -98,10 +142,10 @@ ErrorTimeTables::Curve ErrorTimeTables::curve(const ErrorTimePart& part, const s
       return Finding{metric, region, estimator.name, std::to_string(spp)};
     };
     const std::string region = region_of(part, what);
-    const std::vector<double> errors = found_.seed_means(named("error", region), seeds);
+    const std::vector<double> errors = means_of_seeds(found_.by_seed(named("error", region), seeds));
     curve.spp.push_back(static_cast<double>(spp)), curve.error.push_back(measure_of(errors));
     for (std::size_t s = 0; s < errors.size(); ++s) curve.of_seeds[s].push_back(errors[s]);
-    if (part.floor) curve.smape.push_back(measure_of(found_.seed_means(named("smape", region), seeds)));
+    if (part.floor) curve.smape.push_back(measure_of(means_of_seeds(found_.by_seed(named("smape", region), seeds))));
     const auto rooms = static_cast<double>(found_.rooms());
     const auto of_rooms = [&](const char* metric) { return found_.values(named(metric, region).of(0)); };
     curve.bias.push_back(mean(of_rooms("bias"))), curve.variance.push_back(mean(of_rooms("variance")));
@@ -125,32 +169,8 @@ std::string ErrorTimeTables::sentence(const ErrorTimePart& part) const {
 Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
   const bool picture = part.floor.has_value();
   Table table;
-  table.title = part.title;
-  table.note =
-      sentence(part) + fmt::format(
-                           ". Error: {}; ± over seeds. Seconds of {}, kernels built before: median over seeds. Front: "
-                           "nothing{} has less error in less time. Bias: squared, free of noise, so that it falls "
-                           "below 0 by chance; z: how many of its standard errors it is from none. p: of Welch's "
-                           "test that the sum over pixels, in which biases of one sign add up, is that of the truth; "
-                           "where errors are mostly of rare bright samples, few seeds make it too small. Memory: the "
-                           "most on the device{}",
-                           picture ? "relMSE (eps 0.01) over the pixels that have a depth"
-                                   : "squared distance from the true gradient over its square",
-                           picture ? "the layer" : "forward and adjoint", picture ? "" : " of that map",
-                           picture ? ". FLIP is left out: the project has none" : "");
-  table.columns = {{"estimator", "", Best::None, 3}};
-  if (!picture) table.columns.push_back({"gradient", "", Best::None, 3});
-  table.columns.insert(table.columns.end(),
-                       {{"samples", "a pixel", Best::None, 4}, {"error", error_unit(part), Best::None, 3}});
-  if (picture) table.columns.push_back({"SMAPE", "eps 0.01", Best::None, 3});
-  table.columns.insert(table.columns.end(), {{"time", "s", Best::None, 3},
-                                             {"efficiency", "1 / (error s)", Best::None, 3},
-                                             {"front", "", Best::None, 3},
-                                             {"variance", error_unit(part), Best::None, 3},
-                                             {"bias", error_unit(part), Best::None, 2},
-                                             {"z", "of the bias", Best::None, 2},
-                                             {"p", "of the sum", Best::None, 2},
-                                             {"memory", "MiB", Best::None, 3}});
+  table.title = part.title, table.columns = columns_of(part);
+  table.note = sentence(part) + (picture ? kOfPictures : kOfGradients) + kOfBoth;
   for (const std::string& what : part.what) {
     std::vector<Curve> curves;
     std::vector<double> all_seconds, all_errors;
@@ -182,19 +202,14 @@ Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
 Table ErrorTimeTables::headline() const {
   Table table;
   table.title = fmt::format("Seconds to an error of {}, by estimator", kHeadline);
-  table.note =
-      "Seconds: on the straight line in logarithms between the two numbers of samples around it; < and >: it lies "
-      "before the fewest or behind the most. Slopes of ln error, ± over seeds. Error: relMSE of pictures, of gradients "
-      "squared distance from the true one over its square. z of the bias and p of the sum over pixels: over all "
-      "numbers "
-      "of samples. Rooms, truths and what is timed: in the tables of the parts";
-  table.columns = {{"light", "", Best::None, 3},
-                   {"of", "", Best::None, 3},
-                   {"estimator", "", Best::None, 3},
-                   {fmt::format("time to {}", kHeadline), "s", Best::None, 3},
-                   {"slope", "against seconds", Best::None, 3},
-                   {"slope", "against samples", Best::None, 3},
-                   {"error", "at the most samples", Best::None, 3},
+  table.note = kOfHeadline;
+  table.columns = {{"light", ""},
+                   {"of", ""},
+                   {"estimator", ""},
+                   {fmt::format("time to {}", kHeadline), "s"},
+                   {"slope", "against seconds"},
+                   {"slope", "against samples"},
+                   {"error", "at the most samples"},
                    {"z", "of the bias", Best::None, 2},
                    {"p", "of the sum", Best::None, 2}};
   for (const ErrorTimePart& part : parts_)

@@ -32,6 +32,7 @@ TEST(ErrorTimeFigures, TheFrontIsWhatNothingBeats) {
   //                                        0
   const std::vector<double> seconds{4, 1, 2, 1, 4}, error{0.1, 0.5, 0.6, 0.7, 0.1};
   EXPECT_EQ(pareto_front(seconds, error), (std::vector<bool>{true, true, false, false, true}));
+  EXPECT_EQ(pareto_front({2, 1}, {1, NAN}), (std::vector<bool>{true, false})) << "no number is on no front";
 }
 
 TEST(ErrorTimeFigures, SecondsToAnErrorLieOnTheLineInLogarithms) {
