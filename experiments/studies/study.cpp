@@ -4,6 +4,7 @@
 #include <set>
 
 #include "experiments/studies/edit_study.hpp"
+#include "experiments/studies/error_time_study.hpp"
 #include "experiments/studies/ladder_study.hpp"
 #include "experiments/studies/layer_study.hpp"
 #include "experiments/studies/light_study.hpp"
@@ -36,7 +37,8 @@ const std::vector<StudyKind>& kinds() {
       {"uncertainty", {add_uncertainty_keys, add_light_keys, add_maps_keys, add_incident_keys}, run_uncertainty_study},
       {"ladder", {add_ladder_keys, add_light_keys, add_maps_keys}, run_ladder_study},
       {"user", {add_user_keys, add_light_keys, add_maps_keys}, run_user_study},
-      {"target", {add_target_keys, add_light_keys}, run_target_study}};
+      {"target", {add_target_keys, add_light_keys}, run_target_study},
+      {"error_time", {add_error_time_keys, add_light_keys}, run_error_time_study}};
   return all;
 }
 const StudyKind& kind_named(const std::string& name) {

@@ -16,9 +16,9 @@ constexpr int kGridDirections = 128;
 enum Tally { kUncertainty, kDirections, kDropped, kHits, kFirstDropped, kTallies };
 
 ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
-  if (spec.spp < 2)
-    throw usage_error("a picture and its standard error need more samples", "spp", std::to_string(spec.spp),
-                      "at least 2");
+  if (const int least = spec.statistics ? 2 : 1; spec.spp < least)
+    throw usage_error(fmt::format("a picture{} needs more samples", spec.statistics ? " with its standard error" : ""),
+                      "spp", std::to_string(spec.spp), fmt::format("at least {}", least));
   if (spec.sampling.sampler == Sampler::Grid8x16 && spec.spp != kGridDirections)
     throw usage_error("the sampler grid8x16 has a fixed number of samples", "spp", std::to_string(spec.spp), "128");
   if (spec.chunk_rays < 16) throw Error(ErrorKind::Failed, "a chunk of less than sixteen rays", "render");
@@ -91,7 +91,8 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
     return outputs;
   };
   const std::vector<Value> whole = map_chunks(graph, domain, outer, body);
-  const SampleStatistics statistics = finish_samples(whole[1], whole[2], spec.spp, sample_chunks(domain));
+  const SampleStatistics statistics =
+      spec.statistics ? finish_samples(whole[1], whole[2], spec.spp, sample_chunks(domain)) : SampleStatistics{};
   const Value tally = concat(std::vector{whole[2], whole[4]});
   Rendered rendered{whole[0], statistics.standard_error, statistics.uncertainty, whole[3], tally, {}};
   for (std::size_t i = 5; i < whole.size(); ++i) rendered.counts.emplace_back((*counts)[i - 5].first, whole[i]);

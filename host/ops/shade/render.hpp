@@ -11,12 +11,13 @@
 namespace clerestory {
 
 struct RenderSpec {
-  int spp = 64;  // at least 2; 128 for Sampler::Grid8x16
+  int spp = 64;  // at least 2 with statistics; 128 for Sampler::Grid8x16
   SamplingOptions sampling{};
   SsrtOptions ssrt{};
   bool facing = true;  // a cell that faces away from a ray is not hit by it
   bool trace = true;   // false: no ray is traced (a light that does not ask where rays end); u is 0
   int chunk_rays = 1 << 18;
+  bool statistics = true;  // false: neither standard error nor uncertainty, and then one sample is enough
 };
 
 /// What is shaded. depth {n, 1, h, w}: axial metres, 0 = none.
@@ -49,7 +50,7 @@ using LightBuilder = std::function<Value(Graph& inner, const RayBatch& rays, std
 struct Rendered {
   Value radiance;        // {n, 3, h, w}: reflected light
   Value standard_error;  // {n, 3, h, w}: of it, as independent samples have it (SampleStatistics)
-  Value uncertainty;     // {n, 1, h, w}: mean u
+  Value uncertainty;     // {n, 1, h, w}: mean u; neither without RenderSpec::statistics
   Value status;          // {n, 1, h, w}: 0 shaded, 1 no depth, 2 normal faces away
   Value tally;           // {n, 5, h, w}: tally and first of SampleSums
   RayCounts counts;      // what the light counted

@@ -408,6 +408,28 @@ TEST(Render, GridAndLimits) {
   EXPECT_THROW(Layer(t, {.spp = 1}, "constant"), Error);
 }
 
+// A picture alone takes one sample: pictures of one by many seeds have the mean of a picture of as many.
+TEST(Render, OneSampleIsEnoughWithoutStatistics) {
+  constexpr int w = 8, h = 6, seeds = 256;
+  const Tensors t = wall(w, h, 0.5, 0.5);
+  const auto mean_of = [&](int spp, std::uint32_t seed) {
+    Graph graph;
+    Values v;
+    for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+    RenderSpec spec{.spp = spp, .statistics = false};
+    spec.sampling.points = Points::Independent;
+    const Rendered r = render(graph, spec, {v["depth"], {v["albedo"], v["normal"], v["material"]}}, v["camera"],
+                              v["range"], std::vector{v["ambient"]}, constant_answers);
+    EXPECT_FALSE(r.standard_error || r.uncertainty);
+    return mean(evaluate(graph, {r.radiance}, test_device(), t, {}, seed)[0].real);
+  };
+  std::vector<double> ones;
+  for (int s = 0; s < seeds; ++s) ones.push_back(mean_of(1, static_cast<std::uint32_t>(s)));
+  EXPECT_GT(standard_deviation(ones), 0);
+  EXPECT_NEAR(mean(ones), mean_of(seeds, 1000), 4 * standard_deviation(ones) * std::sqrt(2.0 / seeds));
+  EXPECT_THROW(mean_of(0, 0), Error);
+}
+
 // What the layer is sized for: 640 x 480 pixels, 64 samples, 19.7 million rays, within 1 GiB.
 TEST(Render, AWholePictureFitsInAGibibyte) {
   Tensors t = wall(640, 480, 0.4, 0.1);

@@ -1,0 +1,134 @@
+#include "experiments/studies/error_time_parts.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+#include "host/error.hpp"
+#include "host/math/radiance.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr std::int64_t kTruthFactor = 16;
+
+std::string where(const Config& config, const std::string& key) {
+  return fmt::format("{} ({})", key, config.origin(key));
+}
+
+/// Samples of the rows and of the truth, by the part's keys.
+void read_samples(const Config& config, ErrorTimePart& part) {
+  const std::string spp = part.name + ".spp", truth = part.name + ".truth_spp";
+  part.spp = config.integers(spp), part.truth_spp = static_cast<int>(config.integer(truth));
+  if (part.spp.empty() || std::ranges::adjacent_find(part.spp, std::greater_equal<>()) != part.spp.end())
+    throw usage_error("not a list of samples", where(config, spp), fmt::format("[{}]", fmt::join(part.spp, ", ")),
+                      "rising numbers");
+  if (const std::int64_t least = kTruthFactor * part.spp.back(); part.truth_spp < least)
+    throw usage_error("too few samples for a truth", where(config, truth), fmt::format("{}", part.truth_spp),
+                      fmt::format("at least {}, {} times the most of {}", least, kTruthFactor, spp));
+}
+
+/// By Sobol's points, whose noise is least: runs by other seeds are scrambled independently, of each other and of all
+/// rows. Rows of independent points judge them in turn.
+TimedEstimator truth_under(const std::string& light, LayerResult result) {
+  TimedEstimator truth{"truth", {}, result};
+  truth.settings.light = light;
+  return truth;
+}
+
+ErrorTimePart pictures(const Config& config) {
+  ErrorTimePart part{.name = "pictures", .title = "Pictures under the photograph as light", .light = "image"};
+  part.note = "every sampler with all points";
+  part.what = {"picture"}, part.floor = kLightFloor, part.truth = truth_under("image", LayerResult::Picture);
+  for (const std::string& points : config.texts("pictures.points"))
+    for (const std::string& sampler : config.texts("pictures.samplers")) {
+      TimedEstimator estimator{sampler + ", " + points, {}};
+      estimator.settings.sampler = sampler, estimator.settings.points = points;
+      part.estimators.push_back(estimator);
+    }
+  return part;
+}
+
+ErrorTimePart gradients(const Config& config) {
+  ErrorTimePart part{.name = "gradients", .title = "Gradients under the photograph as light", .light = "image"};
+  part.note =
+      "of the mean of (I - P)^2 / (P^2 + 0.01), I the re-render and P the photograph; one draw: dL/dI and dI of the "
+      "same "
+      "samples, two draws: of independent ones; sampler vndf_caps";
+  part.what = {"albedo", "roughness", "metallic", "normal", "radiance"};
+  part.truth = truth_under("image", LayerResult::TwoDraws);
+  for (const std::string& draws : config.texts("gradients.draws"))
+    for (const std::string& points : config.texts("gradients.points")) {
+      TimedEstimator estimator{fmt::format("{} draw{}, {}", draws, draws == "one" ? "" : "s", points), {}};
+      estimator.settings.points = points;
+      estimator.result = draws == "one" ? LayerResult::OneDraw : LayerResult::TwoDraws;
+      part.estimators.push_back(estimator);
+    }
+  return part;
+}
+
+ErrorTimePart learned(const Config& config) {
+  ErrorTimePart part{.name = "learned", .title = "Pictures under learned light", .light = "net"};
+  part.note =
+      "as by default, and with one switch another; what the layer does not have has no row: specialised programs, rays "
+      "that share a query, samples by pixel; nor have MLPs of other widths, of which no weights are shipped";
+  part.what = {"picture"}, part.floor = kLightFloor, part.truth = truth_under("net", LayerResult::Picture);
+  for (const std::string& choice : config.texts("learned.switches")) {
+    TimedEstimator estimator{choice, {}};
+    estimator.settings.light = "net";
+    if (choice == "dda") estimator.settings.ssrt = choice;
+    if (choice == "independent") estimator.settings.points = choice;
+    if (choice == "vndf_hemisphere") estimator.settings.sampler = choice;
+    part.estimators.push_back(estimator);
+  }
+  return part;
+}
+
+/// Two of one name would count as one.
+void check_names(const ErrorTimePart& part) {
+  std::set<std::string> names;
+  for (const TimedEstimator& estimator : part.estimators)
+    if (!names.insert(estimator.name).second)
+      throw usage_error("an estimator stands there twice", part.name, estimator.name, "each once");
+}
+
+}  // namespace
+
+void add_error_time_keys(Schema& schema) {
+  schema.section("pictures", "Pictures under the photograph as light: every sampler with all points.")
+      .integers("pictures.spp", {1, 4, 16, 64, 256, 1024}, "Samples a pixel", {1, 65536})
+      .texts("pictures.samplers", {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"},
+             "Samplers; none: no pictures",
+             {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"})
+      .texts("pictures.points", {"sobol", "independent"}, "Points", {"sobol", "independent"})
+      .integer("pictures.truth_spp", 16384, "Samples a pixel of the truth", {4, 1 << 24});
+  schema.section("gradients", "Gradients of a loss of the re-render under the photograph as light.")
+      .integers("gradients.spp", {1, 4, 16, 64, 256, 1024}, "Samples a pixel", {1, 65536})
+      .texts("gradients.draws", {"two", "one"}, "Whether dL/dI and dI have samples of their own; none: no gradients",
+             {"two", "one"})
+      .texts("gradients.points", {"sobol", "independent"}, "Points", {"sobol", "independent"})
+      .integer("gradients.truth_spp", 16384, "Samples a pixel of the truth", {4, 1 << 24});
+  schema.section("learned", "Pictures under learned light: one switch another than by default.")
+      .integers("learned.spp", {1, 4, 16, 64, 256}, "Samples a pixel", {1, 65536})
+      .texts("learned.switches", {"default", "dda", "independent", "vndf_hemisphere"}, "Rows; none: no learned light",
+             {"default", "dda", "independent", "vndf_hemisphere"})
+      .integer("learned.truth_spp", 4096, "Samples a pixel of the truth", {4, 1 << 24});
+}
+
+std::vector<ErrorTimePart> error_time_parts(const Config& config) {
+  if (const std::int64_t seeds = config.integer("study.seeds"); seeds < 2)
+    throw usage_error("one seed does not tell a bias from noise", where(config, "study.seeds"),
+                      fmt::format("{}", seeds), "at least 2");
+  std::vector<ErrorTimePart> parts;
+  for (ErrorTimePart part : {pictures(config), gradients(config), learned(config)}) {
+    if (part.estimators.empty()) continue;
+    check_names(part), read_samples(config, part);
+    parts.push_back(std::move(part));
+  }
+  if (parts.empty())
+    throw usage_error("nothing to measure", "pictures.samplers, gradients.draws, learned.switches", "all empty",
+                      "one of them with entries");
+  return parts;
+}
+
+}  // namespace clerestory

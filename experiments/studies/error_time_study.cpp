@@ -1,0 +1,150 @@
+#include "experiments/studies/error_time_study.hpp"
+
+#include <array>
+
+#include "experiments/evaluation/radiance_error.hpp"
+#include "experiments/studies/error_time_figures.hpp"
+#include "experiments/studies/error_time_tables.hpp"
+#include "experiments/studies/room_study.hpp"
+#include "experiments/truth/traced_room.hpp"
+#include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+namespace {
+
+enum Stream : std::uint64_t { kPhotograph = 1, kParts };
+
+/// Samples by which kernels are built before they are timed: of less than 64, and of more, groups are of another size.
+constexpr std::array kBuilding{16, 64};
+
+using References = std::map<std::string, ErrorReference>;  // by what is estimated
+
+/// Pixels that errors are of.
+std::vector<bool> with_depth(const Scene& scene) {
+  std::vector<bool> used;
+  for (const float depth : scene.depth.data) used.push_back(depth > 0);
+  return used;
+}
+
+double smape(const Estimate& picture, const Estimate& truth, const std::vector<bool>& used) {
+  RadianceErrorSums sums;
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    if (used[i % used.size()]) sums.add(picture[i], truth[i]);
+  return sums.means().smape;
+}
+
+class ErrorTimeStudy : public RoomStudy {
+ public:
+  ErrorTimeStudy(const Config& config, const std::vector<std::string>& command, std::vector<ErrorTimePart> parts)
+      : RoomStudy(config, command), parts_(std::move(parts)), seeds_(config.integer("study.seeds")) {}
+
+ private:
+  void measure() override {
+    for (ErrorTimePart& part : parts_) {
+      use_light(part.truth.settings);
+      for (TimedEstimator& estimator : part.estimators) estimator.settings.nets = part.truth.settings.nets;
+    }
+    measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });
+  }
+
+  RoomFindings run_room(const ListedRoom& listed) {
+    const Random random(listed.seed);
+    const Scene scene = scene_of_room(listed, random.seed(kPhotograph));
+    RoomFindings found;
+    for (std::size_t p = 0; p < parts_.size(); ++p) measure_part(parts_[p], scene, random.fork(kParts + p), found);
+    return found;
+  }
+
+  /// What the tracer holds of the room is gone when layers are asked for their memory.
+  Scene scene_of_room(const ListedRoom& listed, std::uint32_t seed) {
+    TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
+                    static_cast<int>(config_.integer("data.height")));
+    const Image linear = room.traced.picture(room.camera, static_cast<int>(config_.integer("data.spp")), seed).mean;
+    room.scene.photo = scaled(linear, exposure_of(linear.data));
+    return std::move(room.scene);
+  }
+
+  void measure_part(const ErrorTimePart& part, const Scene& scene, const Random& random, RoomFindings& found) {
+    std::uint64_t stream = 0;
+    const References truth = truth_of(part, scene, random.fork(stream));
+    for (TimedEstimator estimator : part.estimators) {
+      for (const int spp : kBuilding) {
+        estimator.settings.spp = spp;
+        TimedLayer(device_, scene, estimator.settings, estimator.result).run(0);
+      }
+      for (const std::int64_t spp : part.spp) {
+        estimator.settings.spp = static_cast<int>(spp);
+        measure_row(part, estimator, scene, truth, random.fork(++stream), found);
+      }
+    }
+  }
+
+  References truth_of(const ErrorTimePart& part, const Scene& scene, const Random& random) {
+    RenderSettings settings = part.truth.settings;
+    settings.spp = part.truth_spp / part.truth_runs;
+    TimedLayer layer(device_, scene, settings, part.truth.result, truth_precision(part, device_));
+    std::map<std::string, std::vector<Estimate>> runs;
+    for (int k = 0; k < part.truth_runs; ++k) {
+      stop_if_interrupted("study");
+      layer.run(random.seed(static_cast<std::uint64_t>(k)));
+      for (auto& [what, values] : layer.values()) runs[what].push_back(std::move(values));
+    }
+    References truth;
+    for (const auto& [what, estimates] : runs)
+      truth.emplace(what, ErrorReference(estimates, with_depth(scene), part.floor));
+    return truth;
+  }
+
+  void measure_row(const ErrorTimePart& part, const TimedEstimator& estimator, const Scene& scene,
+                   const References& truth, const Random& random, RoomFindings& found) {
+    TimedLayer layer(device_, scene, estimator.settings, estimator.result);
+    std::map<std::string, std::vector<Estimate>> estimates;
+    Finding of{"", part.name, estimator.name, std::to_string(estimator.settings.spp)};
+    const auto note = [&](const char* metric, double value, std::int64_t seed = 0) {
+      of.metric = metric;
+      found.add(of.of(seed), value);
+    };
+    for (std::int64_t s = 0; s < seeds_; ++s) {
+      stop_if_interrupted("study");
+      of.region = part.name;
+      note("seconds", layer.run(random.seed(static_cast<std::uint64_t>(s))), s);
+      for (auto& [what, values] : layer.values()) {
+        of.region = region_of(part, what);
+        note("error", truth.at(what).error(values), s);
+        if (part.floor) note("smape", smape(values, truth.at(what).mean(), with_depth(scene)), s);
+        estimates[what].push_back(std::move(values));
+      }
+    }
+    of.region = part.name;
+    note("memory", static_cast<double>(layer.memory()) / 0x1p20);
+    for (const auto& [what, of_seeds] : estimates) {
+      const ErrorReference::Moments moments = truth.at(what).moments(of_seeds);
+      of.region = region_of(part, what);
+      note("bias", moments.bias), note("bias spread", moments.bias_spread), note("variance", moments.variance);
+      note("shift", moments.shift), note("shift spread", moments.shift_spread);
+      note("truth spread", moments.truth_spread);
+    }
+  }
+
+  void conclude() override {
+    const ErrorTimeTables made(config_, parts_, found(), device_);
+    for (const auto& [name, table] : made.tables()) {
+      write_table(name, table);
+      write_file(run_.artifact(name + ".csv"), table_csv(table));
+    }
+    for (const auto& [name, plot] : made.plots()) write_plot(run_.artifact(name + ".svg"), plot);
+  }
+
+  std::vector<ErrorTimePart> parts_;
+  std::int64_t seeds_;
+};
+
+}  // namespace
+
+std::string run_error_time_study(const Config& config, const std::vector<std::string>& command) {
+  return ErrorTimeStudy(config, command, error_time_parts(config)).run();
+}
+
+}  // namespace clerestory

@@ -1,0 +1,97 @@
+#include "nets/timed_layer.hpp"
+
+#include "host/cl/seconds_of.hpp"
+#include "host/math/radiance.hpp"
+#include "host/ops/light/surface_points.hpp"
+#include "host/ops/tensor/elementwise.hpp"
+
+namespace clerestory {
+namespace {
+
+/// Of dL/dI = weight (I - P).
+Tensor loss_weight(const Scene& scene) {
+  Tensor weight({1, 3, scene.height(), scene.width()});
+  const std::size_t n = scene.photo.pixels();
+  double count = 0;
+  for (const float depth : scene.depth.data) count += 3 * (depth > 0);
+  for (std::size_t i = 0; i < weight.real.size(); ++i) {
+    const double shown = scene.photo.data[i];
+    if (scene.depth.data[i % n] > 0) weight.real[i] = 2 / (shown * shown + kLightFloor) / count;
+  }
+  return weight;
+}
+
+/// Bytes held now, from which on the peak counts.
+std::size_t memory_from_here(Device& device) {
+  device.finish();
+  device.reset_memory_peak();
+  return device.memory_now();
+}
+
+}  // namespace
+
+TimedLayer::TimedLayer(const Device& device, const Scene& scene, const RenderSettings& settings, LayerResult result,
+                       Precision precision)
+    : device_(device), held_before_(memory_from_here(device_)) {
+  const SceneValues values = scene_values(graph_, scene);
+  const SceneLight light = scene_light(graph_, values, scene, settings);
+  RenderSettings two = settings;
+  two.spp = std::max(settings.spp, 2);
+  RenderSpec spec = render_spec(two, light);
+  spec.spp = settings.spp, spec.statistics = false;
+  if (result == LayerResult::Picture)
+    outputs_ = {{"picture", picture_of(values, light, spec)}};
+  else
+    add_gradients(values, light, spec, result);
+
+  std::vector<Value> outputs;
+  for (const auto& [name, value] : outputs_) outputs.push_back(value);
+  executor_.emplace(compile(graph_, outputs, device_, {.precision = precision}), light.states);
+  feed_scene(*executor_, scene);
+  light.feed(*executor_);
+  if (result == LayerResult::Picture) return;
+  executor_->feed("target", tensor_of(scene.photo));
+  executor_->feed("loss weight", loss_weight(scene));
+}
+
+Value TimedLayer::picture_of(const SceneValues& values, const SceneLight& light, const RenderSpec& spec) {
+  return render(graph_, spec, values.maps, values.camera, values.range,
+                inputs_of(light, surface_points(values.maps.depth, values.camera)), builder_of(light))
+      .radiance;
+}
+
+void TimedLayer::add_gradients(const SceneValues& values, const SceneLight& light, const RenderSpec& spec,
+                               LayerResult result) {
+  const Value picture = picture_of(values, light, spec);
+  const Value target = graph_.input("target", picture.shape()), weight = graph_.input("loss weight", picture.shape());
+  const Value slope = multiply(subtract(picture, target), weight);
+  Value varied = picture;  // whose derivatives are taken; what only it needs of the forward pass is pruned
+  if (result == LayerResult::TwoDraws) {
+    graph_.draws(1);
+    varied = picture_of(values, light, spec);
+    graph_.draws(0);
+  }
+  const auto& [albedo, normal, material] = values.maps.surfaces;
+  const std::vector<Value> wrt{albedo, normal, material, values.photo};
+  const std::vector<Value> found = gradient(std::vector{varied}, std::vector{slope}, wrt);
+  outputs_ = {{"albedo", found[0]}, {"normal", found[1]}, {"material", found[2]}, {"radiance", found[3]}};
+}
+
+double TimedLayer::run(std::uint32_t seed) {
+  return seconds_of(device_, [&] { executor_->run(seed); });
+}
+
+std::map<std::string, std::vector<double>> TimedLayer::values() {
+  std::map<std::string, std::vector<double>> values;
+  for (const auto& [name, value] : outputs_) values[name] = executor_->fetch(value).real;
+  const auto material = values.find("material");
+  if (material == values.end()) return values;
+  const std::vector<double> all = std::move(material->second);
+  values.erase(material);
+  const auto plane = static_cast<std::ptrdiff_t>(all.size() / 3);
+  values["roughness"].assign(all.begin(), all.begin() + plane);
+  values["metallic"].assign(all.begin() + plane, all.begin() + 2 * plane);
+  return values;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,45 @@
+// The Monte Carlo layer and its gradients on one scene, compiled once and run by seeds, its seconds and memory taken.
+#pragma once
+#include <map>
+#include <string>
+
+#include "nets/scene_light.hpp"
+
+namespace clerestory {
+
+/// What is computed. With I the picture and P the photograph, the loss L is the mean of (I - P)^2 / (P^2 + 0.01) over
+/// the channels of pixels that have a depth, and its gradient the sum of dL/dI dI over pixels.
+enum class LayerResult {
+  Picture,
+  OneDraw,  // gradients with dL/dI and dI of the same samples: biased by their covariance
+  TwoDraws  // of independent samples: unbiased, as a product of independent factors is. At equal cost: the adjoint
+            // draws its rays again in any case
+};
+
+class TimedLayer {
+ public:
+  /// `scene` must outlive it. From one sample a pixel on. Double precision takes a light without nets. Throws what
+  /// scene_light() and render_spec() throw.
+  TimedLayer(const Device& device, const Scene& scene, const RenderSettings& settings, LayerResult result,
+             Precision precision = Precision::Single);
+
+  /// Seconds from an idle device to the result, which does not leave the device in them.
+  double run(std::uint32_t seed);
+  /// Of the last run, planar: "picture"; or gradients by "albedo", "roughness", "metallic", "normal" and "radiance",
+  /// the last of what the light = image knows of the radiance that pixels send.
+  std::map<std::string, std::vector<double>> values();
+  /// Bytes of device memory that it held at most.
+  std::size_t memory() const { return device_.memory_peak() - held_before_; }
+
+ private:
+  Value picture_of(const SceneValues& values, const SceneLight& light, const RenderSpec& spec);
+  void add_gradients(const SceneValues& values, const SceneLight& light, const RenderSpec& spec, LayerResult result);
+
+  Device device_;
+  std::size_t held_before_;
+  Graph graph_;
+  std::vector<std::pair<std::string, Value>> outputs_;
+  std::optional<Executor> executor_;
+};
+
+}  // namespace clerestory
