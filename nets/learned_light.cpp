@@ -112,7 +112,8 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
   if (in_view) {
     const LightPixels pixels = light_pixels({graph, false, "local"}, picture.image, picture.surfaces, sizes.in_view);
     const double points = static_cast<double>(small.image.pixels()) * kGridSide * kGridSide;
-    const bool share = !settings.every_ray && rays_to_come > kRaysWorthAGrid * points;
+    const bool pays = rays_to_come > kRaysWorthAGrid * points;
+    const bool share = settings.sharing == Sharing::Always || (settings.sharing == Sharing::WhereItPays && pays);
     values.near =
         in_view_answers({graph, false, "local"}, pixels, sizes.in_view, share ? picture.surfaces.normal : Value{});
     if (share) shared = points;

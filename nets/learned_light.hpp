@@ -9,7 +9,7 @@ namespace clerestory {
 /// photograph scaled so that its 95th percentile of luminance is 0.9, with nets.longer_side pixels along its longer
 /// side; what they answer is scaled back. The residual output multiplies the photograph itself, at its full size.
 /// Where about `rays` will be asked and they are many for the picture's surfaces, the in-view part answers from a grid
-/// of directions around each surface (in_view_answers), unless settings.every_ray. Throws usage_error when a state is
+/// of directions around each surface (in_view_answers), as settings.sharing has it. Throws usage_error when a state is
 /// missing or has another shape.
 SceneLight learned_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
                          double rays);

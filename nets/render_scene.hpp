@@ -18,6 +18,9 @@ namespace clerestory {
 
 struct LightNets;  // nets/scene_light.hpp
 
+/// Whether rays that meet one surface from nearly one way share an answer of the in-view MLP (learned_light).
+enum class Sharing { WhereItPays, Never, Always };
+
 /// Names as on the command line; render_scene() throws usage_error naming the setting on an unknown one.
 struct RenderSettings {
   int spp = 64;
@@ -33,9 +36,9 @@ struct RenderSettings {
   FitWeights fit;                                 // of fit_lamps() and fit_constant()
   std::string brdf = "ggx";                       // ggx | li2020
   std::uint32_t seed = 0;
-  bool every_ray = false;  // the in-view MLP answers each ray, however many meet one surface from nearly one way
-  int chunk_rays = 0;      // rays at once; 0: as many as the light allows
-  bool profile = false;    // fill Rendering::kernels
+  Sharing sharing = Sharing::WhereItPays;
+  int chunk_rays = 0;    // rays at once; 0: as many as the light allows
+  bool profile = false;  // fill Rendering::kernels
   ChunkListener after_chunk;
 };
 

@@ -34,7 +34,8 @@ TimedLayer::TimedLayer(const Device& device, const Scene& scene, const RenderSet
                        Precision precision)
     : device_(device), held_before_(memory_from_here(device_)) {
   const SceneValues values = scene_values(graph_, scene);
-  const SceneLight light = scene_light(graph_, values, scene, settings);
+  const SceneLight light =
+      scene_light(graph_, values, scene, settings);  // of few rays: none share an answer unless told to
   RenderSettings two = settings;
   two.spp = std::max(settings.spp, 2);
   RenderSpec spec = render_spec(two, light);

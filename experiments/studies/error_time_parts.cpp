@@ -70,12 +70,13 @@ ErrorTimePart gradients(const Config& config) {
 ErrorTimePart learned(const Config& config) {
   ErrorTimePart part{.name = "learned", .title = "Pictures under learned light", .light = "net"};
   part.note =
-      "as by default, and with one switch another; what the layer does not have has no row: specialised programs, rays "
-      "that share a query, samples by pixel; nor have MLPs of other widths, of which no weights are shipped";
+      "each ray asks the nets by itself, and with one switch another; what the layer does not have has no row: "
+      "specialised programs, samples by pixel; nor have MLPs of other widths, of which no weights are shipped";
   part.what = {"picture"}, part.floor = kLightFloor, part.truth = truth_under("net", LayerResult::Picture);
   for (const std::string& choice : config.texts("learned.switches")) {
     TimedEstimator estimator{choice, {}};
     estimator.settings.light = "net";
+    if (choice == "shared") estimator.settings.sharing = Sharing::Always;
     if (choice == "dda") estimator.settings.ssrt = choice;
     if (choice == "independent") estimator.settings.points = choice;
     if (choice == "vndf_hemisphere") estimator.settings.sampler = choice;
@@ -110,8 +111,8 @@ void add_error_time_keys(Schema& schema) {
       .integer("gradients.truth_spp", 16384, "Samples a pixel of the truth", {4, 1 << 24});
   schema.section("learned", "Pictures under learned light: one switch another than by default.")
       .integers("learned.spp", {1, 4, 16, 64, 256}, "Samples a pixel", {1, 65536})
-      .texts("learned.switches", {"default", "dda", "independent", "vndf_hemisphere"}, "Rows; none: no learned light",
-             {"default", "dda", "independent", "vndf_hemisphere"})
+      .texts("learned.switches", {"default", "shared", "dda", "independent", "vndf_hemisphere"},
+             "Rows; none: no learned light", {"default", "shared", "dda", "independent", "vndf_hemisphere"})
       .integer("learned.truth_spp", 4096, "Samples a pixel of the truth", {4, 1 << 24});
 }
 

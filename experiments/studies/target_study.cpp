@@ -60,7 +60,7 @@ class TargetStudy : public RoomStudy {
     RenderSettings settings = under_light(settings_, config_.text("target.light"), device_, room.scene);
 
     RenderSettings most = settings;
-    most.points = "independent", most.every_ray = true;  // nothing in common with the pictures that it judges
+    most.points = "independent", most.sharing = Sharing::Never;  // nothing in common with the pictures that it judges
     most.spp = static_cast<int>(config_.integer("target.truth_spp")) / 2;
     Halves truth;
     for (std::size_t k = 0; k < 2; ++k) {

@@ -144,7 +144,7 @@ TEST(NetLight, ManyRaysShareAnswers) {
   RenderSettings shared = settings_of("net", nets);
   shared.spp = 256;
   RenderSettings alone = shared;
-  alone.every_ray = true;
+  alone.sharing = Sharing::Never;
   const Rendering few = render_scene(device(), scene, shared), all = render_scene(device(), scene, alone);
   EXPECT_EQ(few.shared_answers, 20 * 14 * 16) << "16 around each pixel of the nets' picture";
   EXPECT_EQ(all.shared_answers, 0);
