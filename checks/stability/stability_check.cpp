@@ -1,0 +1,134 @@
+#include "checks/stability/stability_check.hpp"
+
+#include <algorithm>
+#include <cfloat>
+
+#include "host/error.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr double kShare = 0.999;
+
+/// One evaluation in both precisions.
+struct Pair {
+  double difference = 0, size = 0;  // of the vectors float - double, and double
+  bool finite = true, zero = true;  // in float
+};
+
+Pair pair_at(const Tensor& single, const Tensor& twin, int n, long at) {
+  const Shape& s = single.shape;
+  Pair p;
+  for (int c = 0; c < s.c; ++c) {
+    const auto i = static_cast<std::size_t>(n * s.item() + c * s.plane() + at);
+    const double x = single.real[i], y = twin.real[i];
+    p.finite = p.finite && std::isfinite(x), p.zero = p.zero && x == 0;
+    p.difference = std::hypot(p.difference, x - y), p.size = std::hypot(p.size, y);
+  }
+  return p;
+}
+
+/// Relative to what float can hold: below its least normal number it has no digits to lose.
+double relative_error(const Pair& p) {
+  return p.finite ? p.difference / std::max(p.size, static_cast<double>(FLT_MIN)) : INFINITY;
+}
+
+double percentile(std::vector<double> errors) {
+  if (errors.empty()) return 0;
+  const auto at = errors.begin() + static_cast<long>(kShare * static_cast<double>(errors.size() - 1));
+  std::ranges::nth_element(errors, at);
+  return *at;
+}
+
+bool same_bits(const std::vector<Evaluated>& a, const std::vector<Evaluated>& b) {
+  const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  return std::ranges::equal(a, b, [&](const Evaluated& x, const Evaluated& y) {
+    return std::ranges::equal(x.tensor.real, y.tensor.real, same) && x.tensor.integer == y.tensor.integer;
+  });
+}
+
+class Check {
+ public:
+  Check(const StabilityCase& c, const CheckedDevices& devices) : case_(c), devices_(devices) {}
+
+  StabilityRow row() {
+    const Evaluations single = case_.evaluate(devices_.single, Precision::Single),
+                      again = case_.evaluate(devices_.single, Precision::Single);
+    if (!same_bits(single.values, again.values) || !same_bits(single.gradients, again.gradients))
+      fault("two runs differ");
+    const Evaluations twin = devices_.with_doubles ? case_.evaluate(*devices_.with_doubles, Precision::Double) : single;
+    row_.dropped = single.dropped;
+    row_.value_error = compare(single.values, twin.values, row_.bad_values, true);
+    row_.gradient_error = compare(single.gradients, twin.gradients, row_.bad_gradients, false);
+    if (!devices_.with_doubles) row_.value_error = row_.gradient_error = NAN;
+    judge(twin);
+    return row_;
+  }
+
+ private:
+  template <class... Args>
+  void fault(fmt::format_string<Args...> format, Args&&... args) {
+    row_.faults.push_back(case_.label() + ": " + fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  /// The largest percentile of the tensors; NaN when there are none.
+  double compare(const std::vector<Evaluated>& single, const std::vector<Evaluated>& twin, long& bad, bool values) {
+    double worst = NAN;
+    for (std::size_t i = 0; i < single.size(); ++i) {
+      const double error = percentile(errors_of(single[i].tensor, twin[i], bad, values));
+      if (!(error <= worst)) worst = error;
+    }
+    return worst;
+  }
+
+  /// Of the evaluations that count. What is nothing in both precisions is right, and would hide what is not.
+  std::vector<double> errors_of(const Tensor& single, const Evaluated& twin, long& bad, bool values) {
+    std::vector<double> errors;
+    std::size_t evaluation = 0;
+    for (int n = 0; n < single.shape.n; ++n)
+      for (long at = 0; at < single.shape.plane(); ++at, ++evaluation) {
+        const Pair p = pair_at(single, twin.tensor, n, at);
+        const bool inside = case_.inside && (twin.inside.empty() || twin.inside[evaluation]);
+        bad += !p.finite;
+        if (values) ++row_.evaluations, row_.inside += inside;
+        if (values && inside && (!p.finite || (p.zero && p.size > FLT_MIN))) ++row_.dropped;
+        if ((inside || !case_.inside) && (p.size > 0 || !p.zero)) errors.push_back(relative_error(p));
+      }
+    return errors;
+  }
+
+  void judge(const Evaluations& twin) {
+    if (row_.bad_values > 0) fault("{} of {} values are not finite", row_.bad_values, row_.evaluations);
+    if (row_.bad_gradients > 0) fault("{} gradients are not finite", row_.bad_gradients);
+    if (!case_.inside) {
+      if (row_.dropped != twin.dropped)
+        fault("{} samples are counted as dropped, {} in double", row_.dropped, twin.dropped);
+      return;
+    }
+    if (row_.dropped > 0) fault("{} samples are dropped", row_.dropped);
+    judge_error("value", row_.value_error, case_.value_bar);
+    judge_error("gradient", row_.gradient_error, case_.gradient_bar);
+  }
+
+  void judge_error(const char* what, double error, double bar) {
+    if (error > bar) fault("the {} is wrong by {:.2g} (99.9th percentile, relative), allowed {:.2g}", what, error, bar);
+  }
+
+  const StabilityCase& case_;
+  const CheckedDevices& devices_;
+  StabilityRow row_;
+};
+
+}  // namespace
+
+StabilityRow check_stability(const StabilityCase& c, const CheckedDevices& devices) {
+  try {
+    return Check(c, devices).row();
+  } catch (const Error& e) {
+    StabilityRow row;
+    row.faults.push_back(c.label() + ": " + e.what());
+    return row;
+  }
+}
+
+}  // namespace clerestory
