@@ -26,6 +26,22 @@ Seen room(int width, int height, double unit = 1) {
   return seen;
 }
 
+Tensor crop(const Tensor& map, int left, int top, int width, int height) {
+  Tensor part(Shape{1, map.shape.c, height, width});
+  for (int c = 0; c < map.shape.c; ++c)
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) part.at(0, c, y, x) = map.at(0, c, top + y, left + x);
+  return part;
+}
+
+/// A part of what the camera sees.
+Seen part(Seen seen, int left, int top, int width, int height) {
+  seen.depth = crop(seen.depth, left, top, width, height), seen.normal = crop(seen.normal, left, top, width, height);
+  seen.camera.at(0, 2, 0, 0) -= left, seen.camera.at(0, 3, 0, 0) -= top;
+  seen.range = depth_range(seen.depth);
+  return seen;
+}
+
 Tensor directions_of(const Seen& seen) {
   const int rows = static_cast<int>(std::min<long>(seen.depth.shape.plane(), kMostRows));
   return random_tensor({1, 3, rows, kSamples}, 3);
@@ -93,7 +109,7 @@ StabilityCase projected(const std::string& name, const Tensor& directions) {
 }  // namespace
 
 std::vector<StabilityCase> ray_stability() {
-  const Seen usual = room(96, 64);
+  const Seen usual = room(96, 64), large = room(1024, 1024);
   const auto anywhere = [](const std::string& name, const Seen& seen, bool inside = true) {
     return traced(name, seen, directions_of(seen), inside);
   };
@@ -105,9 +121,10 @@ std::vector<StabilityCase> ray_stability() {
                                    anywhere("depth 1e-6", room(96, 64, 1e-6)),
                                    anywhere("depth 1e6", room(96, 64, 1e6)),
                                    anywhere("one pixel", room(1, 1)),
-                                   anywhere("one pixel wide", room(1, 1024)),
-                                   anywhere("one pixel high", room(1024, 1)),
-                                   anywhere("65535 pixels wide", room(65535, 2), false),
+                                   anywhere("one pixel wide", part(large, 300, 0, 1, 1024)),
+                                   anywhere("one pixel high", part(large, 0, 700, 1024, 1)),
+                                   anywhere("one pixel wide, 179.9 degrees high", room(1, 1024), false),
+                                   anywhere("65535 pixels wide", room(65535, 2)),
                                    traced("along the axes", usual, along_axes(usual)),
                                    traced("no direction", usual, Tensor(directions_of(usual).shape, 0))};
   Tensor aside = directions_of(usual);
