@@ -59,6 +59,16 @@ typedef struct {
   Parts weight;  // f cos / density
 } Sample;
 
+// Towards the viewer, in the frame around the normal of a map, as it is, whose unit vector is frame.n. ray: from the
+// camera, of any length, and what rounding took from it. At grazing views the cosine is what three products leave of each
+// other: it is formed in twice the digits, from what was not normalised.
+static inline real3 local_view(const Frame frame, const real3 normal, const real3 ray, const real3 rest) {
+  const real size = sqrt(dot3(ray, ray)), scale = dot3(normal, frame.n);
+  const real3 view = ray / -size;
+  const real cosine = (exact_dot3(normal, ray) + dot3(normal, rest)) / (-size * (scale > R(0) ? scale : R(1)));
+  return (real3)(dot3(frame.t, view), dot3(frame.b, view), cosine);
+}
+
 // Maps of one picture.
 typedef struct {
   global const real *normal, *albedo, *material;
@@ -68,7 +78,9 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
                                const int w, const int plane, const int pixel, const uint row, const uint index,
                                const uint seed) {
   const int j = pixel / w;
-  const real3 view = -unit3(pixel_ray(camera, pixel - j * w, j));
+  const real column = (real)(pixel - j * w) + R(0.5), line = (real)j + R(0.5);
+  const real3 ray = unproject(camera, column, line), rest = unproject_rest(camera, column, line);
+  const real3 view = -unit3(ray);
   const real3 raw = rgb_at(drawing.normal, plane, pixel);
   const Material m = material_at(drawing.albedo, drawing.material, plane, pixel);
   Sample sample;
@@ -86,7 +98,7 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
   const real4 u = random4(seed ^ SALT, row, index, 0u);
 #endif
   const Frame frame = frame_of(unit3(raw));
-  const real3 wo = to_local(frame, view);
+  const real3 wo = local_view(frame, raw, ray, rest);
   const real alpha = alpha_of(m.roughness);
   const real chance = specular_probability(m, wo);
   const Drawn in = draw_direction(SAMPLER, wo, alpha, chance, u.xyz);
@@ -100,7 +112,7 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
   sample.normal = rgb_at(evaluated.normal, plane, pixel);
   sample.frame = frame_of(unit3(sample.normal));
   sample.material = material_at(evaluated.albedo, evaluated.material, plane, pixel);
-  sample.wo = to_local(sample.frame, view);
+  sample.wo = local_view(sample.frame, sample.normal, ray, rest);
   sample.in = drawn_of(sample.wo, to_local(sample.frame, sample.towards));
 #else
   sample.normal = raw, sample.frame = frame, sample.material = m, sample.wo = wo, sample.in = in;
@@ -207,8 +219,7 @@ kernel void sample_brdf_adjoint(MAP_ARGS, IN(d_weight),
 #else
   const real3 g_specular = g, g_diffuse = g;
 #endif
-  const real3 fresnel = schlick(specular_f0(m), half_cosine(wo, wi));
-  const real f_f0 = schlick((real3)(R(0)), half_cosine(wo, wi)).x;  // F = f0 + (1 - f0) times this
+  const real3 fresnel = schlick(specular_f0(m), fresnel_share(wo, wi));
   const real lobe = dist * v * wi.z, lambert = wi.z * INV_PI;
   const real to_lobe = dot3(g_specular, fresnel);
   const real d_ci = dot3(g_diffuse, diffuse_albedo(m)) * INV_PI + to_lobe * dist * (v + wi.z * v_ci);
@@ -226,7 +237,7 @@ kernel void sample_brdf_adjoint(MAP_ARGS, IN(d_weight),
   const real3 turned = d_ci * wi + d_co * wo + d_hz * half_way;
   const real length = sqrt(dot3(sample.normal, sample.normal));
   const real3 d_normal = to_world(sample.frame, (real3)(turned.x, turned.y, R(0))) / (length > R(0) ? length : R(1));
-  const real3 d_f0 = g_specular * ((R(1) - f_f0) * lobe);
+  const real3 d_f0 = g_specular * (fresnel_rest(half_way) * lobe);
   const real3 d_albedo = g_diffuse * ((R(1) - m.metallic) * lambert) + d_f0 * m.metallic;
   const real d_roughness = alpha > R(1e-4) ? R(2) * m.roughness * d_alpha : R(0);
   const real d_metallic = dot3(d_f0, m.albedo - R(0.04)) - dot3(g_diffuse, m.albedo) * lambert;
