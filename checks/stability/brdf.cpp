@@ -10,7 +10,7 @@
 namespace clerestory {
 namespace {
 
-constexpr int kCount = 1024;  // surfaces of a case
+constexpr int kCount = 2048;  // surfaces of a case
 constexpr int kRays = 16;     // of each
 constexpr double kLeastCosine = 1e-4;
 
@@ -68,14 +68,11 @@ std::vector<char> rays_inside(const Tensors& maps, const Tensor& direction) {
   return inside;
 }
 
-/// What sample_brdf draws for the maps, by value and by the gradients of one ray each. `other`: the maps that weigh are
-/// not those that draw, though their numbers are the same.
-StabilityCase drawn(const std::string& name, const Tensors& maps, const SamplingOptions& options = {},
-                    bool other = false) {
+/// What sample_brdf draws for the maps, by value and by the gradients of one ray each. Where there are "e_normal",
+/// "e_albedo" and "e_material" these weigh it.
+StabilityCase drawn(const std::string& name, const Tensors& maps, const SamplingOptions& options = {}) {
   Formula f{.inputs = maps};
-  const std::string prefix = other ? "e_" : "";
-  if (other)
-    for (const char* map : {"normal", "albedo", "material"}) f.inputs[prefix + map] = f.inputs[map];
+  const std::string prefix = maps.count("e_normal") ? "e_" : "";
   f.build = [=](Graph&, const Values& v) {
     const Surfaces sampling{v.at("albedo"), v.at("normal"), v.at("material")};
     const Surfaces weighing{v.at(prefix + "albedo"), v.at(prefix + "normal"), v.at(prefix + "material")};
@@ -139,19 +136,28 @@ std::vector<StabilityCase> by_sampler() {
   std::vector<StabilityCase> cases;
   for (const char* name : {"vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"})
     cases.push_back(drawn(fmt::format("sampler {}", name), maps, {.sampler = sampler_of(name)}));
+  cases.front().inside = false;  // a cross-check, not a way to render
   return cases;
 }
 
-/// Weighed by other maps than those that draw: the direction comes through the camera's frame, good to 1e-7 of the
-/// lobe's width.
-std::vector<StabilityCase> detached() {
+/// Weighed by other maps than those that draw, with normals up to `apart` from these, by component.
+StabilityCase detached(const std::string& name, double roughness, double apart) {
+  Tensors maps = maps_of({inner_cosines(), all(roughness), some(0, 1)}, 5);
+  for (const char* map : {"normal", "albedo", "material"}) maps[std::string("e_") + map] = maps[map];
+  const Tensor tilt = random_tensor(maps["normal"].shape, 9, -apart, apart);
+  for (std::size_t i = 0; i < tilt.real.size(); ++i) maps["e_normal"].real[i] += tilt.real[i];
+  return drawn(name, maps);
+}
+
+std::vector<StabilityCase> by_other_maps() {
   std::vector<StabilityCase> cases;
   for (const double roughness : {0.01, 0.03, 0.1, 0.3, 1.0}) {
     const double alpha = std::max(roughness * roughness, 1e-4), bar = 1e-7 / alpha;
-    cases.push_back(drawn(fmt::format("weighed by other maps, roughness {:g}", roughness),
-                          maps_of({inner_cosines(), all(roughness), some(0, 1)}, 5), {}, true));
+    const std::string name = fmt::format("weighed by other maps, roughness {:g}", roughness);
+    cases.push_back(detached(name, roughness, 0.25 * alpha));
     cases.back().value_bar = std::max(cases.back().value_bar, bar);
     cases.back().gradient_bar = std::max(cases.back().gradient_bar, bar);
+    if (alpha < 0.1) cases.push_back(outside(detached(name + ", normals 0.2 apart", roughness, 0.2)));
   }
   return cases;
 }
@@ -163,6 +169,7 @@ std::vector<StabilityCase> by_material() {
       Tensors maps = maps_of({inner_cosines(), usual_roughness(), all(metallic)}, 5);
       maps["albedo"] = Tensor(maps["albedo"].shape, albedo);
       cases.push_back(drawn(fmt::format("albedo {:g}, metallic {:g}", albedo, metallic), maps));
+      cases.back().inside = albedo > 0 || metallic == 0;  // black metal is Fresnel's fifth power of a difference alone
     }
   return cases;
 }
@@ -183,7 +190,7 @@ std::vector<StabilityCase> by_normal() {
 
 std::vector<StabilityCase> brdf_stability() {
   std::vector<StabilityCase> cases;
-  for (const auto make : {by_roughness, aside, by_sampler, detached, by_material, by_normal})
+  for (const auto make : {by_roughness, aside, by_sampler, by_other_maps, by_material, by_normal})
     for (StabilityCase& c : make()) cases.push_back(std::move(c));
   return cases;
 }
