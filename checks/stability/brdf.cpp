@@ -152,11 +152,9 @@ StabilityCase detached(const std::string& name, double roughness, double apart) 
 std::vector<StabilityCase> by_other_maps() {
   std::vector<StabilityCase> cases;
   for (const double roughness : {0.01, 0.03, 0.1, 0.3, 1.0}) {
-    const double alpha = std::max(roughness * roughness, 1e-4), bar = 1e-7 / alpha;
+    const double alpha = std::max(roughness * roughness, 1e-4);
     const std::string name = fmt::format("weighed by other maps, roughness {:g}", roughness);
     cases.push_back(detached(name, roughness, 0.25 * alpha));
-    cases.back().value_bar = std::max(cases.back().value_bar, bar);
-    cases.back().gradient_bar = std::max(cases.back().gradient_bar, bar);
     if (alpha < 0.1) cases.push_back(outside(detached(name + ", normals 0.2 apart", roughness, 0.2)));
   }
   return cases;

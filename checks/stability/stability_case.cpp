@@ -19,12 +19,28 @@ Tensor weights_of(const Shape& shape, std::uint64_t seed, bool first_ray) {
   return weights;
 }
 
+/// Those of the formula, and as they start in float the others.
+std::shared_ptr<States> states_of(const Graph& graph, const Formula& formula, const Device& device,
+                                  Precision precision) {
+  if (graph.states().empty()) return nullptr;
+  States start(device);
+  start.initialise(graph, formula.seed);
+  auto states = std::make_shared<States>(device, precision);
+  for (const std::string& name : start.names()) {
+    const auto given = formula.states.find(name);
+    states->set(name, given == formula.states.end() ? start.get(name) : rounded_to_float(given->second));
+  }
+  return states;
+}
+
 }  // namespace
 
 const std::vector<StabilityCase>& stability_cases() {
   static const std::vector<StabilityCase> all = [] {
     std::vector<StabilityCase> cases;
-    for (const auto make : {brdf_stability, sample_stability, field_stability, ray_stability, uncertainty_stability})
+    for (const auto make :
+         {brdf_stability, sample_stability, field_stability, ray_stability, uncertainty_stability, loss_stability,
+          norm_stability, optimiser_stability, hypernetwork_stability, scene_stability})
       for (StabilityCase& c : make()) cases.push_back(std::move(c));
     return cases;
   }();
@@ -34,11 +50,7 @@ const std::vector<StabilityCase>& stability_cases() {
 Evaluations evaluate_formula(const Formula& formula, const Device& device, Precision precision) {
   Graph graph;
   Values values;
-  std::map<std::string, Tensor> feeds;
-  for (const auto& [name, tensor] : formula.inputs) {
-    values[name] = graph.input(name, tensor.shape, tensor.type());
-    feeds[name] = rounded_to_float(tensor);
-  }
+  for (const auto& [name, tensor] : formula.inputs) values[name] = graph.input(name, tensor.shape, tensor.type());
   const std::vector<Compared> compared = formula.build(graph, values);
   std::vector<Value> outputs, from, seeds, wrt;
   for (const Compared& c : compared) {
@@ -50,10 +62,14 @@ Evaluations evaluate_formula(const Formula& formula, const Device& device, Preci
   for (const std::string& name : formula.differentiate) wrt.push_back(values.at(name));
   if (!wrt.empty())
     for (const Value& g : gradient(from, seeds, wrt)) outputs.push_back(g);
-  const std::vector<Tensor> got = evaluate(graph, outputs, device, feeds, {.precision = precision}, formula.seed);
+  const std::shared_ptr<States> states = states_of(graph, formula, device, precision);
+  Executor executor(compile(graph, outputs, device, {.precision = precision}, true), states);
+  for (const auto& [name, tensor] : formula.inputs) executor.feed(name, rounded_to_float(tensor));
+  executor.run(formula.seed);
   Evaluations found;
-  for (std::size_t i = 0; i < got.size(); ++i)
-    (i < compared.size() ? found.values : found.gradients).push_back({got[i]});
+  for (std::size_t i = 0; i < outputs.size(); ++i)
+    (i < compared.size() ? found.values : found.gradients).push_back({executor.fetch(outputs[i])});
+  for (const auto& [name, tensor] : formula.states) found.values.push_back({states->get(name)});
   return found;
 }
 

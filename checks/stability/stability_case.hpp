@@ -1,6 +1,7 @@
 // What is evaluated to ask whether a build is numerically stable on a device: declared cases by group, each a small
 // graph of ops at inputs that are stiff or extreme, with the domain that docs/stability.md promises.
 #pragma once
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -26,7 +27,7 @@ struct StabilityCase {
   std::string group = {}, name = {};
   bool inside = true;  // the documented domain; what lies outside has to be finite and counted, no more
   std::function<Evaluations(const Device&, Precision)> evaluate = {};
-  double value_bar = 1e-5, gradient_bar = 1e-4;  // of the relative error's 99.9th percentile
+  double most = INFINITY;  // that a value may be
 
   std::string label() const { return group + "/" + name; }
 };
@@ -40,6 +41,11 @@ std::vector<StabilityCase> sample_stability();
 std::vector<StabilityCase> uncertainty_stability();
 std::vector<StabilityCase> field_stability();
 std::vector<StabilityCase> ray_stability();
+std::vector<StabilityCase> loss_stability();
+std::vector<StabilityCase> norm_stability();
+std::vector<StabilityCase> optimiser_stability();
+std::vector<StabilityCase> hypernetwork_stability();
+std::vector<StabilityCase> scene_stability();
 
 /// A small graph of ops as a case. `build` gives what is compared, under names; the gradients are those of the values
 /// that are `weighed`, by constants between 0.5 and 1.5, by the inputs in `differentiate`.
@@ -51,11 +57,12 @@ struct Formula {
   Tensors inputs = {};
   std::function<std::vector<Compared>(Graph&, const Values&)> build = {};
   std::vector<std::string> differentiate = {};
+  Tensors states = {};  // values, before the run, of states that build() names; what it makes of them are values, too
   std::uint32_t seed = 1;
   /// Of a ray tensor only the first sample of a pixel is weighed, so that a pixel's gradient is that of one ray.
   bool first_ray = false;
 };
-/// Values, then gradients, with the inputs rounded to float whatever the precision.
+/// Inputs and states, also those that start from the seed, are rounded to float whatever the precision.
 Evaluations evaluate_formula(const Formula& formula, const Device& device, Precision precision);
 
 /// `count` numbers whose logarithms are spread evenly from those of `low` to `high`, both included, in an order that

@@ -58,13 +58,15 @@ class Check {
       fault("two runs differ");
     const Evaluations twin = devices_.with_doubles ? case_.evaluate(*devices_.with_doubles, Precision::Double) : single;
     row_.dropped = single.dropped;
+    for (const Evaluated& value : single.values)
+      for (const double x : value.tensor.real) row_.largest = std::max(row_.largest, std::abs(x));
     const Worst value = compare(single.values, twin.values, row_.bad_values, true),
                 gradient = compare(single.gradients, twin.gradients, row_.bad_gradients, false);
     if (devices_.with_doubles) row_.value_error = value.error, row_.gradient_error = gradient.error;
     judge(twin);
     if (case_.inside && devices_.with_doubles) {
-      judge_error("value", value, case_.value_bar);
-      judge_error("gradient", gradient, case_.gradient_bar);
+      judge_error("value", value, kStableValue);
+      judge_error("gradient", gradient, kStableGradient);
     }
     return row_;
   }
@@ -108,6 +110,7 @@ class Check {
 
   void judge(const Evaluations& twin) {
     if (row_.bad_values > 0) fault("{} of {} values are not finite", row_.bad_values, row_.evaluations);
+    if (row_.largest > case_.most) fault("a value is {:.3g}, allowed {:.3g}", row_.largest, case_.most);
     if (row_.bad_gradients > 0) fault("{} gradients are not finite", row_.bad_gradients);
     if (!case_.inside) {
       if (row_.dropped != twin.dropped)

@@ -98,8 +98,8 @@ std::string rows_json(const std::vector<Checked>& rows, const CheckedDevices& de
                             {"gradients_not_finite", row.bad_gradients},
                             {"value_error", row.value_error},
                             {"gradient_error", row.gradient_error},
-                            {"value_bar", c->value_bar},
-                            {"gradient_bar", c->gradient_bar},
+                            {"value_bar", kStableValue},
+                            {"gradient_bar", kStableGradient},
                             {"dropped", row.dropped},
                             {"seconds", seconds},
                             {"faults", row.faults}});
