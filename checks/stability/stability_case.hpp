@@ -15,6 +15,8 @@ namespace clerestory {
 struct Evaluated {
   Tensor tensor;
   std::vector<char> inside = {};  // of the documented domain, one an evaluation; empty: all
+  /// Sums of terms of either sign, which may leave next to nothing: errors are relative to the root mean square of all.
+  bool sums = false;
 };
 
 /// What a case gives in one precision.

@@ -28,9 +28,17 @@ Pair pair_at(const Tensor& single, const Tensor& twin, int n, long at) {
   return p;
 }
 
-/// Relative to what float can hold: below its least normal number it has no digits to lose.
-double relative_error(const Pair& p) {
-  return p.finite ? p.difference / std::max(p.size, static_cast<double>(FLT_MIN)) : INFINITY;
+/// Relative to the twin, or to `least` where that is less.
+double relative_error(const Pair& p, double least) {
+  return p.finite ? p.difference / std::max(p.size, least) : INFINITY;
+}
+
+/// Below this an evaluation is not asked for its own digits: float has none left, or terms that cancel have not.
+double least_size(const Evaluated& twin) {
+  double least = FLT_MIN, squares = 0;
+  if (!twin.sums) return least;
+  for (const double x : twin.tensor.real) squares += x * x;
+  return std::max(least, std::sqrt(squares * twin.tensor.shape.c / static_cast<double>(twin.tensor.real.size())));
 }
 
 double percentile(std::vector<double> errors) {
@@ -96,6 +104,7 @@ class Check {
   std::vector<double> errors_of(const Tensor& single, const Evaluated& twin, long& bad, bool values) {
     std::vector<double> errors;
     std::size_t evaluation = 0;
+    const double least = least_size(twin);
     for (int n = 0; n < single.shape.n; ++n)
       for (long at = 0; at < single.shape.plane(); ++at, ++evaluation) {
         const Pair p = pair_at(single, twin.tensor, n, at);
@@ -103,7 +112,7 @@ class Check {
         bad += !p.finite;
         if (values) ++row_.evaluations, row_.inside += inside;
         if (values && inside && (!p.finite || (p.zero && p.size > FLT_MIN))) ++row_.dropped;
-        if ((inside || !case_.inside) && (p.size > 0 || !p.zero)) errors.push_back(relative_error(p));
+        if ((inside || !case_.inside) && (p.size > 0 || !p.zero)) errors.push_back(relative_error(p, least));
       }
     return errors;
   }
