@@ -101,6 +101,7 @@ std::string rows_json(const std::vector<Checked>& rows, const CheckedDevices& de
                             {"value_bar", kStableValue},
                             {"gradient_bar", kStableGradient},
                             {"dropped", row.dropped},
+                            {"largest_value", row.largest},
                             {"seconds", seconds},
                             {"faults", row.faults}});
   return json_text(all);
