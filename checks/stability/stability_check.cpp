@@ -8,7 +8,7 @@
 namespace clerestory {
 namespace {
 
-constexpr double kShare = 0.999;
+constexpr std::size_t kBeyond = 1000;  // one in so many lies beyond the percentile
 
 /// One evaluation in both precisions.
 struct Pair {
@@ -30,7 +30,7 @@ Pair pair_at(const Tensor& single, const Tensor& twin, int n, long at) {
 
 /// Relative to the twin, or to `least` where that is less.
 double relative_error(const Pair& p, double least) {
-  return p.finite ? p.difference / std::max(p.size, least) : INFINITY;
+  return std::isfinite(p.difference) ? p.difference / std::max(p.size, least) : INFINITY;
 }
 
 /// Below this an evaluation is not asked for its own digits: float has none left, or terms that cancel have not.
@@ -43,7 +43,7 @@ double least_size(const Evaluated& twin) {
 
 double percentile(std::vector<double> errors) {
   if (errors.empty()) return 0;
-  const auto at = errors.begin() + static_cast<long>(kShare * static_cast<double>(errors.size() - 1));
+  const auto at = errors.end() - 1 - static_cast<long>(errors.size() / kBeyond);
   std::ranges::nth_element(errors, at);
   return *at;
 }
