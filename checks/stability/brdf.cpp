@@ -167,7 +167,6 @@ std::vector<StabilityCase> by_material() {
       Tensors maps = maps_of({inner_cosines(), usual_roughness(), all(metallic)}, 5);
       maps["albedo"] = Tensor(maps["albedo"].shape, albedo);
       cases.push_back(drawn(fmt::format("albedo {:g}, metallic {:g}", albedo, metallic), maps));
-      cases.back().inside = albedo > 0 || metallic == 0;  // black metal is Fresnel's fifth power of a difference alone
     }
   return cases;
 }
