@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "checks/op_check.hpp"
+#include "experiments/commands/check_report.hpp"
+#include "experiments/commands/check_stability.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/io/config_values.hpp"
 #include "host/report/progress.hpp"
@@ -14,8 +16,6 @@
 
 namespace clerestory {
 namespace {
-
-constexpr std::size_t kShownFaults = 20;
 
 /// What the cases of one stem showed.
 struct OpReport {
@@ -37,11 +37,10 @@ std::vector<std::string> known_stems() {
   return {stems.begin(), stems.end()};
 }
 
-void expect_known(const std::vector<std::string>& only) {
-  const std::vector<std::string> known = known_stems();
-  for (const std::string& stem : only)
-    if (!std::ranges::count(known, stem))
-      throw usage_error(fmt::format("no such op, the nearest is {}", nearest_word(stem, known)), "--only", stem,
+void expect_known(const std::vector<std::string>& only, const std::vector<std::string>& known, const char* what) {
+  for (const std::string& name : only)
+    if (!std::ranges::count(known, name))
+      throw usage_error(fmt::format("no such {}, the nearest is {}", what, nearest_word(name, known)), "--only", name,
                         fmt::format("{}", fmt::join(known, ", ")));
 }
 
@@ -72,27 +71,19 @@ OpReports check_all(const std::vector<CaseToRun>& chosen, const CheckedDevices& 
   return reports;
 }
 
-std::size_t count_faults(const OpReports& reports) {
-  std::size_t count = 0;
-  for (const auto& [stem, report] : reports) count += report.findings.faults.size();
-  return count;
-}
-
-/// Where the twins in double ran.
-std::string twins_text(const CheckedDevices& devices) {
-  if (!devices.with_doubles)
-    return "It has no doubles, and no other device here has: values in float are compared with the references alone, "
-           "and no gradient with differences.";
-  if (devices.twins_run_elsewhere())
-    return "It has no doubles: the twins in double ran on " + devices.with_doubles->info().name + ".";
-  return "The twins in double ran on it too.";
+std::vector<std::string> all_faults(const OpReports& reports) {
+  std::vector<std::string> faults;
+  for (const auto& [stem, report] : reports)
+    faults.insert(faults.end(), report.findings.faults.begin(), report.findings.faults.end());
+  return faults;
 }
 
 Table reports_table(const OpReports& reports, const CheckedDevices& devices) {
   Table table;
   table.title = "Ops on " + devices.single.info().name;
   table.note =
-      "Errors are the worst of all cases, as shares of what a case allows: over 1 is a fault. " + twins_text(devices);
+      "Errors are the worst of all cases, as shares of what a case allows: over 1 is a fault. " +
+      twins_text(devices, "values in float are compared with the references alone, and no gradient with differences.");
   for (const char* name :
        {"op", "cases", "kernels", "float against reference", "float against double", "gradient against differences"})
     table.columns.push_back({name, "", Best::None, 2});
@@ -108,27 +99,10 @@ Table reports_table(const OpReports& reports, const CheckedDevices& devices) {
   return table;
 }
 
-std::string faults_text(const OpReports& reports) {
-  std::string text;
-  std::size_t shown = 0;
-  for (const auto& [stem, report] : reports)
-    for (const std::string& fault : report.findings.faults)
-      if (shown < kShownFaults) text += fault + "\n", ++shown;
-  if (const std::size_t all = count_faults(reports); all > shown)
-    text += fmt::format("{} further faults (--json names all)\n", all - shown);
-  return text;
-}
-
-nlohmann::ordered_json device_json(const Device& device) {
-  const DeviceInfo& info = device.info();
-  return {{"index", info.index}, {"name", info.name}, {"platform", info.platform}, {"driver", info.driver}};
-}
-
 /// Errors that were not compared are null; so is one beyond all numbers, whose fault says so.
 std::string check_json(const OpReports& reports, const CheckedDevices& devices) {
-  nlohmann::ordered_json all{{"device", device_json(devices.single)}, {"twins", nullptr}};
-  if (devices.with_doubles) all["twins"] = device_json(*devices.with_doubles);
-  all["faults"] = count_faults(reports);
+  nlohmann::ordered_json all = devices_json(devices);
+  all["faults"] = all_faults(reports).size();
   for (const auto& [stem, report] : reports)
     all["ops"].push_back({{"stem", stem},
                           {"cases", report.cases},
@@ -138,40 +112,52 @@ std::string check_json(const OpReports& reports, const CheckedDevices& devices) 
                           {"gradient_error", report.findings.gradient_error},
                           {"seconds", report.seconds},
                           {"faults", report.findings.faults}});
-  return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);  // drivers name themselves in any encoding
+  return json_text(all);
 }
 
-void check(const std::vector<std::string>& only, const CommonOptions& common) {
-  expect_known(only);
-  catch_interrupts();
-  const CheckedDevices devices = checked_devices(Device::open(common.device));
+void check_ops(const CheckedDevices& devices, const std::vector<std::string>& only, const CommonOptions& common) {
   const OpReports reports = check_all(cases_to_run(only), devices);
   if (!common.json || !common.json->empty())
-    std::fputs(terminal_text(table_text(reports_table(reports, devices)) + "\n" + faults_text(reports)).c_str(),
-               stdout);
+    std::fputs(
+        terminal_text(table_text(reports_table(reports, devices)) + "\n" + faults_text(all_faults(reports))).c_str(),
+        stdout);
   if (common.json) write_json_result(common, check_json(reports, devices));
   std::vector<std::string> wrong;
   for (const auto& [stem, report] : reports)
     if (!report.findings.faults.empty()) wrong.push_back(stem);
-  if (!wrong.empty())
-    throw Error(ErrorKind::Failed,
-                fmt::format("{} wrong: {}", wrong.size() == 1 ? "one op is" : fmt::format("{} ops are", wrong.size()),
-                            fmt::join(wrong, ", ")),
-                devices.single.info().name);
+  expect_none_wrong("op", wrong, devices);
+}
+
+struct Options {
+  std::vector<std::string> only;
+  bool stability = false;
+};
+
+void check(const Options& options, const CommonOptions& common) {
+  if (options.stability)
+    expect_known(options.only, stability_groups(), "group");
+  else
+    expect_known(options.only, known_stems(), "op");
+  catch_interrupts();
+  const CheckedDevices devices = checked_devices(Device::open(common.device));
+  (options.stability ? check_stability_of : check_ops)(devices, options.only, common);
 }
 
 }  // namespace
 
 void add_check_command(CommandLine& line) {
-  auto only = std::make_shared<std::vector<std::string>>();
+  auto options = std::make_shared<Options>();
   line.add("check", "Whether a device computes every op rightly, and how exactly")
-      .option("--only", "STEM,...", "these ops alone (conv, ssrt, ...: a kernel's file without its ending)",
-              [only](const std::string& text) { *only = read_names(text, "--only"); })
+      .flag("--stability", "stiff and extreme cases instead: finite? how far from double?", options->stability)
+      .option("--only", "NAME,...",
+              "these ops alone (conv, ssrt, ...: a kernel's file without its ending); with --stability: these groups",
+              [options](const std::string& text) { options->only = read_names(text, "--only"); })
       .common({Common::Device, Common::Json, Common::Quiet})
       .notes(
-          "Compares with references in plain C++, with the same kernels in double, and gradients with differences.\n"
+          "Compares with references in plain C++, with the same kernels in double, and gradients with differences;\n"
+          "with --stability whole small graphs in float with the same in double (docs/stability.md).\n"
           "Ends with exit code 1 when there is a fault.")
-      .run([only](const CommonOptions& common) { check(*only, common); });
+      .run([options](const CommonOptions& common) { check(*options, common); });
 }
 
 }  // namespace clerestory

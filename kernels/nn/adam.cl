@@ -14,8 +14,9 @@ kernel void adam_schedule(IN(rate), IN(step), OUT(schedule), const real log_beta
 #define SLOT(k) IN(g##k), OUT(p##k), OUT(m##k), OUT(v##k), SLOT_RANGE(k)
 #define TAKE(k) g = AT(g##k, 0), p = AT(p##k, 0), m = AT(m##k, 0), v = AT(v##k, 0);
 
-kernel void adam_update(SLOTS(SLOT), IN(schedule), const real beta1, const real beta2, const real epsilon,
-                        const int block) {
+// rest: 1 - beta, which a beta rounded to float has no digits for.
+kernel void adam_update(SLOTS(SLOT), IN(schedule), const real beta1, const real beta2, const real rest1,
+                        const real rest2, const real epsilon, const int block) {
   global const real *g = 0;
   global real *p = 0, *m = 0, *v = 0;
   FIND_SLOT(TAKE)
@@ -23,8 +24,8 @@ kernel void adam_update(SLOTS(SLOT), IN(schedule), const real beta1, const real 
   FOR_ROW(i, length) {
     const int left = length - i, at = first + i;
     const lanes d = lanes_load(g + at, left);
-    const lanes first_moment = beta1 * lanes_load(m + at, left) + (R(1) - beta1) * d;
-    const lanes second_moment = beta2 * lanes_load(v + at, left) + (R(1) - beta2) * d * d;
+    const lanes first_moment = beta1 * lanes_load(m + at, left) + rest1 * d;
+    const lanes second_moment = beta2 * lanes_load(v + at, left) + rest2 * d * d;
     const lanes moved = lanes_load(p + at, left) - rate * first_moment / (sqrt(second_moment) * unbias + epsilon);
     lanes_store(first_moment, m + at, left);
     lanes_store(second_moment, v + at, left);

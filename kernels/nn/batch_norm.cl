@@ -16,17 +16,18 @@
 #define PLUS_SUM(i, left)
 #endif
 
-// Rows: one channel. Two passes over it (it lies in the cache the second time): no cancellation.
+// Rows: one channel. Two passes over it (it lies in the cache the second time): no cancellation. The first sums what
+// differs from the channel's first number, so that the mean of numbers that are all alike is that number.
 kernel void channel_moments(IN(x), OUT(moments), const int batch, const int plane) {
   const int c = (int)get_group_id(0);
   GROUP_SCRATCH(scratch);
-  const real share = R(1) / ((real)batch * (real)plane);
+  const real share = R(1) / ((real)batch * (real)plane), first = AT(x, 0)[(ulong)c * plane];
   lanes sum = (lanes)(R(0));
   for (int n = 0; n < batch; ++n) {
     global const real *p = AT(x, n) + (ulong)c * plane;
-    FOR_ROW(i, plane) sum += lanes_load(p + i, plane - i);
+    FOR_ROW(i, plane) sum += lanes_inside(lanes_load(p + i, plane - i) - first, plane - i);
   }
-  const real mean = share * group_sum(sum, scratch);
+  const real mean = first + share * group_sum(sum, scratch);
   lanes squares = (lanes)(R(0));
   for (int n = 0; n < batch; ++n) {
     global const real *p = AT(x, n) + (ulong)c * plane;

@@ -12,9 +12,11 @@ kernel void group_normalise(IN(x), IN(gamma), IN(beta), OUT(y), OUT(moments), co
   const int count = channels * plane;
   const real share = R(1) / (real)count;
   global const real *x = AT(x, n) + (ulong)group * count;
+  // What differs from the first number: the mean of numbers that are all alike is that number.
+  const real first = x[0];
   lanes sum = (lanes)(R(0));
-  FOR_ROW(i, count) sum += lanes_load(x + i, count - i);
-  const real mean = share * group_sum(sum, scratch);
+  FOR_ROW(i, count) sum += lanes_inside(lanes_load(x + i, count - i) - first, count - i);
+  const real mean = first + share * group_sum(sum, scratch);
   lanes squares = (lanes)(R(0));
   FOR_ROW(i, count) {
     const lanes d = lanes_inside(lanes_load(x + i, count - i) - mean, count - i);

@@ -36,11 +36,11 @@ static inline Material material_at(global const real *albedo, global const real 
   return m;
 }
 
-static inline Parts f_times_cosine(Material m, real3 wo, real3 wi) {
+static inline Parts f_times_cosine(Material m, real3 wo, Drawn in) {
 #ifdef LI2020
-  return li2020_times_cosine(m, wo, wi);
+  return li2020_times_cosine(m, wo, in.wi);
 #else
-  return parts_times_cosine(m, wo, wi);
+  return parts_times_cosine(m, wo, in);
 #endif
 }
 
@@ -52,12 +52,41 @@ typedef struct {
   real density;       // of the sampling, 1/sr
   // Of the evaluation maps; vectors in their local frame.
   Frame frame;
-  real3 normal;  // as in the map, of any length
+  real3 normal;  // as in the map, over `unit`
+  real unit;
   Material material;
   real3 wo;
   Drawn in;
   Parts weight;  // f cos / density
 } Sample;
+
+// Towards the viewer, in the frame around the normal of a map, as it is, whose unit vector is frame.n. ray: from the
+// camera, of any length, and what rounding took from it. At grazing views the cosine is what three products leave of each
+// other: it is formed in twice the digits, from what was not normalised.
+static inline real3 local_view(const Frame frame, const real3 normal, const real3 ray, const real3 rest) {
+  const real size = sqrt(dot3(ray, ray)), scale = dot3(normal, frame.n);
+  const real3 view = ray / -size;
+  const real cosine = (exact_dot3(normal, ray) + dot3(normal, rest)) / (-size * (scale > R(0) ? scale : R(1)));
+  return (real3)(dot3(frame.t, view), dot3(frame.b, view), cosine);
+}
+
+// What a normal of any length is divided by so that no square over- or underflows: a power of two, which loses nothing.
+static inline real unit_near(const real3 v) {
+  const real most = fmax(fmax(fabs(v.x), fabs(v.y)), fabs(v.z));
+  return most > R(0x1p32) ? R(0x1p64) : most < R(0x1p-32) ? R(0x1p-64) : R(1);
+}
+
+// A vector of the local frame around one normal in that around another; both as in their maps, of any length. What one
+// normal is along the other's tangents comes from their difference, in which what they share is gone: tangential parts
+// as small as a narrow lobe's keep their digits.
+static inline real3 in_other_frame(const Frame from, const real3 from_normal, const Frame to, const real3 to_normal,
+                                   const real3 v) {
+  const real size = sqrt(dot3(from_normal, from_normal)), to_size = sqrt(dot3(to_normal, to_normal));
+  const real ratio = to_size > R(0) ? size / to_size : R(1);
+  const real3 lean = fma((real3)(-ratio), to_normal, from_normal) / (size > R(0) ? size : R(1));
+  const real3 across = v.x * from.t + v.y * from.b, whole = across + v.z * lean;
+  return (real3)(dot3(to.t, whole), dot3(to.b, whole), v.z * dot3(from.n, to.n) - dot3(across, lean));
+}
 
 // Maps of one picture.
 typedef struct {
@@ -68,8 +97,12 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
                                const int w, const int plane, const int pixel, const uint row, const uint index,
                                const uint seed) {
   const int j = pixel / w;
-  const real3 view = -unit3(pixel_ray(camera, pixel - j * w, j));
-  const real3 raw = rgb_at(drawing.normal, plane, pixel);
+  const real column = (real)(pixel - j * w) + R(0.5), line = (real)j + R(0.5);
+  const real3 ray = unproject(camera, column, line), rest = unproject_rest(camera, column, line);
+  const real3 view = -unit3(ray);
+  const real3 mapped = rgb_at(drawing.normal, plane, pixel);
+  const real unit = unit_near(mapped);
+  const real3 raw = mapped / unit;
   const Material m = material_at(drawing.albedo, drawing.material, plane, pixel);
   Sample sample;
   sample.status = depth[pixel] > R(0) ? (dot3(raw, view) > R(0) ? 0 : 2) : 1;
@@ -86,7 +119,7 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
   const real4 u = random4(seed ^ SALT, row, index, 0u);
 #endif
   const Frame frame = frame_of(unit3(raw));
-  const real3 wo = to_local(frame, view);
+  const real3 wo = local_view(frame, raw, ray, rest);
   const real alpha = alpha_of(m.roughness);
   const real chance = specular_probability(m, wo);
   const Drawn in = draw_direction(SAMPLER, wo, alpha, chance, u.xyz);
@@ -98,15 +131,18 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
 
 #ifdef DETACHED
   sample.normal = rgb_at(evaluated.normal, plane, pixel);
+  sample.unit = unit_near(sample.normal);
+  sample.normal /= sample.unit;
   sample.frame = frame_of(unit3(sample.normal));
   sample.material = material_at(evaluated.albedo, evaluated.material, plane, pixel);
-  sample.wo = to_local(sample.frame, view);
-  sample.in = drawn_of(sample.wo, to_local(sample.frame, sample.towards));
+  sample.wo = local_view(sample.frame, sample.normal, ray, rest);
+  sample.in.wi = in_other_frame(frame, raw, sample.frame, sample.normal, in.wi);
+  sample.in.h = in_other_frame(frame, raw, sample.frame, sample.normal, in.h);
 #else
-  sample.normal = raw, sample.frame = frame, sample.material = m, sample.wo = wo, sample.in = in;
+  sample.normal = raw, sample.unit = unit, sample.frame = frame, sample.material = m, sample.wo = wo, sample.in = in;
 #endif
 #if defined(DETACHED) || SAMPLER == SAMPLER_GRID || defined(LI2020)
-  sample.weight = f_times_cosine(sample.material, sample.wo, sample.in.wi);
+  sample.weight = f_times_cosine(sample.material, sample.wo, sample.in);
   sample.weight.diffuse /= sample.density, sample.weight.specular /= sample.density;
 #else
   sample.weight = drawn_weight(SAMPLER, m, wo, in, chance);
@@ -207,8 +243,7 @@ kernel void sample_brdf_adjoint(MAP_ARGS, IN(d_weight),
 #else
   const real3 g_specular = g, g_diffuse = g;
 #endif
-  const real3 fresnel = schlick(specular_f0(m), half_cosine(wo, wi));
-  const real f_f0 = schlick((real3)(R(0)), half_cosine(wo, wi)).x;  // F = f0 + (1 - f0) times this
+  const real3 fresnel = schlick(specular_f0(m), fresnel_share(wo, wi));
   const real lobe = dist * v * wi.z, lambert = wi.z * INV_PI;
   const real to_lobe = dot3(g_specular, fresnel);
   const real d_ci = dot3(g_diffuse, diffuse_albedo(m)) * INV_PI + to_lobe * dist * (v + wi.z * v_ci);
@@ -224,9 +259,9 @@ kernel void sample_brdf_adjoint(MAP_ARGS, IN(d_weight),
 
   // Along the normal nothing changes but its length.
   const real3 turned = d_ci * wi + d_co * wo + d_hz * half_way;
-  const real length = sqrt(dot3(sample.normal, sample.normal));
+  const real length = sample.unit * sqrt(dot3(sample.normal, sample.normal));
   const real3 d_normal = to_world(sample.frame, (real3)(turned.x, turned.y, R(0))) / (length > R(0) ? length : R(1));
-  const real3 d_f0 = g_specular * ((R(1) - f_f0) * lobe);
+  const real3 d_f0 = g_specular * (fresnel_rest(half_way) * lobe);
   const real3 d_albedo = g_diffuse * ((R(1) - m.metallic) * lambert) + d_f0 * m.metallic;
   const real d_roughness = alpha > R(1e-4) ? R(2) * m.roughness * d_alpha : R(0);
   const real d_metallic = dot3(d_f0, m.albedo - R(0.04)) - dot3(g_diffuse, m.albedo) * lambert;

@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "host/io/files.hpp"
 #include "tests/experiments/program.hpp"
@@ -98,6 +99,64 @@ TEST_F(CheckCommand, AnOpThatThereIsNotIsBadUsage) {
   EXPECT_THAT(text_of(log), HasSubstr("unit_vectr"));
   EXPECT_THAT(text_of(log), HasSubstr("the nearest is unit_vector"));
   EXPECT_THAT(text_of(log), HasSubstr("group_norm"));
+}
+
+// The whole list, on the kernels that are shipped: it ends well, says so of every case, and its totals are the cases'.
+TEST_F(CheckCommand, ShippedKernelsAreStable) {
+  ASSERT_EQ(check({"--stability", "--json=" + json.string()}), 0) << text_of(log);
+  EXPECT_THAT(text_of(log), Not(HasSubstr("FAULT")));
+  EXPECT_THAT(text_of(log), HasSubstr("0 dropped inside; 0 at fault"));
+  const auto found = nlohmann::json::parse(text_of(json));
+  EXPECT_EQ(found["faults"], 0);
+  std::set<std::string> groups;
+  int inside = 0, with_gradients = 0;
+  for (const auto& row : found["cases"]) {
+    groups.insert(row["group"]);
+    const std::string name = row["group"].get<std::string>() + "/" + row["name"].get<std::string>();
+    EXPECT_TRUE(row["faults"].empty()) << name;
+    EXPECT_EQ(row["values_not_finite"], 0) << name;
+    EXPECT_EQ(row["gradients_not_finite"], 0) << name;
+    EXPECT_GT(row["evaluations"], 0) << name;
+    if (!row["inside"]) continue;
+    ++inside;
+    EXPECT_EQ(row["dropped"], 0) << name;
+    EXPECT_LE(row["value_error"], 1e-5) << name;
+    if (row["gradient_error"].is_null()) continue;
+    ++with_gradients;
+    EXPECT_LE(row["gradient_error"], 1e-4) << name;
+  }
+  EXPECT_EQ(groups, (std::set<std::string>{"brdf", "field", "hypernetwork", "losses", "norms", "optimiser", "rays",
+                                           "samples", "scenes", "uncertainty"}));
+  EXPECT_GT(inside, 90);
+  EXPECT_GT(with_gradients, 60);
+}
+
+// Forms that are right on paper and lose their digits, or divide by nothing: one at a time, each is named by its case.
+TEST_F(CheckCommand, AnUnstableFormIsNamedByItsCase) {
+  struct Mistake {
+    std::string file, right, wrong, group, seen;
+  };
+  const std::vector<Mistake> mistakes{
+      {"lib/ggx.clh", "const real k = alpha * (across + h.z * h.z) / (across + alpha * alpha * h.z * h.z);",
+       "const real c2 = h.z * h.z / (across + h.z * h.z), k = alpha / (c2 * (alpha * alpha - R(1)) + R(1));", "brdf",
+       "brdf/drawn, roughness 0: value 1 is wrong by"},
+      {"light/composite.cl", "* -expm1(-thickness)", "* (R(1) - exp(-thickness))", "field",
+       "field/density times step 1e-08: value 0 is wrong by"},
+      {"nn/group_norm.cl", "group_sum(squares, scratch) + epsilon", "group_sum(squares, scratch)", "norms",
+       "norms/group norm, one value a group, 0: 120 of 120 values are not finite"},
+      {"shade/accumulate_samples.cl", "WHERE((x - x) + (y - y) + (z - z) == R(0), R(1), R(0))", "(lanes)(R(1))",
+       "samples", "samples/radiance NaN in some rays: "}};
+  for (const Mistake& m : mistakes) {
+    const Surroundings changed = with_kernel(m.file, m.right, m.wrong);
+    EXPECT_EQ(check({"--stability", "--only", m.group}, changed), 1) << m.seen << text_of(log);
+    EXPECT_THAT(text_of(log), HasSubstr(m.seen));
+    EXPECT_THAT(text_of(log), HasSubstr("FAULT"));
+  }
+}
+
+TEST_F(CheckCommand, AGroupThatThereIsNotIsBadUsage) {
+  EXPECT_EQ(check({"--stability", "--only", "brdf,feild"}), 2);
+  EXPECT_THAT(text_of(log), HasSubstr("no such group, the nearest is field"));
 }
 
 TEST_F(CheckCommand, IsInterrupted) {

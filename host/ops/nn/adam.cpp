@@ -60,7 +60,8 @@ struct AdamOp : NotDifferentiable {  // gradient, parameter, first moment, secon
 
   void launch(Launch& l) const override {
     run_slots<4>(l, kFile, "adam_update", slots(l), l.inputs.back(), Launch::Real{options.beta1},
-                 Launch::Real{options.beta2}, Launch::Real{options.epsilon});
+                 Launch::Real{options.beta2}, Launch::Real{1 - options.beta1}, Launch::Real{1 - options.beta2},
+                 Launch::Real{options.epsilon});
   }
 
   std::vector<int> writes() const override {
