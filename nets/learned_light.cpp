@@ -58,6 +58,12 @@ SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
   return maps;
 }
 
+/// Answers in the grids of all pixels that the nets see.
+double grid_points(const Scene& scene, const LightNets& nets) {
+  const Size size = net_size(scene.width(), scene.height(), nets.longer_side);
+  return static_cast<double>(size.width) * size.height * kGridSide * kGridSide;
+}
+
 /// Asks a picture of no importance, to learn which states there must be.
 void check_states(const LightNets& nets, bool in_view) {
   Graph graph;
@@ -86,6 +92,10 @@ Value far_light(const LightField& field, Value points, Value direction, Value ra
 
 }  // namespace
 
+bool sharing_pays(const Scene& scene, const RenderSettings& settings, double rays) {
+  return settings.light == "net" && rays > kRaysWorthAGrid * grid_points(scene, *settings.nets);
+}
+
 SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
                          double rays_to_come) {
   const LightNets& nets = *settings.nets;
@@ -111,12 +121,11 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
   values.range = v.range;
   if (in_view) {
     const LightPixels pixels = light_pixels({graph, false, "local"}, picture.image, picture.surfaces, sizes.in_view);
-    const double points = static_cast<double>(small.image.pixels()) * kGridSide * kGridSide;
-    const bool pays = rays_to_come > kRaysWorthAGrid * points;
-    const bool share = settings.sharing == Sharing::Always || (settings.sharing == Sharing::WhereItPays && pays);
+    const bool share = settings.sharing == Sharing::Always ||
+                       (settings.sharing == Sharing::WhereItPays && sharing_pays(scene, settings, rays_to_come));
     values.near =
         in_view_answers({graph, false, "local"}, pixels, sizes.in_view, share ? picture.surfaces.normal : Value{});
-    if (share) shared = points;
+    if (share) shared = grid_points(scene, nets);
   }
   values.field = light_fields({graph, false, "global"}, picture, sizes.out_of_view)[0];
 

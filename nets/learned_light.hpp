@@ -18,6 +18,9 @@ SceneLight learned_light(Graph& graph, const SceneValues& values, const Scene& s
 /// out-of-view part when u is not.
 inline constexpr double kLeastShare = 1e-3;
 
+/// Whether WhereItPays shares for about so many rays of this scene.
+bool sharing_pays(const Scene& scene, const RenderSettings& settings, double rays);
+
 /// Rays for each point of the grids from which on they are made. Half of the rays hit something in view.
 inline constexpr double kRaysWorthAGrid = 8;
 

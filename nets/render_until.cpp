@@ -9,6 +9,7 @@
 #include "host/math/radiance.hpp"
 #include "host/math/statistics.hpp"
 #include "host/stopwatch.hpp"
+#include "nets/learned_light.hpp"
 
 namespace clerestory {
 namespace {
@@ -58,6 +59,7 @@ class Rounds {
     all_.rays += round.rays, all_.dropped += round.dropped, all_.hits += round.hits, all_.seconds += round.seconds;
     if (all_.first_dropped.empty()) all_.first_dropped = round.first_dropped;
     add_counts(all_.answered, round.answered);
+    all_.shared_answers += round.shared_answers;
     all_.kernels.insert(all_.kernels.end(), round.kernels.begin(), round.kernels.end());
     spp_ += more;
   }
@@ -122,6 +124,9 @@ RenderedUntil render_until(Device& device, const Scene& scene, const RenderSetti
   check_goal(settings, goal);
   const Stopwatch watch;
   RenderSettings round = settings;
+  if (round.sharing == Sharing::WhereItPays)  // all rounds alike: what they differ by is noise
+    round.sharing = sharing_pays(scene, round, static_cast<double>(scene.photo.pixels()) * round.spp) ? Sharing::Always
+                                                                                                      : Sharing::Never;
   RenderedUntil result;
   Rounds rounds(scene, round.spp, render_scene(device, scene, round));
   result.rounds.push_back({rounds.spp(), watch.seconds(), rounds.error()});

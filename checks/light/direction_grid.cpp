@@ -51,7 +51,7 @@ std::vector<Tensor> plain_directions(const Tensor& normal, int side) {
   for (int p = 0; p < plane; ++p) {
     const auto [t, b, n] = basis_of(normal_at(normal, p));
     for (int s = 0; s < side * side; ++s) {
-      const double x = 2.0 * (s % side) / (side - 1) - 1, y = 2.0 * (s / side) / (side - 1) - 1;
+      const double x = (2.0 * (s % side) + 1) / side - 1, y = (2.0 * (s / side) + 1) / side - 1;
       const Vector local = unit({(x + y) / 2, (x - y) / 2, 1 - std::max(std::abs(x), std::abs(y))});
       for (int c = 0; c < 3; ++c) {
         const auto k = static_cast<std::size_t>(c);
@@ -76,7 +76,7 @@ Tensor plain_look_up(const Tensors& inputs, const std::vector<int>& list) {
     const double a = dot(t, back), o = dot(b, back), up = std::max(dot(n, back), 0.0);
     const double norm = std::abs(a) + std::abs(o) + up;
     const auto place = [&](double e) {  // cell and how far into it
-      const double x = std::clamp(((norm > 0 ? e / norm : 0) + 1) / 2 * (side - 1), 0.0, side - 1.0);
+      const double x = std::clamp(((norm > 0 ? e / norm : 0) + 1) / 2 * side - 0.5, 0.0, side - 1.0);
       const int cell = std::min(static_cast<int>(x), side - 2);
       return std::pair{cell, x - cell};
     };

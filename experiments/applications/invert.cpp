@@ -170,10 +170,10 @@ LeftOut shared_answers(const Rendering& r) {
     if (k.kernel.starts_with("light/ask_mlp")) asked += k.seconds;
     if (k.kernel.starts_with("light/direction_grid")) looked_up += k.seconds;
   }
-  return {"the in-view MLP once for each ray (--everything asks it so)",
+  return {"the in-view MLP once for each ray (--every-ray asks it so)",
           fmt::format("{:.1f} million rays lie between {:.2f} million answers around what is seen", rays * 1e-6,
                       r.shared_answers * 1e-6),
-          fmt::format("{:.1f} s", asked * (rays / r.shared_answers - 1) - looked_up)};
+          fmt::format("about {:.1f} s", std::max(asked * (rays / r.shared_answers - 1) - looked_up, 0.0))};
 }
 
 void record_render(const Rendering& r, const RenderSettings& settings, Provenance& record) {

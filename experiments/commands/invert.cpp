@@ -24,7 +24,7 @@ double goal_of(const std::optional<double>& given, const char* name) {
 void add_invert_command(CommandLine& line) {
   const auto options = std::make_shared<InvertOptions>();
   const auto error = std::make_shared<std::optional<double>>(), seconds = std::make_shared<std::optional<double>>();
-  const auto everything = std::make_shared<bool>(false);
+  const auto every_ray = std::make_shared<bool>(false);
   Command command = line.add("invert", "Take a photograph of a room apart and render it again");
   command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
       .option("--fov", "DEGREES", "Horizontal field of view; default: what EXIF says, else 65 across the longer side",
@@ -55,8 +55,8 @@ void add_invert_command(CommandLine& line) {
               options->render.delta, {"linear", "window"})
       .option("--thickness", "METRES", "How far behind a surface a ray passes unseen; 0: surfaces have no back",
               options->render.thickness)
-      .flag("--everything", "Leave nothing out that could change a picture: the light's nets answer each ray by itself",
-            *everything)
+      .flag("--every-ray", "The light's nets answer each ray by itself: rays that come the same way share no answer",
+            *every_ray)
       .option("--target-error", "E", "Take samples in rounds until the re-render's root relMSE is measured below this",
               *error)
       .option("--seconds", "S", "Take samples in rounds for so many seconds", *seconds)
@@ -68,15 +68,20 @@ void add_invert_command(CommandLine& line) {
           "docs/commands.md says what the RUN "
           "folder holds.\n" +
           lights_note());
-  command.run([options, error, seconds, everything](const CommonOptions& common) {
+  command.run([options, error, seconds, every_ray](const CommonOptions& common) {
     options->photo = found_data(options->photo);
     if (!options->camera.empty()) options->camera = found_data(options->camera);
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
     options->preset = common.preset, options->weights = common.weights;
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
-    if (*everything) options->render.sharing = Sharing::Never;
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
+    if (*every_ray) {
+      if (options->render.light != "net")
+        throw usage_error("no net answers rays one by one there", "--every-ray", "--light " + options->render.light,
+                          "--light net");
+      options->render.sharing = Sharing::Never;
+    }
     if (*error || *seconds) {
       options->goal = RenderGoal{goal_of(*error, "--target-error"), goal_of(*seconds, "--seconds")};
       options->render.spp = kFirstRound;

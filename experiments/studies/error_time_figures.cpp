@@ -106,6 +106,7 @@ std::optional<double> p_together(const std::vector<std::optional<double>>& tests
 }
 
 std::optional<double> log_log_slope(const std::vector<double>& x, const std::vector<double>& y) {
+  if (!std::ranges::all_of(y, [](double one) { return std::isfinite(one); })) return {};
   std::vector<double> u, v;
   for (std::size_t i = 0; i < x.size(); ++i)
     if (x[i] > 0 && y[i] > 0) u.push_back(std::log(x[i])), v.push_back(std::log(y[i]));
@@ -131,7 +132,7 @@ std::vector<bool> pareto_front(const std::vector<double>& seconds, const std::ve
 
 Cell seconds_to(double error, const std::vector<double>& seconds, const std::vector<double>& errors) {
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    if (errors[i] > error) continue;
+    if (!(errors[i] <= error)) continue;  // one that is no number reaches nothing
     if (i == 0) return fmt::format("< {:.2g}", seconds[0]);
     if (errors[i] <= 0) return fmt::format("< {:.2g}", seconds[i]);  // by chance; its logarithm says nothing
     const double along = std::log(errors[i - 1] / error) / std::log(errors[i - 1] / errors[i]);

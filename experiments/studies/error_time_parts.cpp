@@ -26,6 +26,9 @@ void read_samples(const Config& config, ErrorTimePart& part) {
   if (const std::int64_t least = kTruthFactor * part.spp.back(); part.truth_spp < least)
     throw usage_error("too few samples for a truth", where(config, truth), fmt::format("{}", part.truth_spp),
                       fmt::format("at least {}, {} times the most of {}", least, kTruthFactor, spp));
+  if (part.truth_spp % part.truth_runs != 0)
+    throw usage_error("these samples are not those of equal runs", where(config, truth),
+                      fmt::format("{}", part.truth_spp), fmt::format("a multiple of {}", part.truth_runs));
 }
 
 /// By Sobol's points, whose noise is least: runs by other seeds are scrambled independently, of each other and of all

@@ -105,7 +105,6 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
   const real3 raw = mapped / unit;
   const Material m = material_at(drawing.albedo, drawing.material, plane, pixel);
   Sample sample;
-  sample.status = depth[pixel] > R(0) ? (dot3(raw, view) > R(0) ? 0 : 2) : 1;
 
 #if SAMPLER == SAMPLER_GRID
   const Frame frame = grid_frame(unit3(raw));
@@ -125,6 +124,8 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
   const Drawn in = draw_direction(SAMPLER, wo, alpha, chance, u.xyz);
   sample.density = drawn_pdf(SAMPLER, wo, in, alpha, chance);
 #endif
+  // Of both cosines: wo.z is the exact one, but not of a normal without length.
+  sample.status = depth[pixel] > R(0) ? (dot3(raw, view) > R(0) && !(wo.z <= R(0)) ? 0 : 2) : 1;
   // Not wi.z > 0: a direction that is not a number is handed on, to be dropped and counted where samples are summed.
   sample.drawn = sample.status == 0 && !(in.wi.z <= R(0));
   sample.towards = to_world(frame, in.wi);

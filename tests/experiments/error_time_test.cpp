@@ -43,6 +43,8 @@ TEST(ErrorTimeFigures, SecondsToAnErrorLieOnTheLineInLogarithms) {
   EXPECT_EQ(std::get<std::string>(at(2, {1, 0.01, 1e-4})), "< 1") << "before the first";
   EXPECT_EQ(std::get<std::string>(at(1e-5, {1, 0.01, 1e-4})), "> 1e+02") << "behind the last";
   EXPECT_EQ(std::get<std::string>(at(1e-5, {1, -0.01, 1e-4})), "< 10") << "below 0 by chance has no logarithm";
+  EXPECT_EQ(std::get<std::string>(at(0.01, {NAN, NAN, NAN})), "> 1e+02") << "what is no number reaches nothing";
+  EXPECT_FALSE(log_log_slope(seconds, {1, NAN, 0.01}));
 }
 
 /// Runs of `size` values: 1 + bias + noise of that deviation, uniform, from a stream of its own each.

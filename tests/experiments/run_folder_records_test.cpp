@@ -141,6 +141,8 @@ TEST_F(RunFolder, AnErrorIsAskedForAndRecorded) {
   expect_refused(bad, "--spp");
   bad = words, bad.insert(bad.end(), {"--seconds", "5", "--only", "depth"});
   expect_refused(bad, "--only");
+  bad = words, bad.push_back("--every-ray");
+  expect_refused(bad, "--light net");  // under which alone rays share answers
   words.insert(words.end(), {"--target-error", "0.2"});
   ASSERT_EQ(start(words), 0) << said();
   EXPECT_THAT(said(), HasSubstr("(asked: 0.2)"));
