@@ -11,6 +11,9 @@
 namespace clerestory {
 namespace {
 
+/// Rays for each answer of the grids from which on these are made. Half of the rays hit something in view.
+constexpr double kRaysWorthAnAnswer = 8;
+
 /// A learned light's values of one picture as a flat list, so that they pass through map_chunks.
 struct LearnedValues {
   Value photo, range;  // the photograph in the nets' exposure, at its full size
@@ -58,12 +61,6 @@ SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
   return maps;
 }
 
-/// Answers in the grids of all pixels that the nets see.
-double grid_points(const Scene& scene, const LightNets& nets) {
-  const Size size = net_size(scene.width(), scene.height(), nets.longer_side);
-  return static_cast<double>(size.width) * size.height * kGridSide * kGridSide;
-}
-
 /// Asks a picture of no importance, to learn which states there must be.
 void check_states(const LightNets& nets, bool in_view) {
   Graph graph;
@@ -92,8 +89,11 @@ Value far_light(const LightField& field, Value points, Value direction, Value ra
 
 }  // namespace
 
-bool sharing_pays(const Scene& scene, const RenderSettings& settings, double rays) {
-  return settings.light == "net" && rays > kRaysWorthAGrid * grid_points(scene, *settings.nets);
+bool shares_answers(const Scene& scene, const RenderSettings& settings, double rays) {
+  if (settings.light != "net" || !settings.nets) return false;
+  if (settings.sharing != Sharing::WhereItPays) return settings.sharing == Sharing::Always;
+  const Size size = net_size(scene.width(), scene.height(), settings.nets->longer_side);
+  return rays > kRaysWorthAnAnswer * size.width * size.height * kGridSide * kGridSide;
 }
 
 SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
@@ -116,22 +116,20 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
                             graph.constant(camera_tensor(std::span(&camera, 1))),
                             v.range};
   LearnedValues values;
-  double shared = 0;
   values.photo = scale(v.photo, exposure);
   values.range = v.range;
   if (in_view) {
     const LightPixels pixels = light_pixels({graph, false, "local"}, picture.image, picture.surfaces, sizes.in_view);
-    const bool share = settings.sharing == Sharing::Always ||
-                       (settings.sharing == Sharing::WhereItPays && sharing_pays(scene, settings, rays_to_come));
+    const bool share = shares_answers(scene, settings, rays_to_come);
     values.near =
         in_view_answers({graph, false, "local"}, pixels, sizes.in_view, share ? picture.surfaces.normal : Value{});
-    if (share) shared = grid_points(scene, nets);
   }
   values.field = light_fields({graph, false, "global"}, picture, sizes.out_of_view)[0];
 
   SceneLight light;
   light.inputs = values.list();
-  light.traces = in_view, light.shared_answers = shared;
+  light.traces = in_view;
+  if (values.near.grid) light.shared_answers = static_cast<double>(values.near.grid.shape().plane());
   light.states = nets.states;
   light.radiance = [values, sizes, in_view, exposure](const AskedRays& rays, std::span<const Value> in,
                                                       RayCounts* counts) {

@@ -124,9 +124,8 @@ RenderedUntil render_until(Device& device, const Scene& scene, const RenderSetti
   check_goal(settings, goal);
   const Stopwatch watch;
   RenderSettings round = settings;
-  if (round.sharing == Sharing::WhereItPays)  // all rounds alike: what they differ by is noise
-    round.sharing = sharing_pays(scene, round, static_cast<double>(scene.photo.pixels()) * round.spp) ? Sharing::Always
-                                                                                                      : Sharing::Never;
+  const double rays = static_cast<double>(scene.photo.pixels()) * round.spp;  // all rounds alike: they differ by noise
+  round.sharing = shares_answers(scene, round, rays) ? Sharing::Always : Sharing::Never;
   RenderedUntil result;
   Rounds rounds(scene, round.spp, render_scene(device, scene, round));
   result.rounds.push_back({rounds.spp(), watch.seconds(), rounds.error()});

@@ -28,11 +28,11 @@ void check_name(const std::string& name) {
 }
 
 SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
-                       double count) {
+                       double rays_to_come) {
   if (is_learned_light(settings.light)) {
     if (!settings.nets)
       throw usage_error("learned light without its weights", "--light", settings.light, "--light-weights DIR");
-    return learned_light(graph, v, scene, settings, count);
+    return learned_light(graph, v, scene, settings, rays_to_come);
   }
   if (settings.light == "image")
     return without_nets({v.photo, v.ambient}, true,
@@ -61,9 +61,9 @@ bool is_learned_light(const std::string& name) {
 }
 
 SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
-                       double count) {
+                       double rays_to_come) {
   check_name(settings.light);
-  return with_lamps(graph, named_light(graph, v, scene, settings, count), settings.lamps);
+  return with_lamps(graph, named_light(graph, v, scene, settings, rays_to_come), settings.lamps);
 }
 
 std::vector<Value> inputs_of(const SceneLight& light, Value points) {

@@ -39,10 +39,10 @@ struct SceneLight {
 
 /// The light that settings.light names: image | constant | panorama | net | out_of_view. Learned light reads
 /// settings.nets. `scene` is the one that lights, without inserted objects. Throws usage_error: an unknown name, no
-/// nets, nets that lack a state. settings.lamps are added. `rays`: about how many are to be asked in a run; many may
-/// share answers (learned_light).
+/// nets, nets that lack a state. settings.lamps are added. `rays_to_come`: about how many are asked in a run;
+/// many may share answers (learned_light).
 SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
-                       double rays = 0);
+                       double rays_to_come = 0);
 
 /// Names that scene_light() knows.
 const std::vector<std::string>& light_names();

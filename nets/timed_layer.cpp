@@ -36,9 +36,9 @@ TimedLayer::TimedLayer(const Device& device, const Scene& scene, const RenderSet
   const SceneValues values = scene_values(graph_, scene);
   const SceneLight light =
       scene_light(graph_, values, scene, settings);  // of few rays: none share an answer unless told to
-  RenderSettings two = settings;
-  two.spp = std::max(settings.spp, 2);
-  RenderSpec spec = render_spec(two, light);
+  RenderSettings with_error = settings;  // render_spec() refuses one sample, whose standard error nobody can tell
+  with_error.spp = std::max(settings.spp, 2);
+  RenderSpec spec = render_spec(with_error, light);
   spec.spp = settings.spp, spec.statistics = false;
   if (result == LayerResult::Picture)
     outputs_ = {{"picture", picture_of(values, light, spec)}};

@@ -98,11 +98,6 @@ StabilityCase drawn(const std::string& name, const Tensors& maps, const Sampling
 }
 StabilityCase drawn(const std::string& name, const Surface& surface) { return drawn(name, maps_of(surface, 5)); }
 
-StabilityCase outside(StabilityCase c) {
-  c.inside = false;
-  return c;
-}
-
 Spread inner_cosines() { return spread_logarithms(kCount, kLeastCosine, 1, 1); }
 Spread outer_cosines() { return spread_logarithms(kCount, 1e-7, 0.99 * kLeastCosine, 1); }
 Spread usual_roughness() { return spread_logarithms(kCount, 0.01, 1, 2); }

@@ -24,9 +24,7 @@ StabilityCase composited(const std::string& name, double low, double high) {
     return std::vector<Compared>{{c.radiance}, {c.transmittance}};
   };
   f.differentiate = {"density", "colour"};
-  return {.group = "field", .name = name, .evaluate = [f](const Device& device, Precision precision) {
-            return evaluate_formula(f, device, precision);
-          }};
+  return case_of("field", name, f);
 }
 
 /// Points of a march from `points` metres along `directions`.
@@ -39,9 +37,7 @@ StabilityCase marched(const std::string& name, Tensor points, Tensor directions)
                             {.segments = kSegments, .jitter = false});
     return std::vector<Compared>{{m.position, false}, {m.length, false}};
   };
-  return {.group = "field", .name = name, .evaluate = [f](const Device& device, Precision precision) {
-            return evaluate_formula(f, device, precision);
-          }};
+  return case_of("field", name, f);
 }
 
 }  // namespace

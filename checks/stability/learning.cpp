@@ -16,17 +16,6 @@
 namespace clerestory {
 namespace {
 
-StabilityCase of(const std::string& group, const std::string& name, const Formula& f) {
-  return {.group = group, .name = name, .evaluate = [f](const Device& device, Precision precision) {
-            return evaluate_formula(f, device, precision);
-          }};
-}
-
-StabilityCase outside(StabilityCase c) {
-  c.inside = false;
-  return c;
-}
-
 // ---- Losses ---------------------------------------------------------------------------------------------------------
 
 const Shape kColours{1, 3, 32, 64}, kMask{1, 1, 32, 64};
@@ -45,7 +34,7 @@ StabilityCase lost(const std::string& name, const Loss& loss, const Tensor& pred
     return std::vector<Compared>{{loss(v.at("prediction"), v.at("truth"), v.at("mask"))}};
   };
   f.differentiate = {"prediction"};
-  return of("losses", name, f);
+  return case_of("losses", name, f);
 }
 
 /// The scale that brings predictions to the truth.
@@ -55,7 +44,7 @@ StabilityCase scaled(const std::string& name, double prediction, double truth, d
   f.build = [](Graph&, const Values& v) {
     return std::vector<Compared>{{least_squares_scale(v.at("prediction"), v.at("truth"), v.at("mask")), false}};
   };
-  return of("losses", name, f);
+  return case_of("losses", name, f);
 }
 
 // ---- Normalisations -------------------------------------------------------------------------------------------------
@@ -73,7 +62,7 @@ StabilityCase by_batch(const std::string& name, const Tensor& x) {
     return std::vector<Compared>{
         {normalise_channels(v.at("x"), channel_moments(v.at("x")), v.at("gamma"), v.at("beta"), false)}};
   };
-  return of("norms", "batch norm, " + name, f);
+  return case_of("norms", "batch norm, " + name, f);
 }
 
 StabilityCase by_group(const std::string& name, const Tensor& x) {
@@ -81,7 +70,7 @@ StabilityCase by_group(const std::string& name, const Tensor& x) {
   f.build = [](Graph&, const Values& v) {
     return std::vector<Compared>{{group_norm(v.at("x"), v.at("gamma"), v.at("beta"), 4, false)}};
   };
-  return of("norms", "group norm, " + name, f);
+  return case_of("norms", "group norm, " + name, f);
 }
 
 // ---- Optimiser ------------------------------------------------------------------------------------------------------
@@ -96,7 +85,7 @@ StabilityCase updated(const std::string& name, const Tensor& gradient, double st
     adam(p, gradients, v.at("rate"), v.at("step"));
     return std::vector<Compared>{};
   };
-  return of("optimiser", "Adam, " + name, f);
+  return case_of("optimiser", "Adam, " + name, f);
 }
 
 // ---- Nets at their start --------------------------------------------------------------------------------------------
@@ -122,7 +111,7 @@ StabilityCase unlearned(const std::string& name, const OutOfViewSize& size, cons
     }
     return written;
   };
-  StabilityCase c = of("hypernetwork", name, f);
+  StabilityCase c = case_of("hypernetwork", name, f);
   if (most > 0) c.most = most;
   return c;
 }

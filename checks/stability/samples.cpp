@@ -53,9 +53,7 @@ StabilityCase spread(const std::string& name, const Tensor& radiance) {
     const SampleSums sums = accumulate_samples(v.at("weight"), v.at("radiance"), v.at("pdf"), {}, {}, kSamples);
     return std::vector<Compared>{{finish_samples(sums.squares, sums.tally, kSamples, 1).standard_error, false}};
   };
-  StabilityCase c{.group = "samples", .name = name};
-  c.evaluate = [f](const Device& device, Precision precision) { return evaluate_formula(f, device, precision); };
-  return c;
+  return case_of("samples", name, f);
 }
 
 /// Light of the hit and of what is not seen, mixed by u.
@@ -65,9 +63,7 @@ StabilityCase mixed(const std::string& name, const Tensor& u) {
     return std::vector<Compared>{{mix_light(v.at("near"), v.at("far"), v.at("u"))}};
   };
   f.differentiate = {"near", "far", "u"};
-  StabilityCase c{.group = "uncertainty", .name = name};
-  c.evaluate = [f](const Device& device, Precision precision) { return evaluate_formula(f, device, precision); };
-  return c;
+  return case_of("uncertainty", name, f);
 }
 
 }  // namespace

@@ -73,6 +73,17 @@ Evaluations evaluate_formula(const Formula& formula, const Device& device, Preci
   return found;
 }
 
+StabilityCase case_of(const std::string& group, const std::string& name, const Formula& formula) {
+  return {.group = group, .name = name, .evaluate = [formula](const Device& device, Precision precision) {
+            return evaluate_formula(formula, device, precision);
+          }};
+}
+
+StabilityCase outside(StabilityCase c) {
+  c.inside = false;
+  return c;
+}
+
 std::vector<double> spread_logarithms(int count, double low, double high, std::uint64_t seed) {
   std::vector<double> numbers;
   for (int i = 0; i < count; ++i) numbers.push_back(low * std::pow(high / low, i / std::max(count - 1.0, 1.0)));

@@ -66,6 +66,10 @@ struct Formula {
 };
 /// Inputs and states, also those that start from the seed, are rounded to float whatever the precision.
 Evaluations evaluate_formula(const Formula& formula, const Device& device, Precision precision);
+/// The case whose evaluations are those of the formula, inside the domain.
+StabilityCase case_of(const std::string& group, const std::string& name, const Formula& formula);
+/// The same out of the documented domain.
+StabilityCase outside(StabilityCase c);
 
 /// `count` numbers whose logarithms are spread evenly from those of `low` to `high`, both included, in an order that
 /// knows nothing of neighbours.

@@ -56,8 +56,7 @@ ErrorTimePart gradients(const Config& config) {
   ErrorTimePart part{.name = "gradients", .title = "Gradients under the photograph as light", .light = "image"};
   part.note =
       "of the mean of (I - P)^2 / (P^2 + 0.01), I the re-render and P the photograph; one draw: dL/dI and dI of the "
-      "same "
-      "samples, two draws: of independent ones; sampler vndf_caps";
+      "same samples, two draws: of independent ones; sampler vndf_caps";
   part.what = {"albedo", "roughness", "metallic", "normal", "radiance"};
   part.truth = truth_under("image", LayerResult::TwoDraws);
   for (const std::string& draws : config.texts("gradients.draws"))

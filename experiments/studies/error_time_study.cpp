@@ -21,13 +21,6 @@ constexpr std::array kBuilding{16, 64};
 
 using References = std::map<std::string, ErrorReference>;  // by what is estimated
 
-/// Pixels that errors are of.
-std::vector<bool> with_depth(const Scene& scene) {
-  std::vector<bool> used;
-  for (const float depth : scene.depth.data) used.push_back(depth > 0);
-  return used;
-}
-
 double smape(const Estimate& picture, const Estimate& truth, const std::vector<bool>& used) {
   RadianceErrorSums sums;
   for (std::size_t i = 0; i < picture.size(); ++i)
@@ -61,8 +54,7 @@ class ErrorTimeStudy : public RoomStudy {
   Scene scene_of_room(const ListedRoom& listed, std::uint32_t seed) {
     TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
                     static_cast<int>(config_.integer("data.height")));
-    const Image linear = room.traced.picture(room.camera, static_cast<int>(config_.integer("data.spp")), seed).mean;
-    room.scene.photo = scaled(linear, exposure_of(linear.data));
+    room.take_photograph(static_cast<int>(config_.integer("data.spp")), seed);
     return std::move(room.scene);
   }
 
@@ -93,7 +85,7 @@ class ErrorTimeStudy : public RoomStudy {
     }
     References truth;
     for (const auto& [what, estimates] : runs)
-      truth.emplace(what, ErrorReference(estimates, with_depth(scene), part.floor));
+      truth.emplace(what, ErrorReference(estimates, pixels_with_depth(scene), part.floor));
     return truth;
   }
 
@@ -113,7 +105,7 @@ class ErrorTimeStudy : public RoomStudy {
       for (auto& [what, values] : layer.values()) {
         of.region = region_of(part, what);
         note("error", truth.at(what).error(values), s);
-        if (part.floor) note("smape", smape(values, truth.at(what).mean(), with_depth(scene)), s);
+        if (part.floor) note("smape", smape(values, truth.at(what).mean(), pixels_with_depth(scene)), s);
         estimates[what].push_back(std::move(values));
       }
     }

@@ -19,8 +19,8 @@ constexpr auto kOfGradients =
     ". Error: squared distance from the true gradient over its square. Seconds: of forward and adjoint";
 constexpr auto kOfBoth =
     ", kernels built before, median over seeds; ± over seeds. Front: nothing has less error in less time (of a "
-    "gradient "
-    "of that map). Bias: squared, free of noise, so that it falls below 0 by chance; z: how many of its standard "
+    "gradient of that map). Bias: squared, free of noise, so that it falls below 0 by chance; z: how many of its "
+    "standard "
     "errors "
     "it is from none. p: of Welch's test that the sum over pixels, in which biases of one sign add up, is that of the "
     "truth; where errors are mostly of rare bright samples, few seeds make it too small. Memory: the most on the "

@@ -54,9 +54,7 @@ class TargetStudy : public RoomStudy {
     TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
                     static_cast<int>(config_.integer("data.height")));
     const Random random(listed.seed);
-    const int spp = static_cast<int>(config_.integer("data.spp"));
-    const Image linear = room.traced.picture(room.camera, spp, random.seed(kPicture)).mean;
-    room.scene.photo = scaled(linear, exposure_of(linear.data));
+    room.take_photograph(static_cast<int>(config_.integer("data.spp")), random.seed(kPicture));
     RenderSettings settings = under_light(settings_, config_.text("target.light"), device_, room.scene);
 
     RenderSettings most = settings;
@@ -69,8 +67,7 @@ class TargetStudy : public RoomStudy {
     }
     settings.spp = 16;
     render_scene(device_, room.scene, settings);  // kernels are built
-    std::vector<bool> used;
-    for (const float depth : room.scene.depth.data) used.push_back(depth > 0);
+    const std::vector<bool> used = pixels_with_depth(room.scene);
 
     RoomFindings found;
     for (const Row& row : rows())

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "host/io/image.hpp"
+#include "host/math/statistics.hpp"
+
 namespace clerestory {
 
 Scene scene_of(const TraceMaps& maps, const Camera& camera) {
@@ -13,6 +16,17 @@ Scene scene_of(const TraceMaps& maps, const Camera& camera) {
   std::transform(maps.emitter.begin(), maps.emitter.end(), scene.material.plane(2),
                  [](int emitter) { return emitter >= 0 ? 1.0f : 0.0f; });
   return scene;
+}
+
+std::vector<bool> pixels_with_depth(const Scene& scene) {
+  std::vector<bool> with;
+  for (const float depth : scene.depth.data) with.push_back(depth > 0);
+  return with;
+}
+
+void TracedRoom::take_photograph(int spp, std::uint32_t seed) {
+  const Image linear = traced.picture(camera, spp, seed).mean;
+  scene.photo = scaled(linear, exposure_of(linear.data));
 }
 
 }  // namespace clerestory

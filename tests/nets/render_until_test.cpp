@@ -98,6 +98,8 @@ TEST_F(RenderUntil, GoalsThatAreNoneAreRefused) {
   EXPECT_TRUE(refused(other, {.error = 0.1}, "--spp"));
   other = settings, other.sampler = "grid8x16";
   EXPECT_TRUE(refused(other, {.error = 0.1}, "--sampler"));
+  other = settings, other.light = "net";  // without its weights
+  EXPECT_TRUE(refused(other, {.error = 0.1}, "--light"));
 }
 
 }  // namespace
