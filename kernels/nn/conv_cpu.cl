@@ -11,6 +11,8 @@
 #include "lib/tile.clh"
 #include "nn/conv_geometry.clh"
 
+#define LINE (64 / (int)sizeof(real))  // elements of a cache line
+
 // Zero is read anew by each call: a compiler that knew it would keep a vector of zeros in a register through the product,
 // whose tile takes all sixteen of AVX2.
 static void fill_zeros(local real *to, int n) {
@@ -93,15 +95,42 @@ static void tap_offsets(local int *offset, const ConvGeometry g, const ConvBlock
   for (; k < b.channel_block * taps; ++k) offset[k] = offset[k - taps] + b.plane;
 }
 
-// Weights times `vectors` vectors of the band's panel: sums[outputs][positions] (+)= weights * panel[offset[k]], where weights
-// are panels of [k][8], weights_pitch apart. One function for each number of vectors, so that positions need rounding up to
-// one vector only.
+// What will be copied next: `pieces` of `length` elements, `pitch` apart, asked for a few cache lines at a time while
+// what was copied before is multiplied. A hint: nothing depends on it.
+typedef struct {
+  global const real *at;
+  int pieces, length, done;
+  ulong pitch;
+} Ahead;
+
+static inline Ahead ahead_of(global const real *at, int pieces, int length, ulong pitch) {
+  const Ahead a = {at, length > 0 ? pieces : 0, length, 0, pitch};
+  return a;
+}
+
+static inline void ask(Ahead *a, int lines) {
+  for (; lines > 0 && a->pieces > 0; --lines) {
+    ASK_FOR(a->at + a->done);
+    a->done += LINE;
+    if (a->done >= a->length) a->done = 0, a->at += a->pitch, --a->pieces;
+  }
+}
+
+// Cache lines to ask for in each of `calls`, so that none is left.
+static inline int lines_each(const Ahead *a, int calls) {
+  return (a->pieces * (a->length / LINE + 1) + calls - 1) / calls;
+}
+
+// Weights times `vectors` vectors of the band's panel: sums[outputs][positions] (+)= weights * panel[offset[k]], where
+// weights are panels of [k][8], weights_pitch apart. With every tile some `lines` of what is ahead are asked for. One
+// function for each number of vectors, so that positions need rounding up to one vector only.
 #define PANEL_ROW(k) (panel + offset[k])
 #define DEFINE_MULTIPLY(vectors)                                                                                    \
   static void multiply_##vectors(local real *sums, int pitch, global const real *weights, int weights_pitch,        \
                                  int outputs, local const real *panel, local const int *offset, int depth,          \
-                                 bool first) {                                                                      \
+                                 bool first, Ahead *ahead, int lines) {                                             \
     for (int m = 0; m < outputs; m += TILE_ROWS, sums += TILE_ROWS * pitch) {                                       \
+      ask(ahead, lines);                                                                                            \
       global const real *from = weights + (ulong)(m / PANEL) * weights_pitch + m % PANEL;                           \
       vec sum[TILE_ROWS][vectors];                                                                                  \
       if (first) {                                                                                                  \
@@ -120,15 +149,18 @@ DEFINE_MULTIPLY(3)
 // The same for all positions, tile by tile: what of the panel is under a tile stays in the first cache while the weights
 // of all outputs stream past it.
 static void multiply_band(local real *sums, int pitch, global const real *weights, int weights_pitch, int outputs,
-                          local const real *panel, local const int *offset, int depth, int positions, bool first) {
+                          local const real *panel, local const int *offset, int depth, int positions, bool first,
+                          Ahead *ahead) {
+  const int calls = (positions + 2 * TILE_WIDTH - 1) / (2 * TILE_WIDTH) * ((outputs + TILE_ROWS - 1) / TILE_ROWS);
+  const int lines = lines_each(ahead, calls);
   for (int left = (positions + TILE_WIDTH - 1) / TILE_WIDTH; left > 0;) {
     const int vectors = left == 4 ? 2 : min(left, TILE_VECTORS);  // two twos are faster than three and one
     if (vectors == 3)
-      multiply_3(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first);
+      multiply_3(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead, lines);
     else if (vectors == 2)
-      multiply_2(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first);
+      multiply_2(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead, lines);
     else
-      multiply_1(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first);
+      multiply_1(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead, lines);
     left -= vectors, sums += vectors * TILE_WIDTH, panel += vectors * TILE_WIDTH;
   }
 }
@@ -144,6 +176,16 @@ static void store_row(global real *to, local const real *from, int n, int step, 
     return;
   }
   for (; i < n; ++i) to[i * step] = from[i] + bias;
+}
+
+// Source channels c0 to c1 under the band that starts at `start`: its rows, or of a band of columns its part of the first.
+static Ahead panel_ahead(global const real *source, int c0, int c1, int2 start, const ConvGeometry g,
+                         const ConvBlocking b) {
+  const int h = g.source_plane / g.source_w, top = start.y * g.source_step + g.source_y;
+  const int y0 = clamp(top, 0, h), y1 = clamp(top + (b.band_rows - 1) * g.source_step + g.taps_y, y0, h);
+  const int x0 = b.bands_x > 1 ? start.x * g.source_step : 0;
+  const int length = b.bands_x > 1 ? min(b.band_columns * g.source_step, g.source_w - x0) : (y1 - y0) * g.source_w;
+  return ahead_of(source + (ulong)c0 * g.source_plane + y0 * g.source_w + x0, c1 - c0, length, g.source_plane);
 }
 
 // Group (band, chunk of outputs, batch item). `weights` as conv_pack_weights leaves them; `bias` is read when has_bias.
@@ -163,8 +205,13 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
     for (int c = 0; c < channels; ++c)
       pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h,
                  SOURCE_MAP(c0 + c), start, g, b);
+    const int next = c0 + channels;
+    Ahead ahead = next < g.channels
+                      ? panel_ahead(AT(source, n), next, min(next + b.channel_block, g.channels), start, g, b)
+                      : panel_ahead(AT(source, n), 0, min(b.channel_block, g.channels),
+                                    band_start(get_group_id(0) + 1, b), g, b);
     multiply_band(sums, b.positions, AT(weights, 0) + (ulong)m0 * depth + (ulong)c0 * taps * PANEL, depth * PANEL, outputs,
-                  panel, offset, channels * taps, positions, c0 == 0);
+                  panel, offset, channels * taps, positions, c0 == 0, &ahead);
   }
   for (int m = 0; m < outputs; ++m)
     for (int r = 0; r < rows; ++r) {

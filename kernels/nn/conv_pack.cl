@@ -4,23 +4,23 @@
 // weights[panel][k][8] = taps of output 8*panel + r at inner index k = (channel*taps_y + ty)*taps_x + tx, zero past the
 // last output. Element (output, channel, ty, tx) is read at output*output_pitch + channel*channel_pitch +
 // (first_y + ty*step_y)*kernel_w + first_x + tx*step_x: forward as stored, backward data transposed and flipped.
-// Work-item (k, panel).
+// Work-item (channel, panel), or (panel, channel) where `panels_first`: first what lies closer in the stored weights.
 kernel void conv_pack_weights(IN(w), OUT(weights), const ConvGeometry g,
                               const int output_pitch, const int channel_pitch, const int kernel_w, const int2 first,
-                              const int2 step) {
-  const int k = get_global_id(0), panel = get_global_id(1);
-  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps;
-  if (k >= depth) return;
-  const int c = k / taps, ty = k % taps / g.taps_x, tx = k % g.taps_x;
-  global const real *from = AT(w, 0) + (ulong)c * channel_pitch +
-                            (first.y + ty * step.y) * kernel_w + first.x + tx * step.x;
-  real v[8];
-  for (int r = 0; r < 8; ++r) {
-    const int m = panel * 8 + r;
-    v[r] = m < g.outputs ? from[(ulong)m * output_pitch] : R(0);
-  }
-  vstore8((real8)(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]), 0,
-          AT(weights, 0) + ((ulong)panel * depth + k) * 8);
+                              const int2 step, const int panels_first) {
+  const int c = get_global_id(panels_first), panel = get_global_id(1 - panels_first);
+  const int taps = g.taps_y * g.taps_x, outputs = min(g.outputs - 8 * panel, 8);
+  if (c >= g.channels || outputs <= 0) return;
+  global const real *tap = AT(w, 0) + (ulong)(8 * panel) * output_pitch + (ulong)c * channel_pitch +
+                           first.y * kernel_w + first.x;
+  global real *to = AT(weights, 0) + ((ulong)panel * g.channels + c) * taps * 8;
+  for (int ty = 0; ty < g.taps_y; ++ty, tap += step.y * kernel_w)
+    for (int tx = 0; tx < g.taps_x; ++tx, to += 8) {
+      global const real *from = tap + tx * step.x;
+      real v[8];
+      for (int r = 0; r < 8; ++r) v[r] = r < outputs ? from[(ulong)r * output_pitch] : R(0);
+      vstore8((real8)(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]), 0, to);
+    }
 }
 
 // to[row][column] = bias[column] + sum over s, in order, of partial[s][row][column]; `bias` is read when has_bias.

@@ -21,9 +21,8 @@ std::size_t scratch(const Launch& l, const ConvSpec& spec) {
   return std::min(wanted, l.device.info().local_memory / 8 * 7 / real_size(l.precision));
 }
 
-// Devices of wide vectors have first caches of 48 KiB, others of 32: eleven rows of a stretch should fit. Where vectors
-// are wide a product is over sooner, too, so that putting its lanes away and back would cost more than it saves.
-int stretch(const Tile& tile) { return tile.width >= 16 ? 1 << 30 : 640; }
+// Devices of wide vectors have first caches of 48 KiB, others of 32: eleven rows of a stretch should fit.
+int stretch(const Tile& tile) { return tile.width >= 16 ? 1024 : 640; }
 
 std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }
 
@@ -51,11 +50,14 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
   const ConvGeometry& g = pass.geometry;
   const ConvTaps& t = pass.taps;
   const TensorView packed = part(l.workspace, at);
-  if (g.taps() > 0)
+  if (g.taps() > 0) {
+    const std::size_t channels = static_cast<std::size_t>(g.channels), panels = blocks(g.outputs, conv_tile);
+    const bool panels_first = t.output_pitch < t.channel_pitch;
     l.run("nn/conv_pack.cl", "conv_pack_weights",
-          Range::of2(static_cast<std::size_t>(g.depth()), blocks(g.outputs, conv_tile)), weights, packed, g,
-          t.output_pitch, t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y},
-          std::array{t.step_x, t.step_y});
+          panels_first ? Range::of2(panels, channels) : Range::of2(channels, panels), weights, packed, g,
+          t.output_pitch, t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y}, std::array{t.step_x, t.step_y},
+          static_cast<int>(panels_first));
+  }
   const TensorView& some_bias = bias ? *bias : weights;
   const int has_bias = bias != nullptr;
   if (on_gpu(l, spec.kernels)) {
