@@ -33,7 +33,7 @@ InViewSize in_view_size(const std::string& preset);
 struct LightPixels {
   Value features;      // {1, width or 2 width, h/2, w/2}
   Value surface = {};  // {1, width or 2 width, h, w}; not in training
-  Value numbers = {};  // {1, 11, h, w}, in training alone: what is encoded of surfaces, and 1
+  Value numbers = {};  // {1, 10, h, w}, in training alone: what is encoded of surfaces
 };
 
 /// `image` {1, 3, h, w}: linear radiance, 95th percentile of luminance 0.9, not clamped. Diffuse A (1 - M) and specular
