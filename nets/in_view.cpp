@@ -154,8 +154,15 @@ InViewSize in_view_size(const std::string& preset) {
 
 Value item_of(Value batch, int i) {
   const Shape& s = batch.shape();
-  if (s.n == 1) return batch;
   return slice(reshape(batch, {1, s.n * s.c, s.h, s.w}), i * s.c, s.c);
+}
+
+std::vector<Value> items_of(Value batch) {
+  const Shape s = batch.shape();
+  const Value flat = reshape(batch, {1, s.n * s.c, s.h, s.w});
+  std::vector<Value> items;
+  for (int i = 0; i < s.n; ++i) items.push_back(slice(flat, i * s.c, s.c));
+  return items;
 }
 
 std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, const Surfaces& surfaces,
@@ -164,12 +171,10 @@ std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, 
   const Value numbers = surface_numbers(surfaces);
   const Value surface =
       scope.training ? Value{} : per_pixel(scope, size, "surface", encoded_surfaces(scope, numbers, size));
+  const std::vector<Value> own = items_of(features), rest = items_of(scope.training ? numbers : surface);
   std::vector<LightPixels> pixels;
-  for (int i = 0; i < image.shape().n; ++i)
-    if (scope.training)
-      pixels.push_back({item_of(features, i), {}, item_of(numbers, i)});
-    else
-      pixels.push_back({item_of(features, i), item_of(surface, i), {}});
+  for (std::size_t i = 0; i < own.size(); ++i)
+    pixels.push_back(scope.training ? LightPixels{own[i], {}, rest[i]} : LightPixels{own[i], rest[i], {}});
   return pixels;
 }
 

@@ -65,7 +65,9 @@ InViewAnswers in_view_answers(const Scope& scope, const LightPixels& pixels, con
 Value ask_in_view_light(const Scope& scope, const InViewAnswers& answers, Value hit, Value direction, Value photo,
                         const RayList& list, const InViewSize& size);
 
-/// Item i of a batch {n, C, h, w}: {1, C, h, w}, a view.
+/// Item i of a batch {n, C, h, w}: {1, C, h, w}, a view. Where gradients come back it is better to take all at once:
+/// theirs are then written side by side, not each into a batch of zeros.
 Value item_of(Value batch, int i);
+std::vector<Value> items_of(Value batch);
 
 }  // namespace clerestory
