@@ -5,15 +5,15 @@
 // products, whose sums over rays no other work-item shares: no atomics, the same bits from run to run.
 //
 // input {1, width or 2 width, P, S}: input_0, input_1; encoded {1, E, P, S}: e; f {1, 3, P, S}. Weights are packed by
-// light/pack_layer.cl. Kept numbers of rays lie in blocks of BLOCK_RAYS: columns [n / 48][ray][48] where they are
-// multiplied by slopes, panels [n / 8][ray][8] where they are the slopes; n is rounded up to 48. Rays beyond the last
+// light/pack_layer.cl. Kept numbers of rays lie in blocks of BLOCK_RAYS: columns [n / 16][ray][16] where they are
+// multiplied by slopes, panels [n / 8][ray][8] where they are the slopes; n is rounded up to 16. Rays beyond the last
 // repeat it, and their slopes are zero.
 #include "light/mlp.clh"
 
 #define MOST_WIDTH 512
 #define MOST_FEATURES 1024
 #define BLOCK_RAYS 48   // a multiple of RAYS
-#define COLUMNS 48      // a multiple of every tile's positions
+#define COLUMNS 16      // a multiple of every tile's TILE_WIDTH
 #define DEPTH_BLOCKS 3  // rays of so many blocks are multiplied at a time: their columns stay in the first cache
 #define ROUNDED(n) (((n) + COLUMNS - 1) / COLUMNS * COLUMNS)
 #define BLOCK(n) ((ulong)ROUNDED(n) * BLOCK_RAYS)
@@ -165,6 +165,59 @@ kernel void ray_mlp_slopes(IN(g), IN(packed), IN(kept), OUT(slopes), OUT(d_input
   }
 }
 
+// `left` numbers of a vector, or all of it where there are as many.
+static inline void put_sum(global real *to, const vec sum, const int left, const int add) {
+  if (left >= TILE_WIDTH) {
+    vec_store(add ? vec_load(0, to) + sum : sum, 0, to);
+    return;
+  }
+  real part[TILE_WIDTH];
+  vec_store(sum, 0, part);
+  for (int j = 0; j < left; ++j) to[j] = add ? to[j] + part[j] : part[j];
+}
+
+// to[m][k] (+)= sums of slopes[m] times columns[k] over the rays of `count` blocks, for up to TILE_ROWS `rows` and
+// `vectors` vectors from column k on, of which `left` columns are there; `add` keeps what is in `to`.
+#define DEFINE_SUM_TILE(vectors)                                                                                     \
+  static void sum_tile_##vectors(global real *to, int pitch, int rows, int left, global const real *slopes,          \
+                                 ulong slopes_block, global const real *columns, ulong columns_block, int k,         \
+                                 int count, int add) {                                                               \
+    vec sum[TILE_ROWS][vectors];                                                                                     \
+    FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                       \
+    for (int b = 0; b < count; ++b, slopes += slopes_block, columns += columns_block) {                              \
+      global const real *from[vectors];                                                                              \
+      UNROLL for (int v = 0; v < vectors; ++v) {                                                                     \
+        const int column = k + v * TILE_WIDTH;                                                                       \
+        from[v] = columns + column / COLUMNS * COLUMNS * BLOCK_RAYS + column % COLUMNS;                              \
+      }                                                                                                              \
+      for (int ray = 0; ray < BLOCK_RAYS; ++ray) {                                                                   \
+        vec row[vectors];                                                                                            \
+        UNROLL for (int v = 0; v < vectors; ++v) row[v] = vec_load(0, from[v] + ray * COLUMNS);                      \
+        FOR_TILE(vectors) sum[r][v] = fma((vec)(slopes[ray * PANEL + r]), row[v], sum[r][v]);                        \
+      }                                                                                                              \
+    }                                                                                                                \
+    UNROLL for (int r = 0; r < TILE_ROWS; ++r) {                                                                     \
+      if (r < rows) {                                                                                                \
+        UNROLL for (int v = 0; v < vectors; ++v)                                                                     \
+          put_sum(to + r * pitch + v * TILE_WIDTH, sum[r][v], left - v * TILE_WIDTH, add);                           \
+      }                                                                                                              \
+    }                                                                                                                \
+  }
+
+DEFINE_SUM_TILE(1)
+DEFINE_SUM_TILE(2)
+DEFINE_SUM_TILE(3)
+
+// bias[m] (+)= sums of slopes[m] over the rays of `count` blocks, for a panel, of which `rows` are there.
+static void sum_panel(global real *bias, int rows, global const real *slopes, ulong slopes_block, int count, int add) {
+  real8 even = (real8)(R(0)), odd = (real8)(R(0));
+  for (int b = 0; b < count; ++b, slopes += slopes_block)
+    for (int ray = 0; ray < BLOCK_RAYS; ray += 2) even += vload8(ray, slopes), odd += vload8(ray + 1, slopes);
+  real part[PANEL];
+  vstore8(even + odd, 0, part);
+  for (int r = 0; r < min(PANEL, rows); ++r) bias[r] = add ? bias[r] + part[r] : part[r];
+}
+
 // Gradients of a layer's weights {out, in, 1, 1} and, with has_bias, of its bias {1, out, 1, 1}: sums over all rays of
 // slope times number, DEPTH_BLOCKS blocks of rays after the other. slopes: panels; columns: of the layer's input.
 // Work-item (columns_each columns, rows_each rows).
@@ -173,47 +226,29 @@ kernel void ray_mlp_weights(IN(slopes), IN(columns), OUT(gradient), OUT(bias), c
   const int first_column = (int)get_global_id(0) * columns_each, first_row = (int)get_global_id(1) * rows_each;
   const int end_column = min(first_column + columns_each, in), end_row = min(first_row + rows_each, out);
   for (int begin = 0; begin < blocks; begin += DEPTH_BLOCKS) {
-    const int count = min(DEPTH_BLOCKS, blocks - begin);
-    global const real *s = AT(slopes, 0) + begin * BLOCK(out), *x = AT(columns, 0) + begin * BLOCK(in);
-    for (int k = first_column; k < end_column; k += VECTORS * TILE_WIDTH)
+    const int count = min(DEPTH_BLOCKS, blocks - begin), add = begin > 0;
+    global const real *slope = AT(slopes, 0) + begin * BLOCK(out), *column = AT(columns, 0) + begin * BLOCK(in);
+    for (int k = first_column; k < end_column;) {
+      const int left = (end_column - k + TILE_WIDTH - 1) / TILE_WIDTH;
+      const int vectors = left == 4 ? 2 : min(left, VECTORS);  // two twos are faster than three and one
       for (int m = first_row; m < end_row; m += TILE_ROWS) {
-        vec sum[TILE_ROWS][VECTORS];
-        FOR_TILE(VECTORS) sum[r][v] = (vec)(R(0));
-        for (int b = 0; b < count; ++b) {
-          global const real *panel = s + b * BLOCK(out) + m / PANEL * BLOCK_RAYS * PANEL + m % PANEL;
-          global const real *numbers = x + b * BLOCK(in) + k / COLUMNS * BLOCK_RAYS * COLUMNS + k % COLUMNS;
-#define COLUMNS_OF(ray) (numbers + (ray) * COLUMNS)
-          TILE_PRODUCT(VECTORS, sum, panel, BLOCK_RAYS, COLUMNS_OF)
-#undef COLUMNS_OF
-        }
-        UNROLL for (int r = 0; r < TILE_ROWS; ++r) {
-          if (m + r < end_row) {
-            global real *to = AT(gradient, m + r) + k;
-            UNROLL for (int v = 0; v < VECTORS; ++v) {
-              const int left = end_column - k - v * TILE_WIDTH;
-              if (left >= TILE_WIDTH) {
-                vec_store(begin > 0 ? vec_load(v, to) + sum[r][v] : sum[r][v], v, to);
-              } else {
-                real part[TILE_WIDTH];
-                vec_store(sum[r][v], 0, part);
-                for (int j = 0; j < left; ++j)
-                  to[v * TILE_WIDTH + j] = begin > 0 ? to[v * TILE_WIDTH + j] + part[j] : part[j];
-              }
-            }
-          }
-        }
+        global real *to = AT(gradient, m) + k;
+        global const real *panel = slope + m / PANEL * PANEL * BLOCK_RAYS + m % PANEL;
+#define SUM_TILE(vectors)                                                                                  \
+  sum_tile_##vectors(to, gradient_stride, end_row - m, end_column - k, panel, BLOCK(out), column, BLOCK(in), k, \
+                     count, add)
+        if (vectors == 3)
+          SUM_TILE(3);
+        else if (vectors == 2)
+          SUM_TILE(2);
+        else
+          SUM_TILE(1);
+#undef SUM_TILE
       }
-    if (!has_bias || first_column > 0) continue;
-    for (int m = first_row; m < end_row; m += PANEL) {
-      real8 sum = (real8)(R(0)), next = (real8)(R(0));
-      for (int b = 0; b < count; ++b) {
-        global const real *panel = s + b * BLOCK(out) + m / PANEL * BLOCK_RAYS * PANEL;
-        for (int ray = 0; ray < BLOCK_RAYS; ray += 2) sum += vload8(ray, panel), next += vload8(ray + 1, panel);
-      }
-      real part[PANEL];
-      vstore8(sum + next, 0, part);
-      for (int r = 0; r < min(PANEL, end_row - m); ++r)
-        AT(bias, 0)[m + r] = begin > 0 ? AT(bias, 0)[m + r] + part[r] : part[r];
+      k += vectors * TILE_WIDTH;
     }
+    if (!has_bias || first_column > 0) continue;
+    for (int m = first_row; m < end_row; m += PANEL)
+      sum_panel(AT(bias, 0) + m, end_row - m, slope + m * BLOCK_RAYS, BLOCK(out), count, add);
   }
 }

@@ -13,7 +13,7 @@ namespace clerestory {
 namespace {
 
 constexpr auto kFile = "light/ray_mlp.cl";
-constexpr int kBlockRays = 48, kColumns = 48, kPanel = 8;  // of the kernels
+constexpr int kBlockRays = 48, kColumns = 16, kPanel = 8;  // of the kernels
 constexpr int kFirst = 2;                                  // input that the weights begin at
 
 /// Blocks of rays between the kernels, and what they hold.
