@@ -9,11 +9,12 @@ kernel void pack_layer(IN(weight), IN(bias), OUT(packed), const int in, const in
   const int k = (int)get_global_id(0), panel = (int)get_global_id(1);
   if (k > in) return;
   global real *to = AT(packed, 0) + at + (panel * (in + 1) + k) * 8;
+  global const real *from = transposed ? AT(weight, k) : AT(weight, 0) + k;
+  const int step = transposed ? 1 : weight_stride;
   for (int r = 0; r < 8; ++r) {
     const int m = panel * 8 + r;
     real value = R(0);
-    if (m < out && k < in) value = transposed ? AT(weight, k)[m] : AT(weight, m)[k];
-    if (m < out && k == in && has_bias) value = AT(bias, 0)[m];
+    if (m < out) value = k < in ? from[(ulong)m * (ulong)step] : has_bias ? AT(bias, 0)[m] : R(0);
     to[r] = value;
   }
 }
