@@ -1,6 +1,6 @@
 // What a map holds at the pixels that rays hit, and back. map {n, C, h, w}; hit Int and rays {1, C, pixels, samples} as
-// in kernels/light/sort_rays.cl. Rows: a block of rays, or of a picture's pixels, of one channel; channel after channel,
-// so that what is looked up at random lies in one plane at a time.
+// in kernels/light/sort_rays.cl. Rows: a block of rays, or of a picture's pixels, of one channel; channel after
+// channel, so that what is looked up at random lies in one plane at a time.
 #include "lib/chunk.clh"
 #include "lib/lanes.clh"
 

@@ -5,8 +5,8 @@
 // +y), the innermost first. points, direction {1, 3, pixels, samples}: camera metres, any length; range {1, 3, 1, 1}:
 // scene_scale first, metres; radii {K, 1, 1, 1} in that unit. value {K, 4, pixels, samples}: bilinear between texel
 // centres, around the seam, constant beyond the first and last row's; met {K, 1, ...}: 1 where the ray leaves the
-// sphere ahead, always on the last: a ray that starts beyond it reads it by its own direction. Elsewhere value is 0. For
-// the adjoint: cell Int {1, 1, 1, K pixels samples}: k rows columns + texel to the upper left, or -1 where nothing was
+// sphere ahead, always on the last: a ray that starts beyond it reads it by its own direction. Elsewhere value is 0.
+// For the adjoint: cell Int {1, 1, 1, K pixels samples}: k rows columns + texel to the upper left, or -1 where nothing was
 // read; share {K, 2, ...}: what of the value is the next column's and row's.
 #include "lib/chunk.clh"
 #include "lib/sphere.clh"
