@@ -6,8 +6,8 @@
 // scene_scale first, metres; radii {K, 1, 1, 1} in that unit. value {K, 4, pixels, samples}: bilinear between texel
 // centres, around the seam, constant beyond the first and last row's; met {K, 1, ...}: 1 where the ray leaves the
 // sphere ahead, always on the last: a ray that starts beyond it reads it by its own direction. Elsewhere value is 0.
-// For the adjoint: cell Int {1, 1, 1, K pixels samples}: k rows columns + texel to the upper left, or -1 where nothing was
-// read; share {K, 2, ...}: what of the value is the next column's and row's.
+// For the adjoint: cell Int {1, 1, 1, K pixels samples}: k rows columns + texel to the upper left, or -1 where nothing
+// was read; share {K, 2, ...}: what of the value is the next column's and row's.
 #include "lib/chunk.clh"
 #include "lib/sphere.clh"
 
