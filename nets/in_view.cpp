@@ -8,6 +8,7 @@
 #include "host/ops/light/direction_grid.hpp"
 #include "host/ops/light/gather_rays.hpp"
 #include "host/ops/light/pixel_rows.hpp"
+#include "host/ops/light/ray_mlp.hpp"
 #include "host/ops/light/rescale_hits.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/conv.hpp"
@@ -54,8 +55,8 @@ Value weight_of(const Scope& scope, const InViewSize& size, int layer, const cha
 }
 
 /// It as a convolution with one tap.
-Value part(const Scope& scope, const InViewSize& size, int layer, const char* name, Value x, Value bias = {}) {
-  return conv(x, weight_of(scope, size, layer, name, x.shape().c), bias);
+Value part(const Scope& scope, const InViewSize& size, int layer, const char* name, Value x) {
+  return conv(x, weight_of(scope, size, layer, name, x.shape().c), {});
 }
 
 bool reads_input(const InViewSize& size, int layer) { return layer == 0 || (size.again > 0 && layer == size.again); }
@@ -96,16 +97,13 @@ Value features_of(const Scope& scope, Value image, const InViewSize& size) {
   return concat(levels);
 }
 
-/// What is encoded of surfaces, side by side: normal, diffuse and specular colour, roughness; then 1, by which rays
-/// that hit are told from others.
-constexpr int kEncodedNumbers = 10;
+/// What is encoded of surfaces, side by side: normal, diffuse and specular colour, roughness.
 Value surface_numbers(const Surfaces& s) {
   const Value roughness = slice(s.material, 0, 1), metallic = slice(s.material, 1, 1);
   const Value tinted = multiply(s.albedo, metallic);
   const Value diffuse = subtract(s.albedo, tinted);
   const Value specular = add(tinted, affine(expand(metallic, s.albedo.shape()), -0.04, 0.04));
-  const Value one = roughness.graph().fill(roughness.shape(), 1);
-  return concat(std::array{s.normal, diffuse, specular, roughness, one});
+  return concat(std::array{s.normal, diffuse, specular, roughness});
 }
 
 /// Of a map, or of what rays hit.
@@ -156,8 +154,15 @@ InViewSize in_view_size(const std::string& preset) {
 
 Value item_of(Value batch, int i) {
   const Shape& s = batch.shape();
-  if (s.n == 1) return batch;
   return slice(reshape(batch, {1, s.n * s.c, s.h, s.w}), i * s.c, s.c);
+}
+
+std::vector<Value> items_of(Value batch) {
+  const Shape s = batch.shape();
+  const Value flat = reshape(batch, {1, s.n * s.c, s.h, s.w});
+  std::vector<Value> items;
+  for (int i = 0; i < s.n; ++i) items.push_back(slice(flat, i * s.c, s.c));
+  return items;
 }
 
 std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, const Surfaces& surfaces,
@@ -166,12 +171,10 @@ std::vector<LightPixels> light_pixels_of_batch(const Scope& scope, Value image, 
   const Value numbers = surface_numbers(surfaces);
   const Value surface =
       scope.training ? Value{} : per_pixel(scope, size, "surface", encoded_surfaces(scope, numbers, size));
+  const std::vector<Value> own = items_of(features), rest = items_of(scope.training ? numbers : surface);
   std::vector<LightPixels> pixels;
-  for (int i = 0; i < image.shape().n; ++i)
-    if (scope.training)
-      pixels.push_back({item_of(features, i), {}, item_of(numbers, i)});
-    else
-      pixels.push_back({item_of(features, i), item_of(surface, i), {}});
+  for (std::size_t i = 0; i < own.size(); ++i)
+    pixels.push_back(scope.training ? LightPixels{own[i], {}, rest[i]} : LightPixels{own[i], rest[i], {}});
   return pixels;
 }
 
@@ -179,59 +182,53 @@ LightPixels light_pixels(const Scope& scope, Value image, const Surfaces& surfac
   return light_pixels_of_batch(scope, image, surfaces, size)[0];
 }
 
-Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
-                    const InViewSize& size) {
-  const Shape &cells = pixels.features.shape(), &picture = (pixels.surface ? pixels.surface : pixels.numbers).shape();
-  const Value pixel = rescale_hits(hit, photo.shape(), picture);
-  Value looked_up = gather_rays(pixels.features, rescale_hits(pixel, picture, cells)), surface, is_hit;
-  if (pixels.surface) {
-    looked_up = add(gather_rays(pixels.surface, pixel), looked_up);
-  } else {
-    const Value numbers = gather_rays(pixels.numbers, pixel);
-    surface = encoded_surfaces(scope, numbers, size), is_hit = slice(numbers, kEncodedNumbers, 1);
-  }
-  const Value along = fourier(scope, "direction", direction, size.frequencies, size.direction_deviation);
-  Value x;
-  int read = 0;
-  for (int layer = 0; layer < size.layers; ++layer) {
-    const Value bias = bias_of(scope, layer, size.width);
-    const bool reads = reads_input(size, layer);
-    Value y = layer == 0 ? Value{} : part(scope, size, layer, "hidden", x, reads ? Value{} : bias);
-    if (reads) {
-      Value input =
-          add(part(scope, size, layer, "direction", along, bias), slice(looked_up, size.width * read++, size.width));
-      if (surface) input = add(input, multiply(part(scope, size, layer, "surface", surface), is_hit));
-      y = y ? add(y, input) : input;
-    }
-    x = relu(y);
-  }
-  const auto [weight, bias] = output_layer(scope, size);
-  return radiance_of(conv(x, weight, bias), hit, photo, size.output);
-}
-
 namespace {
 
-LightMlp mlp_of(const Scope& scope, const InViewSize& size) {
+/// Its layers that read the input multiply what is encoded of directions and, with `surfaces`, of surfaces behind it.
+LightMlp mlp_of(const Scope& scope, const InViewSize& size, bool surfaces) {
+  const InputSizes sizes = input_sizes(size);
   LightMlp mlp;
-  mlp.frequencies = frequencies_of(scope, "direction", 3, size.frequencies, size.direction_deviation);
   mlp.again = size.again;
   for (int layer = 0; layer < size.layers; ++layer) {
     if (layer > 0) mlp.hidden.push_back(weight_of(scope, size, layer, "hidden", size.width));
-    if (reads_input(size, layer))
-      mlp.direction.push_back(weight_of(scope, size, layer, "direction", input_sizes(size).direction));
+    if (reads_input(size, layer)) {
+      const Value direction = weight_of(scope, size, layer, "direction", sizes.direction);
+      mlp.direction.push_back(
+          surfaces ? concat(std::array{direction, weight_of(scope, size, layer, "surface", sizes.surface)})
+                   : direction);
+    }
     mlp.biases.push_back(bias_of(scope, layer, size.width));
   }
   std::tie(mlp.out, mlp.out_bias) = output_layer(scope, size);
   return mlp;
 }
 
+Value direction_frequencies(const Scope& scope, const InViewSize& size) {
+  return frequencies_of(scope, "direction", 3, size.frequencies, size.direction_deviation);
+}
+
 }  // namespace
+
+Value in_view_light(const Scope& scope, const LightPixels& pixels, Value hit, Value direction, Value photo,
+                    const InViewSize& size) {
+  const Shape &cells = pixels.features.shape(), &picture = (pixels.surface ? pixels.surface : pixels.numbers).shape();
+  const Value pixel = rescale_hits(hit, photo.shape(), picture);
+  Value looked_up = gather_rays(pixels.features, rescale_hits(pixel, picture, cells));
+  Value encoded = encode(direction, direction_frequencies(scope, size));
+  if (pixels.surface)
+    looked_up = add(gather_rays(pixels.surface, pixel), looked_up);
+  else
+    encoded = concat(std::array{encoded, encoded_surfaces(scope, gather_rays(pixels.numbers, pixel), size)});
+  const LightMlp mlp = mlp_of(scope, size, !pixels.surface);
+  return radiance_of(ray_mlp(mlp, looked_up, encoded), hit, photo, size.output);
+}
 
 InViewAnswers in_view_answers(const Scope& scope, const LightPixels& pixels, const InViewSize& size, Value normal) {
   InViewAnswers answers{pixel_rows(pixels.surface, pixels.features), pixels.surface.shape(), {}, normal};
   if (normal) {
     const GridRays rays = grid_directions(normal, kGridSide);
-    answers.grid = ask_mlp(mlp_of(scope, size), answers.rows, rays.pixel, rays.direction, {});
+    answers.grid = ask_mlp(mlp_of(scope, size, false), direction_frequencies(scope, size), answers.rows, rays.pixel,
+                           rays.direction, {});
   }
   return answers;
 }
@@ -240,7 +237,8 @@ Value ask_in_view_light(const Scope& scope, const InViewAnswers& answers, Value 
                         const RayList& list, const InViewSize& size) {
   const Value pixel = rescale_hits(hit, photo.shape(), answers.picture);
   const Value f = answers.grid ? look_up_grid(answers.grid, answers.normal, pixel, direction, list)
-                               : ask_mlp(mlp_of(scope, size), answers.rows, pixel, direction, list);
+                               : ask_mlp(mlp_of(scope, size, false), direction_frequencies(scope, size), answers.rows,
+                                         pixel, direction, list);
   return radiance_of(f, hit, photo, size.output);
 }
 

@@ -33,7 +33,7 @@ InViewSize in_view_size(const std::string& preset);
 struct LightPixels {
   Value features;      // {1, width or 2 width, h/2, w/2}
   Value surface = {};  // {1, width or 2 width, h, w}; not in training
-  Value numbers = {};  // {1, 11, h, w}, in training alone: what is encoded of surfaces, and 1
+  Value numbers = {};  // {1, 10, h, w}, in training alone: what is encoded of surfaces
 };
 
 /// `image` {1, 3, h, w}: linear radiance, 95th percentile of luminance 0.9, not clamped. Diffuse A (1 - M) and specular
@@ -65,7 +65,9 @@ InViewAnswers in_view_answers(const Scope& scope, const LightPixels& pixels, con
 Value ask_in_view_light(const Scope& scope, const InViewAnswers& answers, Value hit, Value direction, Value photo,
                         const RayList& list, const InViewSize& size);
 
-/// Item i of a batch {n, C, h, w}: {1, C, h, w}, a view.
+/// Item i of a batch {n, C, h, w}: {1, C, h, w}, a view. Where gradients come back it is better to take all at once:
+/// theirs are then written side by side, not each into a batch of zeros.
 Value item_of(Value batch, int i);
+std::vector<Value> items_of(Value batch);
 
 }  // namespace clerestory

@@ -52,11 +52,11 @@ Value stack(const std::vector<Value>& pictures) {
 /// `maps` {n, C, h, w} of the photographs, seen from the camera: {n, C, rows, columns}, 0 where they do not look.
 Value laid_out(Value maps, Value cameras, const Shape& picture, const ShellsSize& size) {
   const Value directions = maps.graph().constant(panorama_directions(size.rows, size.columns));
-  const Shape& cells = maps.shape();
+  const std::vector<Value> own = items_of(maps), camera = items_of(cameras);
   std::vector<Value> pictures;
-  for (int i = 0; i < cells.n; ++i) {
-    const Value hit = rescale_hits(project_rays(directions, item_of(cameras, i), picture), picture, cells);
-    pictures.push_back(gather_rays(item_of(maps, i), hit));
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const Value hit = rescale_hits(project_rays(directions, camera[i], picture), picture, maps.shape());
+    pictures.push_back(gather_rays(own[i], hit));
   }
   return stack(pictures);
 }
@@ -130,7 +130,8 @@ std::vector<Value> light_shells(const Scope& scope, const std::vector<Value>& le
                                        places(scope, cells.n, kPlaceNumbers, size.rows, size.columns)});
   const Value numbers = completed(scope, laid, plane_mean(coarse), size);
   std::vector<Value> shells;
-  for (int i = 0; i < cells.n; ++i) shells.push_back(painted(item_of(numbers, i), item_of(level, i), size));
+  const std::vector<Value> own = items_of(numbers), levels_of = items_of(level);
+  for (std::size_t i = 0; i < own.size(); ++i) shells.push_back(painted(own[i], levels_of[i], size));
   return shells;
 }
 

@@ -49,12 +49,11 @@ std::vector<LightField> paper_fields(const Scope& scope, Value code, const OutOf
   std::vector<LightField> fields(static_cast<std::size_t>(code.shape().n));
   for (std::size_t i = 0; i + 1 < widths.size(); ++i) {
     const int in = widths[i], out = widths[i + 1];
-    const Value weights = written(scope / fmt::format("weights.{}", i), for_weights, out * in, size);
-    const Value biases = written(scope / fmt::format("biases.{}", i), for_biases, out, size);
-    for (int n = 0; n < code.shape().n; ++n) {
-      LightField& field = fields[static_cast<std::size_t>(n)];
-      field.weights.push_back(reshape(item_of(weights, n), {out, in, 1, 1}));
-      field.biases.push_back(item_of(biases, n));
+    const auto weights = items_of(written(scope / fmt::format("weights.{}", i), for_weights, out * in, size));
+    const auto biases = items_of(written(scope / fmt::format("biases.{}", i), for_biases, out, size));
+    for (std::size_t n = 0; n < fields.size(); ++n) {
+      fields[n].weights.push_back(reshape(weights[n], {out, in, 1, 1}));
+      fields[n].biases.push_back(biases[n]);
     }
   }
   return fields;
@@ -70,10 +69,10 @@ std::vector<LightField> low_rank_fields(const Scope& scope, Value code, const Ou
     const double deviation = std::sqrt(2.0 / in);
     const Value base = layer.state("weight", {out, in, 1, 1}, Init::normal(deviation));
     const Value base_bias = layer.state("bias", {1, out, 1, 1}, Init::constant(0));
-    const Value numbers = dense(layer / "written", x, thin + out);
-    for (int n = 0; n < code.shape().n; ++n) {
-      LightField& field = fields[static_cast<std::size_t>(n)];
-      const Value own = item_of(numbers, n);
+    const std::vector<Value> numbers = items_of(dense(layer / "written", x, thin + out));
+    for (std::size_t n = 0; n < fields.size(); ++n) {
+      LightField& field = fields[n];
+      const Value own = numbers[n];
       const Value tall = reshape(slice(own, 0, size.rank * out), {out, size.rank, 1, 1});
       const Value wide = reshape(slice(own, size.rank * out, size.rank * in), {1, size.rank, in, 1});
       // The product of the thin matrices as a convolution over `in` pixels.
@@ -134,8 +133,8 @@ std::vector<LightField> light_fields(const Scope& scope, const LightInputs& pict
   std::vector<LightField> fields =
       size.hyper == HyperNet::Paper ? paper_fields(hyper, code, size) : low_rank_fields(hyper, code, size);
   if (size.background) {
-    const Value colours = activate(dense(hyper / "background", code, 3), Function::Softplus);
-    for (std::size_t n = 0; n < fields.size(); ++n) fields[n].background = item_of(colours, static_cast<int>(n));
+    const auto colours = items_of(activate(dense(hyper / "background", code, 3), Function::Softplus));
+    for (std::size_t n = 0; n < fields.size(); ++n) fields[n].background = colours[n];
   }
   return fields;
 }

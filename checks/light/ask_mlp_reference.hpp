@@ -46,6 +46,15 @@ inline Tensors mlp_inputs(const Mlp& m, int rows, int samples) {
   return t;
 }
 
+/// mlp_inputs() with what a ray looks up and encodes given.
+inline Tensors ray_inputs(const Mlp& m, int rows, int samples) {
+  Tensors t = mlp_inputs(m, rows, samples);
+  for (const char* name : {"surface", "features", "hit", "direction", "frequencies"}) t.erase(name);
+  t["input"] = random_tensor({1, m.channels(), rows, samples}, 1);
+  t["encoded"] = random_tensor({1, 2 * m.waves, rows, samples}, 2);
+  return t;
+}
+
 /// A number and the deviation of its rounding errors, in epsilons: errors of single operations are as good as
 /// independent, so their squares add up (Higham and Mary 2019, SIAM J. Sci. Comput. 41(5)). Bounds are kDeviations of
 /// them.
@@ -129,14 +138,19 @@ inline Answer plain_answer(const Mlp& m, const Tensors& t, const std::vector<int
   return answer;
 }
 
-inline Value ask(const Mlp& m, const Values& v, const RayList& list) {
-  LightMlp net{v.at("frequencies"), {}, {}, {}, v.at("out"), v.at("out_bias"), m.again};
+inline LightMlp net_of(const Mlp& m, const Values& v) {
+  LightMlp net{{}, {}, {}, v.at("out"), v.at("out_bias"), m.again};
   for (int layer = 0; layer < m.layers; ++layer) {
     if (layer > 0) net.hidden.push_back(v.at(hidden_name(layer)));
     if (m.reads(layer)) net.direction.push_back(v.at(direction_name(layer)));
     net.biases.push_back(v.at(bias_name(layer)));
   }
-  return ask_mlp(net, pixel_rows(v.at("surface"), v.at("features")), v.at("hit"), v.at("direction"), list);
+  return net;
+}
+
+inline Value ask(const Mlp& m, const Values& v, const RayList& list) {
+  return ask_mlp(net_of(m, v), v.at("frequencies"), pixel_rows(v.at("surface"), v.at("features")), v.at("hit"),
+                 v.at("direction"), list);
 }
 
 }  // namespace clerestory::ask_mlp_reference

@@ -9,7 +9,7 @@ namespace {
 
 /// `reach`: how far rays start from the camera, in scales.
 OpCase shells_case(const std::string& label, const Shape& rays, double reach, int rows, int columns) {
-  OpCase c{.stem = "shells", .label = label, .kernels = {"look_up_shells", "shell_cells", "sum_shells"}};
+  OpCase c{.stem = "shells", .label = label, .kernels = {"look_up_shells", "sum_shells"}};
   c.inputs = {{"shells", random_tensor({3, 4, rows, columns}, 1, 0, 2)},
               {"points", random_tensor(rays, 2, -2 * reach, 2 * reach)},
               {"direction", random_tensor(rays, 3)},

@@ -62,7 +62,7 @@ Net in_view(const InViewSize& size, int rows) {
     return net.input(name, noise({out, in, 1, 1}, 5, std::sqrt(6.0 / in)));
   };
   LightMlp mlp;
-  mlp.frequencies = net.input("frequencies", noise({size.frequencies, 3, 1, 1}, 6)), mlp.again = size.again;
+  mlp.again = size.again;
   for (int layer = 0; layer < size.layers; ++layer) {
     if (layer > 0) mlp.hidden.push_back(weight(fmt::format("hidden{}", layer), size.width, size.width));
     if (layer == 0 || (size.again > 0 && layer == size.again))
@@ -71,7 +71,8 @@ Net in_view(const InViewSize& size, int rows) {
   }
   mlp.out = weight("out", 3, size.width), mlp.out_bias = net.input("out_bias", noise({1, 3, 1, 1}, 8));
   net.before = pixel_rows(pixels.surface, pixels.features);
-  net.fused = ask_mlp(mlp, net.graph->input("rows", net.before.shape()), hit, direction, {});
+  const Value frequencies = net.input("frequencies", noise({size.frequencies, 3, 1, 1}, 6));
+  net.fused = ask_mlp(mlp, frequencies, net.graph->input("rows", net.before.shape()), hit, direction, {});
   return net;
 }
 

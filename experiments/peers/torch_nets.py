@@ -184,7 +184,7 @@ def mgnet_job(preset, batch, width, height):
 class LightMlp:
     """LightNet's MLP in the paper's size: what a hit pixel gives to the first and sixth layer is read from maps."""
 
-    width, frequencies, layers, again = 512, 128, 9, 5
+    width, frequencies, layers, again = 512, 64, 9, 5
 
     def __init__(self, rays, height=240, width=320):
         make = lambda *shape: (torch.randn(*shape) * (2 / shape[-1]) ** 0.5).requires_grad_()

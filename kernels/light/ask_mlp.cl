@@ -15,25 +15,6 @@
 #define MOST_WIDTH 512
 #define MOST_FREQUENCIES 256
 
-#if GROUP == 1
-// Element i of each of 16 vectors becomes vector i: four rounds of zipping row r with row r + 8, each of which rotates
-// the eight bits of (row, element) by one.
-static inline void transpose(real16 *rows) {
-#define ZIP(a, b, p, q, r, s, t, u, v, w) \
-  ((real16)(a.p, b.p, a.q, b.q, a.r, b.r, a.s, b.s, a.t, b.t, a.u, b.u, a.v, b.v, a.w, b.w))
-  for (int round = 0; round < 4; ++round) {
-    real16 zipped[16];
-    for (int i = 0; i < 8; ++i) {
-      const real16 a = rows[i], b = rows[i + 8];
-      zipped[2 * i] = ZIP(a, b, s0, s1, s2, s3, s4, s5, s6, s7);
-      zipped[2 * i + 1] = ZIP(a, b, s8, s9, sa, sb, sc, sd, se, sf);
-    }
-    for (int i = 0; i < 16; ++i) rows[i] = zipped[i];
-  }
-#undef ZIP
-}
-#endif
-
 // The row's share of a layer, of each ray's own pixel; that of a miss means nothing.
 static void look_up(lanes *to, global const real *rows, const int *pixels, int stride, int first, int width) {
 #if GROUP == 1

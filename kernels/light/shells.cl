@@ -4,8 +4,10 @@
 // shells {K, 4, rows, columns}: panoramas (host/math/panorama.hpp: the centre column looks along -z, the top row along
 // +y), the innermost first. points, direction {1, 3, pixels, samples}: camera metres, any length; range {1, 3, 1, 1}:
 // scene_scale first, metres; radii {K, 1, 1, 1} in that unit. value {K, 4, pixels, samples}: bilinear between texel
-// centres, around the seam, constant beyond the first and last row's; met {K, 1, ...}: 1 where the ray leaves the sphere
-// ahead, always on the last: a ray that starts beyond it reads it by its own direction. Elsewhere value is 0.
+// centres, around the seam, constant beyond the first and last row's; met {K, 1, ...}: 1 where the ray leaves the
+// sphere ahead, always on the last: a ray that starts beyond it reads it by its own direction. Elsewhere value is 0.
+// For the adjoint: cell Int {1, 1, 1, K pixels samples}: k rows columns + texel to the upper left, or -1 where nothing
+// was read; share {K, 2, ...}: what of the value is the next column's and row's.
 #include "lib/chunk.clh"
 #include "lib/sphere.clh"
 
@@ -32,17 +34,12 @@ static inline ShellCell shell_cell(real3 origin, real3 d, real radius, int last,
   return c;
 }
 
-#define SHELL_ARGS \
-  IN(points), IN(direction), IN(range), IN(radii)
-#define SHELL_RAY(ray, plane)                                                                        \
-  global const real *from = AT(points, 0) + ray, *along = AT(direction, 0) + ray;                    \
-  const real3 origin = (real3)(from[0], from[plane], from[2 * plane]) / AT(range, 0)[0];             \
-  const real3 d = unit3((real3)(along[0], along[plane], along[2 * plane]));
-
-kernel void look_up_shells(IN(shells), SHELL_ARGS, OUT(value), OUT(met), CHUNK_ARGS, const int count,
-                           const int rows, const int columns) {
+kernel void look_up_shells(IN(shells), IN(points), IN(direction), IN(range), IN(radii), OUT(value), OUT(met),
+                           OUT_INT(cell), OUT(share), CHUNK_ARGS, const int count, const int rows, const int columns) {
   RAY_OF_WORK_ITEM
-  SHELL_RAY(ray, RAY_PLANE)
+  global const real *from = AT(points, 0) + ray, *along = AT(direction, 0) + ray;
+  const real3 origin = (real3)(from[0], from[RAY_PLANE], from[2 * RAY_PLANE]) / AT(range, 0)[0];
+  const real3 d = unit3((real3)(along[0], along[RAY_PLANE], along[2 * RAY_PLANE]));
   for (int k = 0; k < count; ++k) {
     const ShellCell c = shell_cell(origin, d, AT(radii, k)[0], k == count - 1, rows, columns);
     const int next = c.column + 1 < columns ? c.column + 1 : 0;
@@ -54,25 +51,14 @@ kernel void look_up_shells(IN(shells), SHELL_ARGS, OUT(value), OUT(met), CHUNK_A
       AT(value, k)[channel * RAY_PLANE + ray] = c.met ? upper + c.down * (lower - upper) : R(0);
     }
     AT(met, k)[ray] = c.met ? R(1) : R(0);
-  }
-}
-
-// cell Int {1, 1, 1, K pixels samples}: k rows columns + texel to the upper left, or -1 where nothing was read.
-kernel void shell_cells(SHELL_ARGS, OUT_INT(cell), const int rays, const int count, const int rows,
-                        const int columns) {
-  const int i = (int)get_global_id(0);
-  if (i >= rays) return;
-  const ulong ray = (ulong)i, plane = (ulong)rays;
-  SHELL_RAY(ray, plane)
-  for (int k = 0; k < count; ++k) {
-    const ShellCell c = shell_cell(origin, d, AT(radii, k)[0], k == count - 1, rows, columns);
-    AT(cell, 0)[k * rays + i] = c.met ? (k * rows + c.row) * columns + c.column : -1;
+    AT(cell, 0)[k * RAY_PLANE + ray] = c.met ? k * rows * columns + top + c.column : -1;
+    AT(share, k)[ray] = c.across, AT(share, k)[RAY_PLANE + ray] = c.down;
   }
 }
 
 // The transpose of the look-up: every texel sums what rays bring that read it, in their order. order, starts: rays by
 // cell (kernels/light/sort_rays.cl).
-kernel void sum_shells(IN(g), SHELL_ARGS, IN_INT(order), IN_INT(starts), OUT(d_shells), const int rays,
+kernel void sum_shells(IN(g), IN(share), IN_INT(order), IN_INT(starts), OUT(d_shells), const int rays,
                        const int count, const int rows, const int columns) {
   const int i = (int)get_global_id(0);
   if (i >= count * rows * columns) return;
@@ -85,11 +71,10 @@ kernel void sum_shells(IN(g), SHELL_ARGS, IN_INT(order), IN_INT(starts), OUT(d_s
       const int cell = (k * rows + row) * columns + (side ? x : before), end = AT(starts, 0)[cell + 1];
       for (int j = AT(starts, 0)[cell]; j < end; ++j) {
         const ulong ray = (ulong)(AT(order, 0)[j] - k * rays);
-        SHELL_RAY(ray, plane)
-        const ShellCell c = shell_cell(origin, d, AT(radii, k)[0], k == count - 1, rows, columns);
-        const real share = (side ? R(1) - c.across : c.across) * (row == y ? R(1) - c.down : c.down);
-        global const real *from_above = AT(g, k) + ray;
-        sum += share * (real4)(from_above[0], from_above[plane], from_above[2 * plane], from_above[3 * plane]);
+        const real across = AT(share, k)[ray], down = AT(share, k)[plane + ray];
+        const real weight = (side ? R(1) - across : across) * (row == y ? R(1) - down : down);
+        global const real *from = AT(g, k) + ray;
+        sum += weight * (real4)(from[0], from[plane], from[2 * plane], from[3 * plane]);
       }
     }
   global real *to = AT(d_shells, k) + texel;

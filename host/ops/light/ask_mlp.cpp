@@ -1,7 +1,5 @@
 #include "host/ops/light/ask_mlp.hpp"
 
-#include <algorithm>
-
 #include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
@@ -9,8 +7,7 @@
 namespace clerestory {
 namespace {
 
-// Inputs: rows, hit, direction, frequencies; list and count when `listed`; D_0, b_0; of each further layer W_i, b_i,
-// and D_i in between when it is `again`; W, b.
+// Inputs: rows, hit, direction, frequencies; list and count when `listed`; the weights by append_mlp().
 struct AskMlpOp : NotDifferentiable {
   bool listed;
   int layers, again;
@@ -19,25 +16,7 @@ struct AskMlpOp : NotDifferentiable {
 
   int first_layer() const { return listed ? 6 : 4; }
 
-  struct Part {
-    int weight = 0, bias = -1;  // inputs; -1: none
-  };
-  /// In the order in which they are packed.
-  std::vector<Part> parts() const {
-    int at = first_layer();
-    std::vector<Part> list;
-    for (int layer = 0; layer <= layers; ++layer) {
-      const bool reads = again > 0 && layer == again;
-      if (reads) {  // W_i, D_i, b_i
-        list.push_back({at + 1, at + 2}), list.push_back({at, -1});
-        at += 3;
-      } else {
-        list.push_back({at, at + 1});
-        at += 2;
-      }
-    }
-    return list;
-  }
+  std::vector<MlpPart> parts() const { return mlp_parts(first_layer(), layers, again); }
 
   std::vector<Signature> infer(std::span<const Value> in) const override {
     check_rays(in[1], 1, "ask_mlp"), check_rays(in[2], 3, "ask_mlp");
@@ -54,26 +33,20 @@ struct AskMlpOp : NotDifferentiable {
       throw Error(ErrorKind::Failed, "frequencies of another kind", "ask_mlp", waves.text(), "mx3x1x1, m up to 256");
     const Shape want{1, 1, rows.h, again > 0 ? 2 * width : width};
     if (!(rows == want)) throw Error(ErrorKind::Failed, "rows of another net", "ask_mlp", rows.text(), want.text());
-    const std::vector<Part> all = parts();
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const bool last = i + 1 == all.size(), of_direction = i == 0 || (again > 0 && static_cast<int>(i) == again);
-      check_layer(in[static_cast<std::size_t>(all[i].weight)],
-                  all[i].bias < 0 ? Value{} : in[static_cast<std::size_t>(all[i].bias)],
-                  of_direction ? features : width, last ? 3 : width, "ask_mlp");
-    }
+    check_mlp(in, parts(), features, width, "ask_mlp");
     return {{{1, 3, hit.h, hit.w}, Type::Real}};
   }
 
   std::size_t workspace(const Node& node) const override {
     std::size_t count = 0;
-    for (const Part& part : parts())
+    for (const MlpPart& part : parts())
       count += packed_elements(node.in_shape(part.weight).c, node.in_shape(part.weight).n);
     return count;
   }
 
   void launch(Launch& l) const override {
     std::size_t at = 0;
-    for (const Part& part : parts())
+    for (const MlpPart& part : parts())
       at = pack_layer(l, l.in(part.weight), part.bias < 0 ? nullptr : &l.in(part.bias), at);
     const TensorView& y = l.out();
     clear_output(l);
@@ -88,7 +61,7 @@ struct AskMlpOp : NotDifferentiable {
   /// Of all rays: how many are listed is known on the device only.
   Cost cost(const Node& node) const override {
     double products = 0;
-    for (const Part& part : parts()) products += static_cast<double>(node.in_shape(part.weight).count());
+    for (const MlpPart& part : parts()) products += static_cast<double>(node.in_shape(part.weight).count());
     const double rays = static_cast<double>(node.outputs[0].shape.plane());
     return {2 * products * rays, Op::cost(node).bytes};
   }
@@ -96,26 +69,12 @@ struct AskMlpOp : NotDifferentiable {
 
 }  // namespace
 
-Value ask_mlp(const LightMlp& mlp, Value rows, Value hit, Value direction, const RayList& list) {
-  const int layers = static_cast<int>(mlp.biases.size());
-  const std::size_t readers = mlp.again > 0 ? 2 : 1;
-  if (layers < 1 || static_cast<int>(mlp.hidden.size()) != layers - 1 || mlp.direction.size() != readers ||
-      mlp.again < 0 || mlp.again >= std::max(layers, 1))
-    throw Error(ErrorKind::Failed, "the parts of the net do not fit each other", "ask_mlp",
-                fmt::format("{} biases, {} hidden and {} direction weights, again {}", layers, mlp.hidden.size(),
-                            mlp.direction.size(), mlp.again),
-                "L, L - 1, one per layer that reads the input, and again below L");
-  std::vector<Value> inputs{rows, hit, direction, mlp.frequencies};
+Value ask_mlp(const LightMlp& mlp, Value frequencies, Value rows, Value hit, Value direction, const RayList& list) {
+  std::vector<Value> inputs{rows, hit, direction, frequencies};
   if (list) inputs.insert(inputs.end(), {list.rays, list.count});
-  inputs.insert(inputs.end(), {mlp.direction[0], mlp.biases[0]});
-  for (int i = 1; i < layers; ++i) {
-    const std::size_t at = static_cast<std::size_t>(i);
-    inputs.push_back(mlp.hidden[at - 1]);
-    if (i == mlp.again) inputs.push_back(mlp.direction[1]);
-    inputs.push_back(mlp.biases[at]);
-  }
-  inputs.insert(inputs.end(), {mlp.out, mlp.out_bias});
-  return rows.graph().make<AskMlpOp>(std::move(inputs), static_cast<bool>(list), layers, mlp.again);
+  append_mlp(mlp, inputs, "ask_mlp");
+  return rows.graph().make<AskMlpOp>(std::move(inputs), static_cast<bool>(list), static_cast<int>(mlp.biases.size()),
+                                     mlp.again);
 }
 
 }  // namespace clerestory

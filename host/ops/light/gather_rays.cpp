@@ -2,6 +2,7 @@
 
 #include "host/ops/light/rays.hpp"
 #include "host/ops/light/sort_rays.hpp"
+#include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
@@ -15,9 +16,10 @@ struct SumSegmentsOp : NotDifferentiable {
   std::string name() const override { return "sum_segments"; }
   std::vector<Signature> infer(std::span<const Value>) const override { return {{map, Type::Real}}; }
   void launch(Launch& l) const override {
-    const int keys = static_cast<int>(map.n * map.plane());
-    l.run(kFile, "sum_segments", Range::of2(static_cast<std::size_t>(keys), static_cast<std::size_t>(map.c)), l.in(0),
-          l.in(1), l.in(2), l.out(), static_cast<int>(l.in(0).shape.plane()), keys, static_cast<int>(map.plane()));
+    const Blocks blocks = row_blocks(l.device, map.plane());
+    l.run_with(row_defines(l.device), kFile, "sum_segments", row_range(l.device, blocks.count, map.c, map.n), l.in(0),
+               l.in(1), l.in(2), l.out(), static_cast<int>(l.in(0).shape.plane()), static_cast<int>(map.plane()),
+               blocks.length);
   }
 };
 
@@ -36,8 +38,10 @@ struct GatherRaysOp : Op {
   void launch(Launch& l) const override {
     const Shape& map = l.in(0).shape;
     const RayTile t = ray_tile(l, l.out().shape);
-    l.run(kFile, "gather_rays", ray_range(t), l.in(0), l.in(1), l.out(), t.first_pixel, t.pixels, t.first_sample,
-          t.samples, t.pixel_capacity, t.sample_capacity, map.n, map.c, static_cast<int>(map.plane()));
+    const Blocks blocks = row_blocks(l.device, static_cast<long>(t.pixels) * t.sample_capacity);
+    l.run_with(row_defines(l.device), kFile, "gather_rays", row_range(l.device, blocks.count, map.c), l.in(0), l.in(1),
+               l.out(), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, map.n,
+               static_cast<int>(map.plane()), blocks.length);
   }
 };
 

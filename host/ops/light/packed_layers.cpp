@@ -14,11 +14,23 @@ long panels(int out) { return (out + kTile - 1) / kTile; }
 
 std::size_t packed_elements(int in, int out) { return size(panels(out) * kTile * (in + 1)); }
 
-std::size_t pack_layer(Launch& l, const TensorView& weight, const TensorView* bias, std::size_t at) {
-  const int in = weight.shape.c, out = weight.shape.n;
+namespace {
+
+std::size_t pack(Launch& l, const TensorView& weight, const TensorView* bias, int in, int out, bool transposed,
+                 std::size_t at) {
   l.run("light/pack_layer.cl", "pack_layer", Range::of2(size(in + 1), size(panels(out))), weight, bias ? *bias : weight,
-        l.workspace, in, out, static_cast<int>(bias != nullptr), static_cast<int>(at));
+        l.workspace, in, out, static_cast<int>(bias != nullptr), static_cast<int>(at), static_cast<int>(transposed));
   return at + packed_elements(in, out);
+}
+
+}  // namespace
+
+std::size_t pack_layer(Launch& l, const TensorView& weight, const TensorView* bias, std::size_t at) {
+  return pack(l, weight, bias, weight.shape.c, weight.shape.n, false, at);
+}
+
+std::size_t pack_transposed(Launch& l, const TensorView& weight, std::size_t at) {
+  return pack(l, weight, nullptr, weight.shape.n, weight.shape.c, true, at);
 }
 
 void check_layer(const Value& weight, const Value& bias, int in, int out, const char* op) {

@@ -10,6 +10,8 @@ std::size_t packed_elements(int in, int out);
 /// Packs weight {out, in, 1, 1} and, if not null, bias {1, out, 1, 1} to `at` elements into the workspace; the end of
 /// it.
 std::size_t pack_layer(Launch& launch, const TensorView& weight, const TensorView* bias, std::size_t at);
+/// The same of its transpose, without a bias.
+std::size_t pack_transposed(Launch& launch, const TensorView& weight, std::size_t at);
 
 /// Throws Error unless weight is {out, in, 1, 1} and bias, where there is one, {1, out, 1, 1}.
 void check_layer(const Value& weight, const Value& bias, int in, int out, const char* op);

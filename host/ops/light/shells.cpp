@@ -8,41 +8,21 @@ namespace {
 
 constexpr auto kFile = "light/shells.cl";
 
-void outside_of_chunks(const Launch& l, const char* op) {
-  if (l.chunk.pixels > 0) throw Error(ErrorKind::Failed, "shells have no gradient inside of map_chunks", op);
-}
-
-// Inputs: points, direction, range, radii.
-struct ShellCellsOp : NotDifferentiable {
-  Shape shells;
-  explicit ShellCellsOp(const Shape& s) : shells(s) {}
-  std::string name() const override { return "shell_cells"; }
-  std::vector<Signature> infer(std::span<const Value> in) const override {
-    return {{{1, 1, 1, shells.n * static_cast<int>(in[0].shape().plane())}, Type::Int}};
-  }
-  void launch(Launch& l) const override {
-    outside_of_chunks(l, "shell_cells");
-    const int rays = static_cast<int>(l.in(0).shape.plane());
-    l.run(kFile, "shell_cells", Range::of(static_cast<std::size_t>(rays)), l.in(0), l.in(1), l.in(2), l.in(3), l.out(),
-          rays, shells.n, shells.h, shells.w);
-  }
-};
-
-// Inputs: gradient, points, direction, range, radii, order, starts.
+// Inputs: gradient, shares, order, starts.
 struct SumShellsOp : NotDifferentiable {
   Shape shells;
   explicit SumShellsOp(const Shape& s) : shells(s) {}
   std::string name() const override { return "sum_shells"; }
   std::vector<Signature> infer(std::span<const Value>) const override { return {{shells, Type::Real}}; }
   void launch(Launch& l) const override {
-    outside_of_chunks(l, "sum_shells");
+    if (l.chunk.pixels > 0)
+      throw Error(ErrorKind::Failed, "shells have no gradient inside of map_chunks", "sum_shells");
     l.run(kFile, "sum_shells", Range::of(static_cast<std::size_t>(shells.n * shells.plane())), l.in(0), l.in(1),
-          l.in(2), l.in(3), l.in(4), l.in(5), l.in(6), l.out(), static_cast<int>(l.in(1).shape.plane()), shells.n,
-          shells.h, shells.w);
+          l.in(2), l.in(3), l.out(), static_cast<int>(l.in(0).shape.plane()), shells.n, shells.h, shells.w);
   }
 };
 
-// Inputs: shells, points, direction, range, radii.
+// Inputs: shells, points, direction, range, radii. Outputs: value, met, cells, shares.
 struct LookUpShellsOp : Op {
   std::string name() const override { return "look_up_shells"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
@@ -53,29 +33,26 @@ struct LookUpShellsOp : Op {
       throw Error(ErrorKind::Failed, "shells, rays and range do not fit", "look_up_shells",
                   shells.text() + ", " + in[2].shape().text() + ", " + in[3].shape().text(),
                   "Kx4xROWSxCOLUMNS, " + rays.text() + ", 1x3x1x1");
-    return {{{shells.n, 4, rays.h, rays.w}, Type::Real}, {{shells.n, 1, rays.h, rays.w}, Type::Real}};
+    return {{{shells.n, 4, rays.h, rays.w}, Type::Real},
+            {{shells.n, 1, rays.h, rays.w}, Type::Real},
+            {{1, 1, 1, shells.n * static_cast<int>(rays.plane())}, Type::Int},
+            {{shells.n, 2, rays.h, rays.w}, Type::Real}};
   }
   Slope slope(int input, int output) const override {
     if (input > 0) return Slope::None;
     return output == 0 ? Slope::Adjoint : Slope::Detached;  // where a ray meets them does not depend on their paint
   }
   std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
-    const auto& in = node.inputs;
     const Shape shells = node.in_shape(0);
-    const Value cells = node.graph->make<ShellCellsOp>({in[1], in[2], in[3], in[4]}, shells);
-    const SortedRays sorted = sort_rays(cells, {1, 1, shells.n * shells.h, shells.w});
-    return {node.graph->make<SumShellsOp>({g[0], in[1], in[2], in[3], in[4], sorted.order, sorted.starts}, shells),
-            {},
-            {},
-            {},
-            {}};
+    const SortedRays sorted = sort_rays(node.value(2), {1, 1, shells.n * shells.h, shells.w});
+    return {node.graph->make<SumShellsOp>({g[0], node.value(3), sorted.order, sorted.starts}, shells), {}, {}, {}, {}};
   }
   void launch(Launch& l) const override {
     const Shape& shells = l.in(0).shape;
     const RayTile t = ray_tile(l, l.in(1).shape);
     l.run(kFile, "look_up_shells", ray_range(t), l.in(0), l.in(1), l.in(2), l.in(3), l.in(4), l.out(0), l.out(1),
-          t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, shells.n, shells.h,
-          shells.w);
+          l.out(2), l.out(3), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
+          shells.n, shells.h, shells.w);
   }
 };
 
