@@ -245,8 +245,8 @@ void judge(const std::vector<std::unique_ptr<Compared>>& works, Tuning& tuning) 
   }
   tuning.noise = mean(differences);
   if (!tuning.clblast.empty() && (loses || mean(gains) < std::max(least_gain, tuning.noise))) {
-    say(fmt::format("the best parameters are {:.2f} times as fast as CLBlast's own{}: CLBlast's own stay",
-                    std::exp(mean(gains)), loses ? ", but lose where those win" : ""));
+    say(fmt::format("the best parameters found are {:.2f} times as fast as CLBlast's own{}: CLBlast's own stay",
+                    std::exp(mean(gains)), loses ? ", and slower somewhere" : ""));
     tuning.clblast.clear();
   }
   for (TuningFigure& figure : tuning.figures) {

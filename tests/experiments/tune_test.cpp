@@ -43,8 +43,9 @@ TEST(ClblastSearch, BeginsWithClblastsOwnAndEndsWhereNoNeighbourIsBetter) {
     const auto off = [&](const char* name, double best) {
       return std::abs(std::log2(static_cast<double>(v.at(name)) / best));
     };
-    return v.at("GEMMK") == 1 ? std::exp(-0.1 * (off("VWN", 2) + off("MDIMC", 4) + off("NDIMC", 8) + off("VWM", 8)))
-                              : 0.1;
+    return v.at("GEMMK") == 1
+               ? 10 * std::exp(-0.1 * (off("VWN", 2) + off("MDIMC", 4) + off("NDIMC", 8) + off("VWM", 8)))
+               : 1.0;
   };
   const ClblastSearch search = searched("Xgemm", kOwnXgemm, gain);
   EXPECT_EQ(search.trials.front().values, kOwnXgemm);
@@ -55,11 +56,11 @@ TEST(ClblastSearch, BeginsWithClblastsOwnAndEndsWhereNoNeighbourIsBetter) {
   EXPECT_EQ(best.at("MDIMA"), 4u);
   EXPECT_EQ(best.at("NDIMC"), 8u);
   EXPECT_EQ(best.at("VWM"), 8u);
-  EXPECT_DOUBLE_EQ(search.best_gain(), 1);
+  EXPECT_DOUBLE_EQ(search.best_gain(), 10);
 }
 
 TEST(ClblastSearch, OfTheDirectKernelFindsSmallGroups) {
-  const auto gain = [](const ClblastValues& v) { return 1.0 / static_cast<double>(v.at("MDIMCD")); };
+  const auto gain = [](const ClblastValues& v) { return 100.0 / static_cast<double>(v.at("MDIMCD")); };
   EXPECT_LT(searched("XgemmDirect", kOwnDirect, gain).best().at("MDIMCD"), 8u);
 }
 
