@@ -115,7 +115,7 @@ struct Tune : testing::Test {
   }
 };
 
-// Tiles that are not square are what CLBlast 1.5.3 has wrong; a set that lacks a parameter it does not take.
+// One whose tile its vectors do not divide, and one that lacks a parameter.
 TEST_F(Tune, AWrongSetIsRefusedByItsResult) {
   ClblastMeter meter(device, few(1).small, 1);
   EXPECT_EQ(meter.measure({})[0].fault, "");
