@@ -14,6 +14,7 @@
 #include "experiments/commands/results.hpp"
 #include "experiments/commands/run.hpp"
 #include "experiments/commands/train.hpp"
+#include "experiments/commands/tune.hpp"
 #include "experiments/commands/weights.hpp"
 
 int main(int argc, char** argv) {
@@ -33,5 +34,6 @@ int main(int argc, char** argv) {
   clerestory::add_results_commands(line);
   clerestory::add_check_command(line);
   clerestory::add_devices_command(line);
+  clerestory::add_tune_command(line);
   return line.run(argc, argv);
 }

@@ -1,6 +1,7 @@
 #include "experiments/bench/bench.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/cl/seconds_of.hpp"
 
@@ -17,6 +18,33 @@ std::vector<double> seconds_of_runs(Device& device, Executor& executor, int runs
 }
 
 double best_of(const std::vector<double>& seconds) { return *std::ranges::min_element(seconds); }
+
+BenchTruth truth_of(Device& device, const Graph& graph, Value result, const std::map<std::string, Tensor>& feeds) {
+  if (!device.has_double()) return {};
+  std::map<std::string, Tensor> magnitudes = feeds;
+  for (auto& [name, tensor] : magnitudes)
+    for (double& v : tensor.real) v = std::abs(v);
+  const PlanOptions twin{.precision = Precision::Double, .gemm = "packed"};
+  return {evaluate(graph, {result}, device, feeds, twin)[0].real,
+          evaluate(graph, {result}, device, magnitudes, twin)[0].real};
+}
+
+BenchError error_of(const std::vector<float>& found, const BenchTruth& truth) {
+  if (truth.values.empty()) return {std::nan(""), std::nan("")};
+  BenchError error;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const double e = std::abs(found[i] - truth.values[i]) / truth.magnitudes[i];
+    error.largest = std::max(error.largest, e), error.rms += e * e;
+  }
+  error.rms = std::sqrt(error.rms / static_cast<double>(found.size()));
+  return error;
+}
+
+BenchError largest_error(const BenchRow& row) {
+  BenchError largest = row.errors.front();
+  for (const BenchError& e : row.errors) largest = {std::max(largest.largest, e.largest), std::max(largest.rms, e.rms)};
+  return largest;
+}
 
 double peak_gflops(double fma_gflops, double flops, const std::vector<BenchRow>& rows) {
   double peak = fma_gflops;

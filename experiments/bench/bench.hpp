@@ -5,13 +5,14 @@
 
 #include "host/cl/tile.hpp"
 #include "host/graph/plan.hpp"
+#include "host/ops/nn/clblast_parameters.hpp"
 
 namespace clerestory {
 
 struct BenchOptions {
   bool quiet = false;
   std::vector<std::string> tiles;  // register tiles of our own kernels (host/cl/tile.hpp), those to be measured
-  bool clblast = true;             // beside them
+  bool clblast = true;             // beside them: by its own parameters, and tuned where it is
   int runs = 0;                    // timed of everything; 0: ten, or as many as fit into a third of a second
   std::string only;                // nets: rows whose name contains this
   bool explain = false;            // nets: what each op costs
@@ -32,11 +33,40 @@ void for_tiles(Device& device, const BenchOptions& options, const Measure& measu
   device.use_tile(own);
 }
 
-/// Seconds of each of a benchmark's passes, by what ran them: a tile or "clblast".
+/// Runs `measure` with CLBlast's own parameters ("clblast"), then with those of the tuning in use, if it has some
+/// ("tuned").
+template <class Measure>
+void for_clblast(Device& device, const BenchOptions& options, const Measure& measure) {
+  if (!options.clblast) return;
+  use_clblast_parameters(device, {});
+  measure("clblast");
+  const ClblastParameters tuned = tuned_parameters(device);
+  use_clblast_parameters(device, tuned);
+  if (!tuned.empty()) measure("tuned");
+}
+
+/// How far sums in float are from the same in double, relative to the sums of the magnitudes of what they add.
+struct BenchError {
+  double largest = 0, rms = 0;
+};
+
+/// What a graph gives in double, and given the magnitudes of its inputs: of sums of products, what errors are relative
+/// to. Both are empty on a device without doubles.
+struct BenchTruth {
+  std::vector<double> values, magnitudes;
+};
+BenchTruth truth_of(Device& device, const Graph& graph, Value result, const std::map<std::string, Tensor>& feeds);
+/// NaN without a truth.
+BenchError error_of(const std::vector<float>& found, const BenchTruth& truth);
+
+/// Seconds of each of a benchmark's passes, by what ran them: a tile, "clblast" or "tuned".
 struct BenchRow {
   std::string kernels;
   std::vector<std::vector<double>> passes;  // of each its runs
+  std::vector<BenchError> errors = {};      // of each, where they are measured
 };
+/// The largest of the passes.
+BenchError largest_error(const BenchRow& row);
 
 /// 10^9 a second: the larger of multiply-adds measured just before and of the best among the rows.
 double peak_gflops(double fma_gflops, double flops, const std::vector<BenchRow>& rows);

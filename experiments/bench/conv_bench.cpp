@@ -1,6 +1,7 @@
 #include "experiments/bench/conv_bench.hpp"
 
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "host/cl/ceilings.hpp"
@@ -93,27 +94,43 @@ std::vector<Group> groups() {
 enum class Pass { Forward, Data, Weights };
 constexpr const char* pass_names[] = {"forward", "data", "weights"};
 
-// Of a plan that computes one pass, packing counted.
-std::vector<double> pass_seconds(Device& device, const Layer& layer, const std::string& gemm, Pass pass, int runs) {
-  Graph g;
-  const Value x = g.input("x", layer.x), w = g.input("w", layer.w), y = conv(x, w, {}, {layer.stride, layer.pad});
-  const Value dy = g.input("dy", layer.y());
-  const Value result =
-      pass == Pass::Forward ? y : gradient(std::vector{y}, std::vector{dy}, std::vector{pass == Pass::Data ? x : w})[0];
-  Executor executor(compile(g, {result}, device, {.gemm = gemm}));
-  const std::pair<const char*, Shape> feeds[] = {{"x", layer.x}, {"w", layer.w}, {"dy", layer.y()}};
-  for (const auto& [name, shape] : feeds) {
-    const bool needed = (pass == Pass::Forward && name[0] != 'd') || (pass == Pass::Data && name[0] != 'x') ||
-                        (pass == Pass::Weights && name[0] != 'w');
-    if (needed) executor.feed(name, noise(shape, static_cast<std::uint32_t>(name[0])));
+// One pass, with what it gives in double.
+struct ExactPass {
+  Graph graph;
+  Value result;
+  std::map<std::string, Tensor> feeds;
+  BenchTruth truth;
+
+  ExactPass(Device& device, const Layer& layer, Pass pass) {
+    const Value x = graph.input("x", layer.x), w = graph.input("w", layer.w), dy = graph.input("dy", layer.y());
+    const Value y = conv(x, w, {}, {layer.stride, layer.pad});
+    result = pass == Pass::Forward
+                 ? y
+                 : gradient(std::vector{y}, std::vector{dy}, std::vector{pass == Pass::Data ? x : w})[0];
+    for (const auto& [name, shape] : {std::pair{"x", layer.x}, std::pair{"w", layer.w}, std::pair{"dy", layer.y()}})
+      feeds[name] = noise(shape, static_cast<std::uint32_t>(name[0]));
+    truth = truth_of(device, graph, result, feeds);
   }
-  return seconds_of_runs(device, executor, runs);
+};
+
+using ExactPasses = std::vector<std::unique_ptr<ExactPass>>;
+ExactPasses exact_passes(Device& device, const Layer& layer) {
+  ExactPasses passes;
+  for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights})
+    passes.push_back(std::make_unique<ExactPass>(device, layer, pass));
+  return passes;
 }
 
-BenchRow all_passes(Device& device, const Layer& layer, const std::string& gemm, const std::string& name, int runs) {
+// Of plans that compute one pass, packing counted.
+BenchRow all_passes(Device& device, const ExactPasses& passes, const std::string& gemm, const std::string& name,
+                    int runs) {
   BenchRow row{name, {}};
-  for (const Pass pass : {Pass::Forward, Pass::Data, Pass::Weights})
-    row.passes.push_back(pass_seconds(device, layer, gemm, pass, runs));
+  for (const auto& pass : passes) {
+    Executor executor(compile(pass->graph, {pass->result}, device, {.gemm = gemm}));
+    for (const auto& [input, tensor] : pass->feeds) executor.feed(input, tensor);
+    row.passes.push_back(seconds_of_runs(device, executor, runs));
+    row.errors.push_back(error_of(executor.fetch_floats(pass->result), pass->truth));
+  }
   return row;
 }
 
@@ -122,32 +139,41 @@ BenchRow all_passes(Device& device, const Layer& layer, const std::string& gemm,
 nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
   nlohmann::ordered_json result{{"device", device.info().name}, {"groups", nlohmann::ordered_json::array()}};
   // CLBlast compiles its kernels at its first product.
-  if (options.clblast) all_passes(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}, "clblast", "", 1);
+  for_clblast(device, options, [&](const std::string&) {
+    all_passes(device, exact_passes(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}), "clblast", "", 1);
+  });
   for (const Group& group : groups()) {
     if (!options.quiet)
       fmt::print(
-          "{}: milliseconds, GFLOP/s and % of the peak measured beside it\n"
-          "{:<12}{:>18}{:>16}{:>7}{:>6}  {:<8}{:>24}{:>24}{:>24}\n",
+          "{}: milliseconds, GFLOP/s and % of the peak measured beside it; errors against double, relative to the sum\n"
+          "of magnitudes, of the worst pass\n{:<12}{:>18}{:>16}{:>7}{:>6}  {:<8}{:>24}{:>24}{:>24}{:>10}{:>9}\n",
           group.name, "layer", "input", "weights", "GFLOP", "peak", "kernels", "forward", "backward data",
-          "backward weights");
+          "backward weights", "largest", "rms");
     nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
     for (const Layer& layer : group.layers) {
       const double fma = measure_ceilings(device).fma_gflops;
+      const ExactPasses passes = exact_passes(device, layer);
       std::vector<BenchRow> rows;
       for_tiles(device, options, [&](const std::string& tile) {
-        rows.push_back(all_passes(device, layer, "packed", tile, options.runs));
+        rows.push_back(all_passes(device, passes, "packed", tile, options.runs));
       });
-      if (options.clblast) rows.push_back(all_passes(device, layer, "clblast", "clblast", options.runs));
+      for_clblast(device, options, [&](const std::string& name) {
+        rows.push_back(all_passes(device, passes, "clblast", name, options.runs));
+      });
       const double peak = peak_gflops(fma, layer.flops(), rows);
-      nlohmann::ordered_json seconds, runs;
+      nlohmann::ordered_json seconds, runs, errors;
       for (const BenchRow& row : rows) {
         for (std::size_t pass = 0; pass < row.passes.size(); ++pass) {
           seconds[row.kernels][pass_names[pass]] = best_of(row.passes[pass]);
           runs[row.kernels][pass_names[pass]] = row.passes[pass];
+          errors[row.kernels][pass_names[pass]] = {{"largest", row.errors[pass].largest},
+                                                   {"rms", row.errors[pass].rms}};
         }
+        const BenchError worst = largest_error(row);
         if (!options.quiet)
-          fmt::print("{:<12}{:>18}{:>16}{:>7.2f}{:>6.0f}  {:<8}{}\n", layer.name, layer.x.text(), layer.w.text(),
-                     layer.flops() / 1e9, peak, row.kernels, row_text(row, layer.flops(), peak));
+          fmt::print("{:<12}{:>18}{:>16}{:>7.2f}{:>6.0f}  {:<8}{}{:>10.1e}{:>9.1e}\n", layer.name, layer.x.text(),
+                     layer.w.text(), layer.flops() / 1e9, peak, row.kernels, row_text(row, layer.flops(), peak),
+                     worst.largest, worst.rms);
       }
       std::fflush(stdout);
       const Shape &x = layer.x, &w = layer.w;
@@ -160,7 +186,8 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
                         {"peak_gflops", peak},
                         {"tile", options.tiles.front()},
                         {"seconds", seconds},
-                        {"runs", runs}});
+                        {"runs", runs},
+                        {"errors", errors}});
     }
     result["groups"].push_back({{"name", group.name}, {"shapes", shapes}});
   }

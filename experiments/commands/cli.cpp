@@ -249,9 +249,11 @@ Command& Command::common(std::initializer_list<Common> which) {
         choice("--preset", "Size of the nets", to.preset, {"paper", "compact"});
         break;
       case Common::Gemm:
-        choice("--gemm",
-               "Matrix products by CLBlast or by our packed kernels; auto: packed on a CPU, CLBlast elsewhere", to.gemm,
-               {"clblast", "packed", "auto"});
+        choice(
+            "--gemm",
+            "Matrix products by CLBlast or by our packed kernels; auto: what `clerestory tune` measured faster, else "
+            "packed on a CPU, CLBlast elsewhere",
+            to.gemm, {"clblast", "packed", "auto"});
         break;
       case Common::Tile:
         choice("--tile", "Register tile of our kernels on a CPU; auto: the fastest, measured once", to.tile,

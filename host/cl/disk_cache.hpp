@@ -1,4 +1,4 @@
-// What is worth keeping between runs: built programs and the verdicts of the probe. Private to host/cl.
+// What is worth keeping between runs: built programs, the verdicts of the probe, measurements.
 #pragma once
 #include <filesystem>
 #include <optional>

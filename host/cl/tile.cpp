@@ -18,6 +18,8 @@ Defines defines_of(const Tile& tile) {
   return {{"TILE_ROWS", std::to_string(tile.rows)}, {"TILE_WIDTH", std::to_string(tile.width)}};
 }
 
+std::string remembered_by(const Device& device) { return device.fingerprint() + "\n" + kernel_source(file); }
+
 // Numbers from -2 to 1: sums of most_rounds * depth products stay below 2^23, so that every one is exact.
 std::vector<float> small_integers(int count, unsigned seed) {
   std::vector<float> values(static_cast<std::size_t>(count));
@@ -133,16 +135,19 @@ std::vector<TileSpeed> measure_tiles(Device& device) {
 
 const Tile& fastest_tile(Device& device) {
   if (!device.info().cpu) return tiles().front();
-  const DiskCache cache;
-  const std::string key = device.fingerprint() + "\n" + kernel_source(file);
-  if (const auto name = cache.load("tile", key))
+  if (const auto name = DiskCache().load("tile", remembered_by(device)))
     if (const auto known = std::ranges::find(tiles(), *name, &Tile::name); known != tiles().end()) return *known;
+  return remeasured_tile(device);
+}
+
+const Tile& remeasured_tile(Device& device) {
+  if (!device.info().cpu) return tiles().front();
   const std::vector<TileSpeed> speeds = measure_tiles(device);
   const TileSpeed& best = *std::ranges::max_element(speeds, {}, &TileSpeed::gflops);
   if (!best.fault.empty())
     throw Error(ErrorKind::Device,
                 fmt::format("every tile computes wrongly on {}: {}", device.info().name, best.fault));
-  cache.store("tile", key, best.tile.name);
+  DiskCache().store("tile", remembered_by(device), best.tile.name);
   return *std::ranges::find(tiles(), best.tile.name, &Tile::name);
 }
 

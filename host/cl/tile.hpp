@@ -38,5 +38,7 @@ std::vector<TileSpeed> measure_tiles(Device& device);
 /// The fastest of these. Measured once per device, driver and kernel source, then remembered beside the verdicts of the
 /// probe. On a device that is no CPU, whose kernels have no such tile, the first of the list.
 const Tile& fastest_tile(Device& device);
+/// The same, measured now.
+const Tile& remeasured_tile(Device& device);
 
 }  // namespace clerestory

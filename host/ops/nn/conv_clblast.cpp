@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "host/ops/nn/clblast_parameters.hpp"
 #include "host/ops/nn/conv_backend.hpp"
 
 namespace clerestory {
@@ -66,6 +67,7 @@ MatrixView columns_of(Launch& l, const ConvGeometry& g, const TensorView& x, con
 
 void clblast_gemm(Launch& l, int rows, int columns, int depth, const MatrixView& a, const MatrixView& b, double beta,
                   const MatrixView& c) {
+  use_tuned_parameters(l.device);
   const clblast::StatusCode status = l.precision == Precision::Double
                                          ? gemm<double>(l, rows, columns, depth, a, b, beta, c)
                                          : gemm<float>(l, rows, columns, depth, a, b, beta, c);

@@ -1,0 +1,90 @@
+#include "host/ops/nn/clblast_parameters.hpp"
+
+#include <clblast.h>
+#include <link.h>
+
+#include <filesystem>
+#include <unordered_map>
+
+namespace clerestory {
+namespace {
+
+constexpr const char* kernels[] = {"Xgemm", "XgemmDirect", "GemmRoutine", "Copy", "Pad", "Transpose", "Padtranspose"};
+constexpr clblast::Precision precision = clblast::Precision::kSingle;
+
+struct Held {
+  ClblastParameters own, now;
+  bool chosen = false;
+};
+
+cl_device_id id_of(const Device& device) {
+  cl_device_id id = nullptr;
+  if (clGetCommandQueueInfo(device.queue(), CL_QUEUE_DEVICE, sizeof id, &id, nullptr) != CL_SUCCESS)
+    throw Error(ErrorKind::Device, "the queue does not say its device", device.info().name);
+  return id;
+}
+
+/// Asked for before the first of them is replaced: CLBlast does not give its own back.
+Held& held(cl_device_id id) {
+  static std::unordered_map<cl_device_id, Held> all;
+  Held& found = all[id];
+  if (!found.own.empty()) return found;
+  for (const char* kernel : kernels) {
+    std::unordered_map<std::string, std::size_t> values;
+    if (const auto status = clblast::RetrieveParameters(id, kernel, precision, values);
+        status != clblast::StatusCode::kSuccess)
+      throw Error(ErrorKind::Device, fmt::format("CLBlast has no parameters of {}", kernel), "CLBlast",
+                  fmt::format("status {}", static_cast<int>(status)));
+    found.own[kernel] = {values.begin(), values.end()};
+  }
+  found.now = found.own;
+  return found;
+}
+
+void set(cl_device_id id, Held& h, const std::string& kernel, const ClblastValues& values) {
+  if (h.now.at(kernel) == values) return;
+  const auto status = clblast::OverrideParameters(id, kernel, precision, {values.begin(), values.end()});
+  if (status != clblast::StatusCode::kSuccess)
+    throw usage_error(fmt::format("CLBlast does not take these parameters of {}", kernel), "CLBlast",
+                      fmt::format("status {}", static_cast<int>(status)));
+  h.now[kernel] = values;
+}
+
+}  // namespace
+
+std::string clblast_version() {
+  std::string version = "unknown";
+  dl_iterate_phdr(
+      [](dl_phdr_info* library, std::size_t, void* to) {
+        constexpr std::string_view stem = "libclblast.so";
+        std::error_code error;
+        if (!std::filesystem::path(library->dlpi_name).filename().string().starts_with(stem)) return 0;
+        const std::string file = std::filesystem::canonical(library->dlpi_name, error).filename().string();
+        if (file.size() > stem.size() + 1) *static_cast<std::string*>(to) = file.substr(stem.size() + 1);
+        return 1;
+      },
+      &version);
+  return version;
+}
+
+ClblastParameters clblast_defaults(Device& device) { return held(id_of(device)).own; }
+
+void use_clblast_parameters(Device& device, const ClblastParameters& parameters) {
+  const cl_device_id id = id_of(device);
+  Held& h = held(id);
+  h.chosen = true;
+  for (const auto& [kernel, values] : parameters)
+    if (!h.own.contains(kernel)) throw usage_error("CLBlast's matrix product has no such kernel", "CLBlast", kernel);
+  for (const auto& [kernel, own] : h.own) set(id, h, kernel, parameters.contains(kernel) ? parameters.at(kernel) : own);
+}
+
+ClblastParameters tuned_parameters(const Device& device) {
+  const auto used = tuning_in_use(device);
+  return used && used->tuning.clblast_version == clblast_version() ? used->tuning.clblast : ClblastParameters{};
+}
+
+void use_tuned_parameters(Device& device) {
+  if (!held(id_of(device)).chosen) use_clblast_parameters(device, tuned_parameters(device));
+}
+
+}  // namespace clerestory

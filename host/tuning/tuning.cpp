@@ -1,0 +1,150 @@
+#include "host/tuning/tuning.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+
+#include "host/cl/disk_cache.hpp"
+#include "host/io/data_files.hpp"
+#include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
+#include "host/report/progress.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t largest_file = 16u << 20;
+
+Json json_of(const Tuning& t) {
+  Json figures = Json::array();
+  for (const TuningFigure& f : t.figures)
+    figures.push_back({{"work", f.work},
+                       {"flops", f.flops},
+                       {"seconds", {{"untuned", f.untuned}, {"tuned", f.tuned}, {"packed", f.packed}}}});
+  return {{"device", t.device},
+          {"kind", t.kind},
+          {"measured", t.measured},
+          {"complete", t.complete},
+          {"sets", t.sets},
+          {"noise", t.noise},
+          {"clblast", {{"version", t.clblast_version}, {"parameters", t.clblast}}},
+          {"tile", t.tile},
+          {"gemm", {{"faster", t.gemm}, {"kernels", t.kernels}}},
+          {"figures", figures}};
+}
+
+Tuning tuning_of(const nlohmann::json& json) {
+  Tuning t;
+  json.at("device").get_to(t.device);
+  json.at("kind").get_to(t.kind);
+  json.at("measured").get_to(t.measured);
+  json.at("complete").get_to(t.complete);
+  json.at("sets").get_to(t.sets);
+  json.at("noise").get_to(t.noise);
+  json.at("clblast").at("version").get_to(t.clblast_version);
+  json.at("clblast").at("parameters").get_to(t.clblast);
+  json.at("tile").get_to(t.tile);
+  json.at("gemm").at("faster").get_to(t.gemm);
+  json.at("gemm").at("kernels").get_to(t.kernels);
+  if (t.gemm != "packed" && t.gemm != "clblast")
+    throw usage_error("no such kernels", "gemm.faster", t.gemm, "packed or clblast");
+  for (const nlohmann::json& figure : json.at("figures")) {
+    const nlohmann::json& seconds = figure.at("seconds");
+    t.figures.push_back({figure.at("work").get<std::string>(), figure.at("flops").get<double>(),
+                         seconds.at("untuned").get<double>(), seconds.at("tuned").get<double>(),
+                         seconds.at("packed").get<double>()});
+  }
+  return t;
+}
+
+/// The shipped file, where it is found.
+fs::path shipped_file() {
+  for (const fs::path& place : data_places("assets/tuning.json"))
+    if (fs::exists(place)) return place;
+  return {};
+}
+
+/// Nothing of a file that cannot be read: it is said once.
+std::vector<Tuning> readable_tunings(const fs::path& file) {
+  static std::set<std::string> said;
+  try {
+    return read_tunings(file);
+  } catch (const Error& error) {
+    if (said.insert(error.what()).second) say(fmt::format("passed over, as if it were not there: {}", error.what()));
+    return {};
+  }
+}
+
+}  // namespace
+
+std::string tuning_kind(const DeviceInfo& info) {
+  return fmt::format("{} | {} | {}", info.platform, info.driver, info.version);
+}
+
+std::string gemm_kernels() {
+  std::string sources;
+  for (const char* file : {"nn/conv_cpu.cl", "nn/conv_gpu.cl", "nn/conv_pack.cl", "nn/im2col.cl"})
+    sources += kernel_source(file);
+  return fmt::format("{:016x}", hash_text(sources));
+}
+
+fs::path tuning_file() {
+  // The base directory specification asks to ignore a relative path.
+  if (const char* data = std::getenv("XDG_DATA_HOME"); data != nullptr && *data == '/')
+    return fs::path(data) / "clerestory/tuning.json";
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/')
+    return fs::path(home) / ".local/share/clerestory/tuning.json";
+  return {};
+}
+
+std::vector<Tuning> read_tunings(const fs::path& file) {
+  if (file.empty() || !fs::exists(file)) return {};
+  const nlohmann::json json = parse_json_object(read_file(file, largest_file), file.string());
+  std::vector<Tuning> tunings;
+  try {
+    for (const nlohmann::json& entry : json.at("tunings")) tunings.push_back(tuning_of(entry));
+  } catch (const nlohmann::json::exception& error) {
+    throw usage_error(std::string("not a file of `clerestory tune`: ") + error.what(), file.string());
+  } catch (const Error& error) {
+    throw usage_error(error.what(), file.string());
+  }
+  return tunings;
+}
+
+std::string tuning_json(const Tuning& tuning) {
+  // Drivers may name themselves in any encoding.
+  return json_of(tuning).dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+void keep_tuning(const Tuning& tuning) {
+  const fs::path file = tuning_file();
+  if (file.empty()) throw usage_error("no place for what was measured", "HOME", "", "a folder, or XDG_DATA_HOME");
+  std::vector<Tuning> tunings = read_tunings(file);
+  std::erase_if(tunings, [&](const Tuning& other) { return other.device == tuning.device; });
+  tunings.push_back(tuning);
+  Json list = Json::array();
+  for (const Tuning& each : tunings) list.push_back(json_of(each));
+  make_directories(file.parent_path());
+  write_file(file, Json{{"tunings", list}}.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+std::optional<TuningInUse> tuning_in_use(const Device& device) {
+  const fs::path own = tuning_file(), shipped = shipped_file();
+  const std::string fingerprint = device.fingerprint(), kind = tuning_kind(device.info());
+  for (const Tuning& tuning : readable_tunings(own))
+    if (tuning.device == fingerprint) return TuningInUse{tuning, own, false};
+  for (const Tuning& tuning : readable_tunings(shipped))
+    if (tuning.kind == kind) return TuningInUse{tuning, shipped, true};
+  return {};
+}
+
+std::string preferred_gemm(const Device& device) {
+  if (const auto used = tuning_in_use(device); used && (used->shipped || used->tuning.kernels == gemm_kernels()))
+    return used->tuning.gemm;
+  return device.info().cpu ? "packed" : "clblast";
+}
+
+}  // namespace clerestory
