@@ -112,16 +112,14 @@ class Compiler {
     const std::size_t beside = memory_with_bodies() - plan_.arena_bytes, budget = plan_.options.budget;
     const Cost before = cost_of(schedule_);
     const std::size_t kept = plan_.arena_bytes, steps = schedule_.order.size();
-    std::size_t least = kept, goal = budget > beside ? budget - beside : 0;
-    while (plan_.arena_bytes + beside > budget) {
-      const std::size_t alive = plan_.alive_bytes;
-      recompute(schedule_, layout_, plan_.options, goal);
-      pack_values();
-      least = std::min(least, plan_.arena_bytes);
-      if (plan_.arena_bytes + beside <= budget) break;
-      if (goal == 0 || plan_.alive_bytes == alive) refuse(least + beside);
-      // Packed they need more than is alive at once: less has to be.
-      goal -= std::min(goal, std::max(plan_.arena_bytes + beside - budget, goal / 64));
+    if (kept + beside > budget) {
+      const Schedule whole = schedule_;
+      if (!fit(budget - std::min(budget, beside))) {
+        schedule_ = whole, layout_ = lay_out(schedule_, plan_.options);
+        recompute(schedule_, layout_, plan_.options, 0);  // all that helps
+        pack_values();
+        if (plan_.arena_bytes + beside > budget) refuse(plan_.arena_bytes + beside);
+      }
     }
     const Cost after = cost_of(schedule_);
     note(
@@ -130,6 +128,21 @@ class Compiler {
         schedule_.order.size() - steps, mib(kept - plan_.arena_bytes), (after.flops - before.flops) * 1e-9,
         (after.bytes - before.bytes) * 1e-6, 100 * (after.flops / std::max(before.flops, 1.0) - 1),
         100 * (after.bytes / std::max(before.bytes, 1.0) - 1));
+  }
+
+  /// No more than the arena's `bytes` need: packed, values take a little more than is alive at once, so that less may
+  /// be. False when that has not led there.
+  bool fit(std::size_t bytes) {
+    constexpr int kTries = 8;
+    std::size_t goal = bytes;
+    for (int i = 0; i < kTries; ++i) {
+      recompute(schedule_, layout_, plan_.options, goal);
+      pack_values();
+      if (plan_.arena_bytes <= bytes) return true;
+      if (plan_.alive_bytes > goal) return false;
+      goal -= std::min(goal, std::max(plan_.arena_bytes - bytes, goal / 64));
+    }
+    return false;
   }
 
   std::size_t memory_with_bodies() const {

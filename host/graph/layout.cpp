@@ -180,30 +180,52 @@ Packing pack_in(const std::vector<Root>& roots, const std::vector<int>& sequence
   return p;
 }
 
-}  // namespace
+/// Steps up to the last one at which a root is made.
+std::size_t steps_of(const std::vector<Root>& roots) {
+  int steps = 0;
+  for (const Root& root : roots) steps = std::max(steps, root.first + 1);
+  return index(steps);
+}
 
-std::vector<std::size_t> Layout::alive(std::size_t steps) const {
-  std::vector<std::size_t> bytes(steps, 0);
-  for (const Root& root : roots)
-    for (int i = root.first; i <= std::min(root.last, static_cast<int>(steps) - 1); ++i)
-      bytes[index(i)] += aligned(root.bytes);
+std::vector<std::size_t> alive_of(const std::vector<Root>& roots, std::size_t steps) {
+  std::vector<std::size_t> bytes(steps + 1, 0);  // first by how much they change, and a decrease wraps around
+  for (const Root& root : roots) {
+    bytes[index(root.first)] += aligned(root.bytes);
+    bytes[std::min(steps, index(root.last) + 1)] -= aligned(root.bytes);
+  }
+  std::partial_sum(bytes.begin(), bytes.end(), bytes.begin());
+  bytes.resize(steps);
   return bytes;
 }
+
+/// Packs anew with what lay on top put first, as long as that may help.
+Packing improved(Packing best, const std::vector<Root>& roots, std::vector<int> sequence) {
+  constexpr int kTries = 24;
+  const std::vector<std::size_t> alive = alive_of(roots, steps_of(roots));
+  const std::size_t least = alive.empty() ? 0 : *std::ranges::max_element(alive);
+  Packing packing = best;
+  for (int i = 0; i < kTries && best.bytes > least; ++i) {
+    const auto on_top = std::ranges::find_if(
+        sequence, [&](int r) { return packing.offsets[index(r)] + aligned(roots[index(r)].bytes) == packing.bytes; });
+    std::rotate(sequence.begin(), on_top, on_top + 1);
+    packing = pack_in(roots, sequence, true);
+    if (packing.bytes < best.bytes) best = packing;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<std::size_t> Layout::alive(std::size_t steps) const { return alive_of(roots, steps); }
 
 Layout lay_out(const Schedule& schedule, const PlanOptions& options) { return Builder(schedule, options).take(); }
 
 Packing pack(const std::vector<Root>& roots, bool reuse) {
   std::vector<int> sequence(roots.size());
   std::iota(sequence.begin(), sequence.end(), 0);
-  const auto in_order_of = [&](const auto& weight) {
-    std::ranges::stable_sort(sequence, std::greater<>(), [&](int r) { return weight(roots[index(r)]); });
-    return pack_in(roots, sequence, reuse);
-  };
-  Packing best = in_order_of([](const Root& r) { return r.bytes; });
-  // What lives long goes to the bottom, so that what comes and goes does so above it.
-  const Packing other =
-      in_order_of([](const Root& r) { return std::pair(static_cast<double>(r.last) - r.first, r.bytes); });
-  return other.bytes < best.bytes ? other : best;
+  std::ranges::stable_sort(sequence, std::greater<>(), [&](int r) { return roots[index(r)].bytes; });
+  Packing large_first = pack_in(roots, sequence, reuse);
+  return reuse ? improved(std::move(large_first), roots, sequence) : large_first;
 }
 
 }  // namespace clerestory
