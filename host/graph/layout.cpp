@@ -223,9 +223,16 @@ Layout lay_out(const Schedule& schedule, const PlanOptions& options) { return Bu
 Packing pack(const std::vector<Root>& roots, bool reuse) {
   std::vector<int> sequence(roots.size());
   std::iota(sequence.begin(), sequence.end(), 0);
+  const auto packed = [&] {
+    Packing first = pack_in(roots, sequence, reuse);
+    return reuse ? improved(std::move(first), roots, sequence) : first;
+  };
   std::ranges::stable_sort(sequence, std::greater<>(), [&](int r) { return roots[index(r)].bytes; });
-  Packing large_first = pack_in(roots, sequence, reuse);
-  return reuse ? improved(std::move(large_first), roots, sequence) : large_first;
+  Packing large_first = packed();
+  std::ranges::stable_sort(sequence, std::greater<>(),
+                           [&](int r) { return roots[index(r)].last - roots[index(r)].first; });
+  Packing long_first = packed();
+  return long_first.bytes < large_first.bytes ? long_first : large_first;
 }
 
 }  // namespace clerestory

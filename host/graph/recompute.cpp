@@ -66,7 +66,8 @@ class Finder {
     Candidate c;
     int first = kForever;
     for (const TaskValue& v : root.members) {
-      if (position_[index(v.task)] >= step) return std::nullopt;
+      if (position_[index(v.task)] == step) return std::nullopt;
+      if (position_[index(v.task)] > step) continue;  // made in place of what is made again, or beside it
       const std::vector<int>& read = uses(v);
       const auto later = std::ranges::lower_bound(read, step);
       if (later == read.end()) continue;
