@@ -202,33 +202,21 @@ constexpr Row kRows[]{
     {"LightNet's MLP, paper, both ways", [] { return light_mlp_both_ways(in_view_size("paper")); }},
 };
 
-/// Memory as the plan and this process predict it before the first run, and as it was.
-class MemoryRecord {
- public:
-  /// With the states there, the plan compiled and nothing else of it allocated.
-  MemoryRecord(Device& device, const PlanMemory& plan) : device_(device) {
-    forget_peak(), device_.reset_memory_peak();
-    const std::size_t to_come = plan.total() - plan.states;
-    predicted_device_ = device_.memory_now() + to_come;
-    if (device_.info().cpu) predicted_ = process_memory().now + to_come;
-  }
-  void end() { device_peak_ = device_.memory_peak(), peak_ = process_memory().peak; }
+/// Memory as it is predicted before the first run, and as it was, in bytes.
+struct MemoryRecord {
+  std::size_t device_predicted = 0, device = 0, process_predicted = 0, process = 0;
 
   std::string text() const {
     const auto mib = [](std::size_t bytes) { return static_cast<double>(bytes) / 0x1p20; };
-    if (predicted_ == 0) return fmt::format("{:>12.1f}", mib(device_peak_));
-    return fmt::format("{:>12.1f}{:>12.1f}{:>12.1f}", mib(device_peak_), mib(predicted_), mib(peak_));
+    if (process_predicted == 0) return fmt::format("{:>12.1f}", mib(device));
+    return fmt::format("{:>12.1f}{:>12.1f}{:>12.1f}", mib(device), mib(process_predicted), mib(process));
   }
   nlohmann::ordered_json json() const {
-    return {{"device_predicted", predicted_device_},
-            {"device", device_peak_},
-            {"process_predicted", predicted_},
-            {"process", peak_}};
+    return {{"device_predicted", device_predicted},
+            {"device", device},
+            {"process_predicted", process_predicted},
+            {"process", process}};
   }
-
- private:
-  Device& device_;
-  std::size_t predicted_device_ = 0, predicted_ = 0, device_peak_ = 0, peak_ = 0;
 };
 
 std::vector<Row> chosen_rows(const std::string& only) {
@@ -254,12 +242,13 @@ nlohmann::ordered_json bench_nets(Device& device, const BenchOptions& options) {
     states->initialise(*job.graph, 1);
     PlanOptions plan_options;
     plan_options.budget = options.memory, plan_options.budget_name = "--memory";
-    Plan plan = compile(*job.graph, job.outputs, device, plan_options, job.updates);
-    MemoryRecord memory(device, plan.memory());
-    Executor executor(std::move(plan), states);
+    forget_peak(), device.reset_memory_peak();
+    Executor executor(compile(*job.graph, job.outputs, device, plan_options, job.updates), states);
+    MemoryRecord memory{.device_predicted = executor.plan().memory().total(),
+                        .process_predicted = executor.predicted_process()};
     for (const auto& [name, tensor] : job.feeds) executor.feed(name, tensor);
     const std::vector<double> runs = seconds_of_runs(device, executor, options.runs);
-    memory.end();
+    memory.device = device.memory_peak(), memory.process = process_memory().peak;
     if (!options.quiet)
       fmt::print("{:<40}{:>12.1f}{:>12.2f}{}\n", row.name, best_of(runs) * 1e3, job.items / best_of(runs),
                  memory.text());

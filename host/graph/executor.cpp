@@ -32,6 +32,7 @@ Executor::Executor(Plan plan, std::shared_ptr<States> states) : plan_(std::move(
     throw Error(ErrorKind::Device, "the plan needs more memory in one piece than the device gives", device.info().name,
                 fmt::format("{} MiB", plan_.arena_bytes >> 20),
                 fmt::format("at most {} MiB", device.info().max_allocation >> 20));
+  resident_before_ = process_memory().now;
   if (plan_.arena_bytes > 0) arena_ = device.allocate(plan_.arena_bytes);
   const auto own = [&](const Signature& s) {
     const std::size_t element = s.type == Type::Int ? 4 : real_size(precision);
@@ -182,6 +183,11 @@ std::size_t Executor::bytes() const {
   return bytes;
 }
 
+std::size_t Executor::predicted_process() const {
+  const PlanMemory m = plan_.memory();
+  return resident_before_ == 0 || !plan_.device.info().cpu ? 0 : resident_before_ + m.total() - m.states;
+}
+
 void Executor::add_work(std::map<std::string, Work>& rows, int times) const {
   for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
     const Node& node = *plan_.steps[i].node;
@@ -243,10 +249,9 @@ std::string Executor::explain_memory() const {
   row("this plan", m.total(), "predicted");
   row("the device", plan_.device.memory_now(),
       fmt::format("held now, at most {:.1f}", mib(plan_.device.memory_peak())));
-  if (const ProcessMemory process = process_memory(); process.now > 0)
-    row("the process", process.now,
-        fmt::format("resident now, at most {:.1f}: on a CPU the device's, the program, the driver and its kernels",
-                    mib(process.peak)));
+  if (const std::size_t predicted = predicted_process(); predicted > 0)
+    row("the process", predicted,
+        fmt::format("predicted before the first run; resident so far at most {:.1f}", mib(process_memory().peak)));
   return text;
 }
 

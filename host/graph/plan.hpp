@@ -119,6 +119,9 @@ class Executor {
 
   const Plan& plan() const { return plan_; }
   std::size_t bytes() const;  // arenas, constants and inputs that were fed; not what was bound
+  /// On a CPU, the most that this process will hold: what it held before this was made, and what the plan needs beside
+  /// the states, which are there. 0 elsewhere. What the driver takes to load and build kernels comes on top.
+  std::size_t predicted_process() const;
   /// By op. With `profile`, of one profiled run.
   std::map<std::string, Work> work(bool profile = false);
   /// The same as a table, and what each pass did, and memory. A body's chunks count as full ones, for that is what most
@@ -139,6 +142,7 @@ class Executor {
   std::vector<std::unique_ptr<Executor>> bodies_;  // one per step, null for most
   std::vector<double> seconds_;                    // of each step without its body, while profiling; else empty
   std::size_t fed_bytes_ = 0;
+  std::size_t resident_before_ = 0;  // bytes of this process
   ChunkListener after_chunk_;
 };
 
