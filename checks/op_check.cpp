@@ -179,7 +179,7 @@ class Check {
       same_bits(usual(), results.values, fmt::format("{} in {}, second run", name_, text(precision)));
 
       // With every pass off, views and concatenations are copied by their kernels.
-      const PlanOptions off{.prune = false, .alias = false, .reuse = false};
+      const PlanOptions off{.prune = false, .alias = false, .reuse = false, .reorder = false};
       same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
                 fmt::format("{} in {}, passes off", name_, text(precision)));
       seen = launched_on(device_of(devices_, precision));

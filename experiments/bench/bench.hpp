@@ -16,6 +16,7 @@ struct BenchOptions {
   int runs = 0;                    // timed of everything; 0: ten, or as many as fit into a third of a second
   std::string only;                // nets: rows whose name contains this
   bool explain = false;            // nets: what each op costs
+  std::size_t memory = 0;          // nets: budget of each plan, bytes; 0: none
 };
 
 /// Wall times of runs, launches counted, after one that compiles and warms up. `runs` as in BenchOptions.

@@ -7,6 +7,7 @@
 
 #include "experiments/evaluation/prepare.hpp"
 #include "host/ops/light/bench_room.hpp"
+#include "host/process_memory.hpp"
 #include "nets/densenet.hpp"
 #include "nets/light_training.hpp"
 #include "nets/mgnet_training.hpp"
@@ -54,6 +55,15 @@ Job resnet_trunk(int batch) {
   const Value image = job.graph->input("image", {batch, 3, 240, 320});
   job.feed("image", shares(image.shape(), 1));
   job.outputs = {resnet({*job.graph, false, "encoder"}, image, {}).back()};
+  return job;
+}
+
+Job mgnet_forward(const std::string& preset, int batch, int width, int height) {
+  Job job{.items = batch};
+  const Value image = job.graph->input("image", {batch, 3, padded_size(height), padded_size(width)});
+  job.feed("image", shares(image.shape(), 1));
+  const Maps maps = mgnet(*job.graph, image, mgnet_size(preset), false);
+  job.outputs = {maps.albedo, maps.normal, maps.material, maps.depth, maps.log_scale};
   return job;
 }
 
@@ -183,12 +193,30 @@ constexpr Row kRows[]{
     {"DenseNet121 forward, 320x240, batch 4", [] { return densenet_trunk(4); }},
     {"ResNet34 forward, 320x240, batch 1", [] { return resnet_trunk(1); }},
     {"ResNet34 forward, 320x240, batch 4", [] { return resnet_trunk(4); }},
+    {"MGNet paper forward, 320x240, batch 1", [] { return mgnet_forward("paper", 1, 320, 240); }},
     {"MGNet compact step, 160x120, batch 8", [] { return mgnet_step("compact", 8, 160, 120); }},
     {"MGNet shared step, 160x120, batch 8", [] { return mgnet_step("shared", 8, 160, 120); }},
     {"MGNet lite step, 160x120, batch 8", [] { return mgnet_step("lite", 8, 160, 120); }},
     {"MGNet paper step, 320x240, batch 2", [] { return mgnet_step("paper", 2, 320, 240); }},
     {"light compact step, 160x120, batch 8", [] { return light_step(compact_light(), compact_light_step()); }},
     {"LightNet's MLP, paper, both ways", [] { return light_mlp_both_ways(in_view_size("paper")); }},
+};
+
+/// Memory as it is predicted before the first run, and as it was, in bytes.
+struct MemoryRecord {
+  std::size_t device_predicted = 0, device = 0, process_predicted = 0, process = 0;
+
+  std::string text() const {
+    const auto mib = [](std::size_t bytes) { return static_cast<double>(bytes) / 0x1p20; };
+    if (process_predicted == 0) return fmt::format("{:>12.1f}", mib(device));
+    return fmt::format("{:>12.1f}{:>12.1f}{:>12.1f}", mib(device), mib(process_predicted), mib(process));
+  }
+  nlohmann::ordered_json json() const {
+    return {{"device_predicted", device_predicted},
+            {"device", device},
+            {"process_predicted", process_predicted},
+            {"process", process}};
+  }
 };
 
 std::vector<Row> chosen_rows(const std::string& only) {
@@ -205,19 +233,32 @@ std::vector<Row> chosen_rows(const std::string& only) {
 
 nlohmann::ordered_json bench_nets(Device& device, const BenchOptions& options) {
   nlohmann::ordered_json result{{"device", device.info().name}, {"rows", nlohmann::ordered_json::array()}};
-  if (!options.quiet) fmt::print("Whole nets\n{:<40}{:>12}{:>12}\n", "row", "ms", "items/s");
+  if (!options.quiet)
+    fmt::print("Whole nets{:>65}\n{:<40}{:>12}{:>12}{:>12}{:>12}{:>12}\n", "MiB of the process", "row", "ms", "items/s",
+               "MiB, device", "predicted", "most");
   for (const Row& row : chosen_rows(options.only)) {
     const Job job = row.make();
     const auto states = std::make_shared<States>(device);
     states->initialise(*job.graph, 1);
-    Executor executor(compile(*job.graph, job.outputs, device, {}, job.updates), states);
+    PlanOptions plan_options;
+    plan_options.budget = options.memory, plan_options.budget_name = "--memory";
+    forget_peak(), device.reset_memory_peak();
+    Executor executor(compile(*job.graph, job.outputs, device, plan_options, job.updates), states);
+    MemoryRecord memory{.device_predicted = executor.plan().memory().total(),
+                        .process_predicted = executor.predicted_process()};
     for (const auto& [name, tensor] : job.feeds) executor.feed(name, tensor);
     const std::vector<double> runs = seconds_of_runs(device, executor, options.runs);
+    memory.device = device.memory_peak(), memory.process = process_memory().peak;
     if (!options.quiet)
-      fmt::print("{:<40}{:>12.1f}{:>12.2f}\n", row.name, best_of(runs) * 1e3, job.items / best_of(runs));
+      fmt::print("{:<40}{:>12.1f}{:>12.2f}{}\n", row.name, best_of(runs) * 1e3, job.items / best_of(runs),
+                 memory.text());
     if (options.explain && !options.quiet) fmt::print("{}", executor.explain(true));
     std::fflush(stdout);
-    result["rows"].push_back({{"name", row.name}, {"items", job.items}, {"seconds", best_of(runs)}, {"runs", runs}});
+    result["rows"].push_back({{"name", row.name},
+                              {"items", job.items},
+                              {"seconds", best_of(runs)},
+                              {"runs", runs},
+                              {"bytes", memory.json()}});
   }
   return result;
 }

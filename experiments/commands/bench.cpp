@@ -67,6 +67,16 @@ void add_bench_command(CommandLine& line) {
           "0")
       .option("--only", "TEXT", "nets: rows whose name contains this", options->only)
       .flag("--explain", "nets: what each op costs, and what each pass of the compiler did", options->explain)
+      .option(
+          "--memory", "MIB",
+          "nets: most device memory that a plan may need; values are computed again instead of kept; 0: no limit",
+          [options](const std::string& text) {
+            int mib = 0;
+            read_value(text, "--memory", mib);
+            if (mib < 0) throw usage_error("no size of memory", "--memory", text, "0 or more");
+            options->memory = static_cast<std::size_t>(mib) << 20;
+          },
+          "0")
       .common({Common::Device, Common::Json, Common::Quiet})
       .notes("experiments/peers/torch_nets.py measures PyTorch beside it.")
       .run([names, tile, options, without](const CommonOptions& common) {

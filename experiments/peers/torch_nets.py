@@ -164,6 +164,15 @@ def resnet_job(batch):
     return make
 
 
+def mgnet_forward_job(preset, batch, width, height):
+    def make(layout):
+        net = MGNet(preset).eval().to(memory_format=layout)
+        image = torch.rand(batch, 3, height, width).contiguous(memory_format=layout)
+        return lambda: net(image)
+
+    return make
+
+
 def mgnet_job(preset, batch, width, height):
     def make(layout):
         net = MGNet(preset).to(memory_format=layout)
@@ -251,6 +260,7 @@ NETS = {
     "MGNet shared step, 160x120, batch 8": mgnet_job("shared", 8, 160, 128),
     "MGNet lite step, 160x120, batch 8": mgnet_job("lite", 8, 160, 128),
     "MGNet paper step, 320x240, batch 2": mgnet_job("paper", 2, 320, 256),
+    "MGNet paper forward, 320x240, batch 1": mgnet_forward_job("paper", 1, 320, 256),
     "light compact step, 160x120, batch 8": None,
     "LightNet's MLP, paper, both ways": lambda _: LightMlp(4096).both_ways,
 }

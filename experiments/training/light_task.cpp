@@ -41,7 +41,7 @@ struct LightNetwork {
     std::vector<Value> outputs;
     for (const auto& [name, value] : training.losses) outputs.push_back(value);
     for (const Value& p : graph.parameters()) parameters += p.shape().count();
-    run = std::make_unique<Executor>(compile(graph, outputs, device, {.gemm = o.model.gemm}, true), std::move(states));
+    run = std::make_unique<Executor>(compile(graph, outputs, device, plan_options(o), true), std::move(states));
   }
 
   Losses step(const LightBatch& batch, std::int64_t step, double rate) {

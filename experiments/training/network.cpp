@@ -28,6 +28,12 @@ void set_frozen_features(const std::string& path, States& states) {
 
 }  // namespace
 
+PlanOptions plan_options(const TrainingOptions& options) {
+  PlanOptions plan;
+  plan.gemm = options.model.gemm, plan.budget = options.train.memory, plan.budget_name = options.train.memory_key;
+  return plan;
+}
+
 struct TrainingNetwork::State {
   Graph graph;
   MgnetTraining training;
@@ -49,8 +55,8 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   std::vector<Value> outputs;
   for (const auto& [name, value] : state_->training.losses) outputs.push_back(value);
   for (const Value& p : state_->graph.parameters()) state_->parameters += static_cast<std::size_t>(p.shape().count());
-  state_->run = std::make_unique<Executor>(compile(state_->graph, outputs, device, {.gemm = o.model.gemm}, true),
-                                           std::move(states));
+  state_->run =
+      std::make_unique<Executor>(compile(state_->graph, outputs, device, plan_options(o), true), std::move(states));
 }
 
 TrainingNetwork::~TrainingNetwork() = default;

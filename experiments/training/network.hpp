@@ -15,6 +15,9 @@ namespace clerestory {
 /// Losses of one step by name ("loss" is the weighted sum), in the graph's order.
 using Losses = std::vector<std::pair<std::string, double>>;
 
+/// How a training graph is compiled: with the options' backend and within their memory.
+PlanOptions plan_options(const TrainingOptions& options);
+
 class TrainingNetwork {
  public:
   /// Builds and compiles the training graph for the options' batch and (padded) size; makes the states that `states`

@@ -95,6 +95,12 @@ Schema make_schema() {
 
   s.section("train", "Optimisation. A leg ends at the first of its limits; at least one must be set.");
   s.integer("train.batch", 8, "views per step", {1, 1024});
+  s.integer(
+       "train.memory_mib", 0,
+       "most device memory of a step, its weights and moments included; values are computed again instead of kept, "
+       "with the same results; 0: no limit",
+       {0, 1e7})
+      .aside();
   s.integer("train.steps", 0, "end after so many steps; 0: no such limit", {0, 1e12});
   s.real("train.epochs", 0, "end after so many passes over the views; 0: no such limit", {0, 1e9});
   s.real("train.minutes", 0,
@@ -376,6 +382,8 @@ TrainSection train_of(const Config& c) {
   o.steps = c.integer("train.steps"), o.epochs = c.real("train.epochs"), o.minutes = c.real("train.minutes");
   forbid(o.steps == 0 && o.epochs == 0 && o.minutes == 0, c, "train.steps", "the run has no end",
          "train.steps, train.epochs or train.minutes above 0");
+  o.memory = static_cast<std::size_t>(c.integer("train.memory_mib")) << 20;
+  o.memory_key = "train.memory_mib (" + c.origin("train.memory_mib") + ")";
   o.rate = rate_of(c), o.encoder_rate = c.real("train.encoder_rate");
   o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2"), o.average = c.real("train.average");
   return o;

@@ -73,6 +73,8 @@ struct DataSection {
 /// How.
 struct TrainSection {
   int batch = 0;
+  std::size_t memory = 0;  // most device memory of a step, bytes; 0: no limit
+  std::string memory_key;  // with its origin, for errors
   std::int64_t steps = 0;
   double epochs = 0, minutes = 0;
   LearningRate rate;

@@ -30,8 +30,8 @@ std::vector<std::string> settings_of(const Config& config) {
     const auto found = defaults.entries().find(key);
     if (found != defaults.entries().end() && found->second.value == entry.value) continue;
     if (key.starts_with("data.train") || key.starts_with("data.validation") || key == "data.lists" ||
-        key == "data.frames" || key == "model.init")
-      continue;  // paths of one machine
+        key == "data.frames" || key == "model.init" || key == "train.memory_mib")
+      continue;  // paths and limits of one machine
     settings.push_back(key + "=" + toml_value(entry.value));
   }
   return settings;

@@ -29,15 +29,13 @@ Defines tile_defines(Device& device, Defines more = {});
 struct TileSpeed {
   Tile tile;
   double gflops = 0;  // of products, 10^9 a second
-  /// The same in a second of this program's own processor time: other programs, however busy, do not count.
-  double own_gflops = 0;
   std::string fault;  // why it is refused: it computes wrongly
 };
 /// A short product in every tile whose vectors are no wider than the device says its own are. Some milliseconds each,
-/// beside the driver's compiling.
+/// beside the driver's compiling; five times as long while other programs keep the device busy.
 std::vector<TileSpeed> measure_tiles(Device& device);
 
-/// The fastest of these by its own processor time. Measured once per device, driver and kernel source, then remembered beside the verdicts of the
+/// The fastest of these. Measured once per device, driver and kernel source, then remembered beside the verdicts of the
 /// probe. On a device that is no CPU, whose kernels have no such tile, the first of the list.
 const Tile& fastest_tile(Device& device);
 /// The same, measured now.

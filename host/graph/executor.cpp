@@ -3,6 +3,7 @@
 #include "host/cl/seconds_of.hpp"
 #include "host/graph/plan.hpp"
 #include "host/graph/transfer.hpp"
+#include "host/process_memory.hpp"
 
 namespace clerestory {
 namespace {
@@ -31,7 +32,8 @@ Executor::Executor(Plan plan, std::shared_ptr<States> states) : plan_(std::move(
     throw Error(ErrorKind::Device, "the plan needs more memory in one piece than the device gives", device.info().name,
                 fmt::format("{} MiB", plan_.arena_bytes >> 20),
                 fmt::format("at most {} MiB", device.info().max_allocation >> 20));
-  arena_ = device.allocate(plan_.arena_bytes);
+  resident_before_ = process_memory().now;
+  if (plan_.arena_bytes > 0) arena_ = device.allocate(plan_.arena_bytes);
   const auto own = [&](const Signature& s) {
     const std::size_t element = s.type == Type::Int ? 4 : real_size(precision);
     return TensorView{device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0,
@@ -181,6 +183,11 @@ std::size_t Executor::bytes() const {
   return bytes;
 }
 
+std::size_t Executor::predicted_process() const {
+  const PlanMemory m = plan_.memory();
+  return resident_before_ == 0 || !plan_.device.info().cpu ? 0 : resident_before_ + m.total() - m.states;
+}
+
 void Executor::add_work(std::map<std::string, Work>& rows, int times) const {
   for (std::size_t i = 0; i < plan_.steps.size(); ++i) {
     const Node& node = *plan_.steps[i].node;
@@ -224,6 +231,27 @@ std::string Executor::explain(bool profile) {
     text += '\n';
   }
   for (const std::string& note : plan_.notes) text += note + '\n';
+  return text + explain_memory();
+}
+
+std::string Executor::explain_memory() const {
+  const auto mib = [](std::size_t bytes) { return static_cast<double>(bytes) / 0x1p20; };
+  const PlanMemory m = plan_.memory();
+  std::string text = fmt::format("{:24} {:>10}\n", "memory", "MiB");
+  const auto row = [&](const char* name, std::size_t bytes, const std::string& remark = {}) {
+    text += fmt::format("{:24} {:>10.1f}{}{}\n", name, mib(bytes), remark.empty() ? "" : "   ", remark);
+  };
+  row("values", m.values, fmt::format("at most {:.1f} alive at once, in {}", mib(m.alive), m.fullest));
+  row("bodies", m.bodies, "their arenas and constants");
+  row("constants", m.constants);
+  row("inputs", m.inputs);
+  row("states", m.states);
+  row("this plan", m.total(), "predicted");
+  row("the device", plan_.device.memory_now(),
+      fmt::format("held now, at most {:.1f}", mib(plan_.device.memory_peak())));
+  if (const std::size_t predicted = predicted_process(); predicted > 0)
+    row("the process", predicted,
+        fmt::format("predicted before the first run; resident so far at most {:.1f}", mib(process_memory().peak)));
   return text;
 }
 

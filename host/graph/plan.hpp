@@ -14,6 +14,11 @@ struct PlanOptions {
   bool prune = true;          // leave out nodes that no output needs
   bool alias = true;          // views, in-place ops and concatenations without copies
   bool reuse = true;          // values whose lives do not overlap share memory
+  bool reorder = true;        // steps run in the order that needs least memory, of a few
+  /// Most bytes of device memory that Plan::memory() may come to; 0: no such limit. To keep to it, values are computed
+  /// again instead of being kept.
+  std::size_t budget = 0;
+  std::string budget_name = "memory";  // what its user calls it, for errors
 };
 
 /// The states of a model on one device: parameters, moments, running statistics. Shared by plans (training,
@@ -64,6 +69,17 @@ struct Work {
   double seconds = 0;  // 0 when nobody measured
 };
 
+/// Bytes of device memory that a plan needs, all there at once.
+struct PlanMemory {
+  std::size_t values = 0;  // the arena, of which at most `alive` is needed at once, in step `fullest`
+  std::size_t alive = 0;
+  std::string fullest;
+  std::size_t bodies = 0;  // arenas and constants of bodies
+  std::size_t constants = 0, inputs = 0, states = 0;
+
+  std::size_t total() const { return values + bodies + constants + inputs + states; }
+};
+
 struct Plan {
   const Graph* graph = nullptr;
   Device device;
@@ -73,13 +89,17 @@ struct Plan {
   std::vector<Value> outputs;
   std::vector<Placement> output_places;
   std::vector<std::size_t> roots;  // byte offset of each root in the arena
-  std::size_t arena_bytes = 0;
+  std::size_t arena_bytes = 0, alive_bytes = 0;
+  std::string fullest;             // op of the step at which `alive_bytes` are needed
   std::vector<std::string> notes;  // what each pass did
-  /// The arenas of this plan and of its bodies: what a run needs beside inputs, constants and states.
-  std::size_t memory() const;
+  /// What a run needs, as compile() knows it: what an Executor and the states will have allocated, to the byte, where
+  /// every input is fed and none is bound.
+  PlanMemory memory() const;
+  std::size_t memory_as_body() const;  // the same where inputs and states are the outer plan's
 };
 
-/// A plan that computes `outputs` and, when `updates` is true, every state update of the graph.
+/// A plan that computes `outputs` and, when `updates` is true, every state update of the graph. Throws Error of kind
+/// Usage where the budget cannot be met, with the least that can.
 Plan compile(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options = {},
              bool updates = false);
 
@@ -99,13 +119,17 @@ class Executor {
 
   const Plan& plan() const { return plan_; }
   std::size_t bytes() const;  // arenas, constants and inputs that were fed; not what was bound
+  /// On a CPU, the most that this process will hold: what it held before this was made, and what the plan needs beside
+  /// the states, which are there. 0 elsewhere. What the driver takes to load and build kernels comes on top.
+  std::size_t predicted_process() const;
   /// By op. With `profile`, of one profiled run.
   std::map<std::string, Work> work(bool profile = false);
-  /// The same as a table, and what each pass did. A body's chunks count as full ones, for that is what most of its ops
-  /// work on.
+  /// The same as a table, and what each pass did, and memory. A body's chunks count as full ones, for that is what most
+  /// of its ops work on.
   std::string explain(bool profile = false);
 
  private:
+  std::string explain_memory() const;
   void allocate_input(std::size_t index);
   void add_work(std::map<std::string, Work>& rows, int times) const;
   void set_profiling(bool on);
@@ -118,6 +142,7 @@ class Executor {
   std::vector<std::unique_ptr<Executor>> bodies_;  // one per step, null for most
   std::vector<double> seconds_;                    // of each step without its body, while profiling; else empty
   std::size_t fed_bytes_ = 0;
+  std::size_t resident_before_ = 0;  // bytes of this process
   ChunkListener after_chunk_;
 };
 

@@ -38,7 +38,6 @@ TEST(Tile, EveryOneThatTheDeviceMayUseComputesRightly) {
   for (const TileSpeed& speed : speeds) {
     EXPECT_EQ(speed.fault, "") << speed.tile.name;
     EXPECT_GT(speed.gflops, 0) << speed.tile.name;
-    EXPECT_GT(speed.own_gflops, 0) << speed.tile.name;
     EXPECT_LE(speed.tile.width, std::max(4, device.info().float_width)) << speed.tile.name;
   }
   EXPECT_EQ(device.memory_now(), 0u);

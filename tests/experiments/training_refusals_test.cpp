@@ -41,6 +41,21 @@ TEST_F(TrainingRun, ListsAndStreamsThatDoNotDoAreRefusedByName) {
   EXPECT_THAT(message({"model.kind=light", list, "data.photographed=[flat]"}), HasSubstr("data.photographed"));
 }
 
+TEST_F(TrainingRun, MemoryThatNoStepFitsIntoIsRefusedByNameAndTheLeastIsEnough) {
+  const std::vector<std::string> steps{"train.steps=2", "train.batch=8", "train.memory_mib=1"};
+  const std::string said = message_of([&] { run("refused", steps); }, ErrorKind::Usage);
+  EXPECT_THAT(said, HasSubstr("train.memory_mib"));
+  const std::size_t at = said.find("at least ");
+  ASSERT_NE(at, std::string::npos) << said;
+  const double least = std::ceil(std::stod(said.substr(at + 9)));
+  const auto within = run("within", {steps[0], steps[1], fmt::format("train.memory_mib={}", least)});
+  const auto free = run("free", {steps[0], steps[1]});
+  const auto one = read_safetensors(within.weights), other = read_safetensors(free.weights);
+  ASSERT_EQ(one.tensors.size(), other.tensors.size());
+  for (const auto& [name, stored] : one.tensors)
+    EXPECT_EQ(stored.floats("within"), other.tensors.at(name).floats("free")) << name;
+}
+
 TEST_F(TrainingRun, LossThatIsNotFiniteNamesStepAndViews) {
   Program program = start("runs", {"train.steps=20", "train.rate=10", "train.schedule=constant", "train.beta1=0",
                                    "log.validate_every=0", "log.checkpoint_every=0", "loss.scale=1e38"});

@@ -38,7 +38,8 @@ Tensor random_tensor(Shape shape, unsigned seed) {
 
 std::vector<PlanOptions> all_passes() {
   std::vector<PlanOptions> list;
-  for (int i = 0; i < 8; ++i) list.push_back({.prune = (i & 1) != 0, .alias = (i & 2) != 0, .reuse = (i & 4) != 0});
+  for (int i = 0; i < 16; ++i)
+    list.push_back({.prune = (i & 1) != 0, .alias = (i & 2) != 0, .reuse = (i & 4) != 0, .reorder = (i & 8) != 0});
   return list;
 }
 
@@ -59,7 +60,8 @@ TEST(Compile, EveryPassLeavesValuesAsTheyAre) {
   const Value loss = sum(multiply(out, out));
   const Value dx = gradient(loss, std::span(&x, 1))[0];
   const std::map<std::string, Tensor> feeds{{"x", random_tensor(x.shape(), 1)}};
-  const auto plain = evaluate(g, {out, loss, dx}, device(), feeds, {.prune = false, .alias = false, .reuse = false});
+  const auto plain =
+      evaluate(g, {out, loss, dx}, device(), feeds, {.prune = false, .alias = false, .reuse = false, .reorder = false});
   for (const PlanOptions& options : all_passes()) {
     const auto values = evaluate(g, {out, loss, dx}, device(), feeds, options);
     for (std::size_t i = 0; i < values.size(); ++i) EXPECT_EQ(values[i].real, plain[i].real);

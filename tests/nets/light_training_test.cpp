@@ -8,6 +8,7 @@
 #include "host/math/camera.hpp"
 #include "host/ops/light/ssrt.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "tests/least_memory.hpp"
 #include "tests/nets/golden.hpp"
 #include "tests/roundings.hpp"
 
@@ -209,13 +210,13 @@ LightSizes small_sizes() {
 
 /// The losses of every step.
 std::vector<std::map<std::string, double>> trained(const Graph& graph, const LightTraining& training, const Wall& wall,
-                                                   int steps) {
+                                                   int steps, const PlanOptions& options = {}) {
   std::vector<Value> outputs;
   for (const auto& [name, value] : training.losses) outputs.push_back(value);
   const Device device = Device::open();
   const auto states = std::make_shared<States>(device);
   states->initialise(graph, 7);
-  Executor executor(compile(graph, outputs, device, {}, true), states);
+  Executor executor(compile(graph, outputs, device, options, true), states);
   for (const auto& [name, tensor] : wall.feeds) executor.feed(name, tensor);
   std::vector<std::map<std::string, double>> curve;
   for (int i = 1; i <= steps; ++i) {
@@ -245,6 +246,20 @@ void expect_every_term_falls(RadianceLoss radiance) {
 
 TEST(LightTraining, StepsLowerEveryTerm) { expect_every_term_falls(RadianceLoss::Hdr); }
 TEST(LightTraining, StepsLowerEveryRelativeTerm) { expect_every_term_falls(RadianceLoss::Relative); }
+
+// What draws at random draws the same when it is computed again.
+TEST(LightTraining, StepsWithinABudgetEndInTheSameBits) {
+  Wall wall;
+  Graph graph;
+  const LightTraining training = light_training(graph, small_sizes(), wall.options);
+  std::vector<Value> outputs;
+  for (const auto& [name, value] : training.losses) outputs.push_back(value);
+  const std::size_t whole = compile(graph, outputs, Device::open(), {}, true).memory().total();
+  const std::size_t least = least_memory(graph, outputs, Device::open(), true);
+  EXPECT_LT(least, whole);
+  EXPECT_EQ(trained(graph, training, wall, 3, {.budget = least}),
+            trained(graph, training, wall, 3, {.reorder = false}));
+}
 
 // Pictures that are equal to the last bit, and rays that are: what is drawn at random for one is not what is drawn for
 // the other. Directions of the pixels that are rendered again, and places along rays through the field.

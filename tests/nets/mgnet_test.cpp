@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "nets/mgnet_training.hpp"
+#include "tests/least_memory.hpp"
 #include "tests/nets/golden.hpp"
 
 namespace clerestory {
@@ -131,6 +132,39 @@ TEST(Mgnet, TheEncoderMovesAtARateOfItsOwn) {
       // Weights near 1 are rounded to 6e-8, half a permille of the shorter step.
       EXPECT_NEAR(moved, step, 1e-3 * step) << watched[k];
     }
+  }
+}
+
+/// Losses of three steps and every state after them, running statistics and moments included.
+std::vector<std::vector<double>> trained_within(const Graph& graph, const MgnetTraining& training,
+                                                const PlanOptions& options) {
+  const Device device = Device::open();
+  const auto states = std::make_shared<States>(device);
+  states->initialise(graph, 7);
+  const Value loss = training.losses.front().second;
+  Executor run(compile(graph, {loss}, device, options, true), states);
+  for (const auto& [name, tensor] : golden_batch()) run.feed(name, tensor);
+  std::vector<std::vector<double>> values;
+  for (int step = 1; step <= 3; ++step) {
+    run.feed("step", Tensor({}, step));
+    run.run();
+    values.push_back(run.fetch(loss).real);
+  }
+  for (const std::string& name : states->names()) values.push_back(states->get(name).real);
+  return values;
+}
+
+TEST(Mgnet, StepsWithinABudgetEndInTheSameBits) {
+  for (const char* preset : {"compact", "shared", "lite"}) {
+    Graph graph;
+    const MgnetTraining training =
+        mgnet_training(graph, mgnet_size(preset), {.batch = kBatch, .height = kHeight, .width = kWidth});
+    const std::vector<Value> outputs{training.losses.front().second};
+    const std::size_t whole = compile(graph, outputs, Device::open(), {}, true).memory().total();
+    const std::size_t least = least_memory(graph, outputs, Device::open(), true);
+    EXPECT_LT(least, whole) << preset;
+    EXPECT_EQ(trained_within(graph, training, {.budget = least}), trained_within(graph, training, {.reorder = false}))
+        << preset;
   }
 }
 

@@ -1,6 +1,7 @@
 #include "host/ops/nn/adam.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "host/ops/nn/parameter_slots.hpp"
 
@@ -30,7 +31,7 @@ TensorView item_of(TensorView view, int n) {
   return view;
 }
 
-struct AdamOp : NotDifferentiable {  // gradient, parameter, first moment, second moment of each parameter; schedule
+struct AdamOp : NotDifferentiable {  // gradient, parameter, first moment, second moment of each; schedule
   AdamOptions options;
   int parameters;
   AdamOp(const AdamOptions& o, int p) : options(o), parameters(p) {}
@@ -76,7 +77,10 @@ struct AdamOp : NotDifferentiable {  // gradient, parameter, first moment, secon
 void adam(std::span<const Value> parameters, std::span<const Value> gradients, Value learning_rate, Value step,
           const AdamOptions& options) {
   Graph& graph = learning_rate.graph();
+  if (parameters.empty()) return;
+  const Value schedule = graph.make<ScheduleOp>({learning_rate, step}, options);
   std::vector<Value> inputs;
+  int count = 0;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const std::string& name = static_cast<const StateOp&>(*parameters[i].node->op).state_name;
     if (!gradients[i])
@@ -85,11 +89,10 @@ void adam(std::span<const Value> parameters, std::span<const Value> gradients, V
     const Value m = graph.state("adam.m." + name, parameters[i].shape(), Init::fixed(0));
     const Value v = graph.state("adam.v." + name, parameters[i].shape(), Init::fixed(0));
     inputs.insert(inputs.end(), {gradients[i], parameters[i], m, v});
+    if (++count < static_cast<int>(kSlots) && i + 1 < parameters.size()) continue;
+    inputs.push_back(schedule);
+    graph.make<AdamOp>(std::exchange(inputs, {}), options, std::exchange(count, 0));
   }
-  const int count = static_cast<int>(inputs.size() / 4);
-  if (count == 0) return;
-  inputs.push_back(graph.make<ScheduleOp>({learning_rate, step}, options));
-  graph.make<AdamOp>(inputs, options, count);
 }
 
 }  // namespace clerestory

@@ -10,9 +10,10 @@ struct AdamOptions {
   double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
 };
 
-/// Appends one update of all parameters (states). Learning rate and step (1 for the first) are values 1x1x1x1. The
-/// moments are states named "adam.m.<parameter>" and "adam.v.<parameter>". Throws Error naming a parameter whose
-/// gradient is empty.
+/// Appends updates of all parameters (states), a few in each node: one runs as soon as its gradients are there and its
+/// parameters are read no more, so that not all gradients are kept. Learning rate and step (1 for the first) are values
+/// 1x1x1x1. The moments are states named "adam.m.<parameter>" and "adam.v.<parameter>". Throws Error naming a parameter
+/// whose gradient is empty.
 void adam(std::span<const Value> parameters, std::span<const Value> gradients, Value learning_rate, Value step,
           const AdamOptions& options = {});
 
