@@ -67,7 +67,7 @@ void add_bench_command(CommandLine& line) {
           "0")
       .option("--only", "TEXT", "nets: rows whose name contains this", options->only)
       .flag("--explain", "nets: what each op costs, and what each pass of the compiler did", options->explain)
-      .common({Common::Device, Common::Json, Common::Quiet})
+      .common({Common::Device, Common::Gemm, Common::Json, Common::Quiet})
       .notes("experiments/peers/torch_nets.py measures PyTorch beside it.")
       .run([names, tile, options, without](const CommonOptions& common) {
         std::vector<const Family*> chosen;
@@ -75,6 +75,7 @@ void add_bench_command(CommandLine& line) {
         if (chosen.empty())
           for (const Family& f : families()) chosen.push_back(&f);
         Device device = Device::open(common.device);
+        device.use_gemm(common.gemm);
         // With the result on stdout there is no room for a table.
         options->quiet = common.quiet || (common.json && common.json->empty());
         options->tiles = tiles_named(device, *tile), options->clblast = !*without;

@@ -250,8 +250,9 @@ Command& Command::common(std::initializer_list<Common> which) {
         break;
       case Common::Gemm:
         choice("--gemm",
-               "Matrix products by CLBlast or by our packed kernels; auto: packed on a CPU, CLBlast elsewhere", to.gemm,
-               {"clblast", "packed", "auto"});
+               "Who multiplies in every net: CLBlast, or our packed kernels, which hold a small net of the light whole; "
+               "auto: packed on a CPU; elsewhere CLBlast, but small nets whole",
+               to.gemm, {"clblast", "packed", "auto"});
         break;
       case Common::Tile:
         choice("--tile", "Register tile of our kernels on a CPU; auto: the fastest, measured once", to.tile,

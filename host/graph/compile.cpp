@@ -28,7 +28,7 @@ class Compiler {
   Compiler(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options, bool updates)
       : graph_(graph), plan_{} {
     plan_.graph = &graph, plan_.device = std::move(device), plan_.options = options, plan_.outputs = std::move(outputs);
-    if (plan_.options.gemm == "auto") plan_.options.gemm = plan_.device.info().cpu ? "packed" : "clblast";
+    if (plan_.options.gemm == "auto") plan_.options.gemm = plan_.device.gemm();
     schedule(updates);
     place_leaves();
     find_last_uses();

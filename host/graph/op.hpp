@@ -53,7 +53,7 @@ class Launch {
 
   Device device;
   Precision precision;
-  std::string gemm;        // "packed" or "clblast": resolved before the plan was made
+  std::string gemm;        // "packed", "clblast" or "auto": PlanOptions::gemm, after the device was asked
   std::uint32_t seed = 0;  // of this run and this node's draws; random ops mix in their own salt
   Chunk chunk;
   const ChunkListener* after_chunk = nullptr;  // null: nobody listens, and the device is not waited for

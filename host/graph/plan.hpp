@@ -10,7 +10,9 @@ namespace clerestory {
 
 struct PlanOptions {
   Precision precision = Precision::Single;
-  std::string gemm = "auto";  // packed | clblast | auto
+  /// packed | clblast | auto: what Device::use_gemm() chose. If that is auto too, convolutions and products are packed
+  /// on a CPU and CLBlast's elsewhere, and small nets are one kernel; under clblast those multiply by it as well.
+  std::string gemm = "auto";
   bool prune = true;          // leave out nodes that no output needs
   bool alias = true;          // views, in-place ops and concatenations without copies
   bool reuse = true;          // values whose lives do not overlap share memory
