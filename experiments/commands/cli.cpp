@@ -249,10 +249,11 @@ Command& Command::common(std::initializer_list<Common> which) {
         choice("--preset", "Size of the nets", to.preset, {"paper", "compact"});
         break;
       case Common::Gemm:
-        choice("--gemm",
-               "Who multiplies in every net: CLBlast, or our packed kernels, which hold a small net of the light whole; "
-               "auto: packed on a CPU; elsewhere CLBlast, but small nets whole",
-               to.gemm, {"clblast", "packed", "auto"});
+        choice(
+            "--gemm",
+            "Who multiplies in every net: CLBlast, or our packed kernels, which hold a small net of the light whole; "
+            "auto: packed on a CPU; elsewhere CLBlast, but small nets whole",
+            to.gemm, {"clblast", "packed", "auto"});
         break;
       case Common::Tile:
         choice("--tile", "Register tile of our kernels on a CPU; auto: the fastest, measured once", to.tile,

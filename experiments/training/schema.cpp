@@ -39,16 +39,19 @@ Schema make_schema() {
              {1, 4096});
   s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
   s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
-  s.text("model.init", "", "weights or checkpoint to start from, or an encoder that `weights import` wrote; empty: random weights, of lite see "
+  s.text("model.init", "",
+         "weights or checkpoint to start from, or an encoder that `weights import` wrote; empty: random weights, of "
+         "lite see "
          "model.encoder");
   s.text(
       "model.encoder", "imagenet",
       "lite: what its encoder starts from where model.init is empty; imagenet: the weights that come with the program",
       {"imagenet", "random"});
-  s.text("model.input", "plain",
-         "what DenseNet and the light's ResNets are shown: the picture as it is, or display-coded, less ImageNet's mean "
-         "and over its deviation, which imported weights expect (`clerestory weights import`)",
-         {"plain", "imagenet"});
+  s.text(
+      "model.input", "plain",
+      "what DenseNet and the light's ResNets are shown: the picture as it is, or display-coded, less ImageNet's mean "
+      "and over its deviation, which imported weights expect (`clerestory weights import`)",
+      {"plain", "imagenet"});
   s.text("model.gemm", "auto", "who multiplies in the nets", {"auto", "packed", "clblast"});
 
   s.section("data", "Views in InteriorVerse's layout (`clerestory generate` writes it).");
@@ -212,15 +215,16 @@ MgnetSize maps_net_of(const Config& c) {
     auto& encoder = std::get<EfficientnetSize>(net.encoder);
     for (const char* key : {"model.growth", "model.first"})
       forbid(c.integer(key) > 0, c, key, "EfficientNet-Lite has no such size", "0 where model.preset = lite");
-    forbid(imagenet_input(c), c, "model.input", "EfficientNet-Lite is shown its own", "plain where model.preset = lite");
+    forbid(imagenet_input(c), c, "model.input", "EfficientNet-Lite is shown its own",
+           "plain where model.preset = lite");
     replace("model.channels", encoder.channels), replace("model.layers", encoder.layers);
   } else {
     auto& encoder = std::get<DensenetSize>(net.encoder);
     forbid(!c.integers("model.channels").empty(), c, "model.channels", "DenseNet has no such sizes",
            "none unless model.preset = lite");
     encoder.imagenet_input = imagenet_input(c);
-    forbid(encoder.imagenet_input && net.shared(), c, "model.input", "the shared form reads logarithms beside the picture",
-           "plain where model.preset = shared");
+    forbid(encoder.imagenet_input && net.shared(), c, "model.input",
+           "the shared form reads logarithms beside the picture", "plain where model.preset = shared");
     encoder.growth = whole(c, "model.growth", encoder.growth), encoder.first = whole(c, "model.first", encoder.first);
     replace("model.layers", encoder.layers);
   }

@@ -152,8 +152,7 @@ void Trainer::prepare() {
     const auto steps = static_cast<std::int64_t>(std::ceil(options_.train.epochs * views / options_.train.batch));
     limits_.steps = options_.train.steps > 0 ? std::min(options_.train.steps, steps) : steps;
   }
-  if (options_.loss.weights.perceptual > 0)
-    provenance_.inputs.push_back(record_file(options_.loss.perceptual_weights));
+  if (options_.loss.weights.perceptual > 0) provenance_.inputs.push_back(record_file(options_.loss.perceptual_weights));
   for (const std::string& note : task_->notes()) run_.log(note);
 }
 
@@ -225,9 +224,9 @@ std::filesystem::path Trainer::encoder_to_begin_with() const {
     return model.kind == "maps" && model.net.lite() && model.encoder == "imagenet" ? imagenet_encoder()
                                                                                    : std::filesystem::path();
   if (std::filesystem::is_directory(model.init) || !is_imported(model.init)) return {};
-  const bool shown_so = model.kind == "light" ? model.light.in_view.trunk.imagenet_input
-                                              : !model.net.lite() &&
-                                                    std::get<DensenetSize>(model.net.encoder).imagenet_input;
+  const bool shown_so = model.kind == "light"
+                            ? model.light.in_view.trunk.imagenet_input
+                            : !model.net.lite() && std::get<DensenetSize>(model.net.encoder).imagenet_input;
   if (!shown_so)
     throw usage_error("this encoder reads pictures as nets of ImageNet do", model.init, "model.input = plain",
                       "model.input = imagenet");

@@ -117,7 +117,8 @@ class Import {
   }
 
   void sort_out(const std::string& name) {
-    static const std::vector<std::string> classifiers{"classifier.", "fc.", "pre_logits.", "head."};  // the last: timm's
+    static const std::vector<std::string> classifiers{"classifier.", "fc.", "pre_logits.",
+                                                      "head."};  // the last: timm's
     if (std::ranges::find(taken_, name) != taken_.end()) return;
     if (name.ends_with(".num_batches_tracked"))
       ++counts_;
@@ -190,8 +191,7 @@ TensorFile imported_features(const fs::path& path, const Image& picture, Device 
   constexpr int least = 32;
   const std::string where = path.string();
   const TensorFile file = read_finite_safetensors(path);
-  if (!is_imported(path))
-    throw usage_error("is no imported net", where, "", "what `clerestory weights import` wrote");
+  if (!is_imported(path)) throw usage_error("is no imported net", where, "", "what `clerestory weights import` wrote");
   const KnownNet& net = net_named(fact(file, "net", where), where);
   if (std::min(picture.width, picture.height) < least)
     throw usage_error("the picture is too small for this net", where,

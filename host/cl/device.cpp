@@ -107,7 +107,7 @@ struct Device::State {
   std::unordered_map<KernelKey, Program, KernelKeyHash, KernelKeyEqual> programs;  // their name is empty
   std::shared_ptr<MemoryCount> memory = std::make_shared<MemoryCount>();
   bool profiling = false;
-  const Tile* tile = nullptr;   // null: not chosen yet
+  const Tile* tile = nullptr;  // null: not chosen yet
   std::string gemm = "auto";
   bool double_trusted = false;  // has passed the probe in double precision
   Profiler profiler;            // goes before the kernels that its names belong to

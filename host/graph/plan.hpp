@@ -13,9 +13,9 @@ struct PlanOptions {
   /// packed | clblast | auto: what Device::use_gemm() chose. If that is auto too, convolutions and products are packed
   /// on a CPU and CLBlast's elsewhere, and small nets are one kernel; under clblast those multiply by it as well.
   std::string gemm = "auto";
-  bool prune = true;          // leave out nodes that no output needs
-  bool alias = true;          // views, in-place ops and concatenations without copies
-  bool reuse = true;          // values whose lives do not overlap share memory
+  bool prune = true;  // leave out nodes that no output needs
+  bool alias = true;  // views, in-place ops and concatenations without copies
+  bool reuse = true;  // values whose lives do not overlap share memory
 };
 
 /// The states of a model on one device: parameters, moments, running statistics. Shared by plans (training,

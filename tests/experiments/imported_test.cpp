@@ -1,5 +1,5 @@
-// Weights of torchvision's nets from elsewhere: what comes of their state dictionaries against torchvision itself, where
-// they go, and every way in which a file may be wrong.
+// Weights of torchvision's nets from elsewhere: what comes of their state dictionaries against torchvision itself,
+// where they go, and every way in which a file may be wrong.
 #include "experiments/weights/imported.hpp"
 
 #include <gmock/gmock.h>
@@ -157,8 +157,9 @@ TEST_F(Imported, GivesTorchvisionsFeaturesInFloat) {
         const double w = want[k], d = tensor.floats()[k * stride] - w;
         error += d * d, norm += w * w;
       }
-      // As far as twice torchvision's own float run lies from its double run: both round, each in its own order.
-      EXPECT_LE(std::sqrt(error / norm), 2 * std::stod(golden().metadata.at("float_error_" + net))) << net << name;
+      // As far as four times torchvision's own float run lies from its double run: both round, each in its own order,
+      // and ours adds up to 4608 products one after the other where theirs adds blocks.
+      EXPECT_LE(std::sqrt(error / norm), 4 * std::stod(golden().metadata.at("float_error_" + net))) << net << name;
     }
   }
 }
@@ -183,7 +184,7 @@ TEST_F(Imported, ReadsOldNamesAndHalfPrecision) {
     const std::size_t layer = renamed.find("denselayer");
     for (const char* part : {"norm1", "norm2", "conv1", "conv2"})
       if (const std::size_t at = renamed.find(part, layer); layer != std::string::npos && at != std::string::npos)
-        renamed.insert(at + 4, ".");
+        renamed.insert(renamed.begin() + static_cast<std::ptrdiff_t>(at + 4), '.');
     old.tensors[renamed] = tensor;
   }
   ASSERT_TRUE(old.tensors.contains("features.denseblock1.denselayer1.norm.1.weight"));
@@ -194,7 +195,7 @@ TEST_F(Imported, ReadsOldNamesAndHalfPrecision) {
   write_safetensors(half, state_dict("vgg16"), FloatStorage::F16);
   const TensorFile rounded = import_net(half).file, exact = read_safetensors(imported("vgg16"));
   const std::vector<float>&a = rounded.get("vgg.features.0.weight", "half").floats(),
-       &b = exact.get("vgg.features.0.weight", "exact").floats();
+        &b = exact.get("vgg.features.0.weight", "exact").floats();
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 0x1p-11 * std::abs(b[i]) + 0x1p-25);
 }
 
@@ -202,12 +203,16 @@ TEST_F(Imported, RefusesWhatIsNoneOfThem) {
   const std::string weight = "layer2.1.conv2.weight";
   EXPECT_THAT(refused("resnet34", [&](TensorFile& f) { f.tensors.erase(weight); }),
               testing::AllOf(HasSubstr("ResNet34"), HasSubstr("misses tensors"), HasSubstr(weight)));
-  EXPECT_THAT(refused("resnet34", [&](TensorFile& f) { f.tensors[weight].shape = {128, 1152, 1, 1}; }),
+  EXPECT_THAT(refused("resnet34",
+                      [&](TensorFile& f) {
+                        f.tensors[weight].shape = {128, 1152, 1, 1};
+                      }),
               testing::AllOf(HasSubstr("other shapes"), HasSubstr("128x1152x1x1 instead of 128x128x3x3")));
   EXPECT_THAT(refused("resnet34", [&](TensorFile& f) { f.tensors["layer1.0.conv3.weight"] = f.tensors[weight]; }),
               testing::AllOf(HasSubstr("not its own"), HasSubstr("layer1.0.conv3.weight")));
-  EXPECT_THAT(refused("vgg16", [](TensorFile& f) { f.tensors["features.16.weight"] = f.tensors["features.14.weight"]; }),
-              HasSubstr("features.16.weight"));  // VGG19
+  EXPECT_THAT(
+      refused("vgg16", [](TensorFile& f) { f.tensors["features.16.weight"] = f.tensors["features.14.weight"]; }),
+      HasSubstr("features.16.weight"));  // VGG19
   EXPECT_THAT(refused("vgg16",
                       [](TensorFile& f) {
                         std::vector<float> values = f.tensors["features.5.bias"].floats();
@@ -249,9 +254,10 @@ TEST_F(Imported, StartsEncodersThatItFits) {
   for (const char* net : {"resnet34", "vgg16"})
     EXPECT_THAT(message_of([&] { read_encoder_weights(imported(net), none, maps_states(paper)); }, ErrorKind::Usage),
                 HasSubstr("encoder.features.conv0.weight"));
-  EXPECT_THAT(message_of([&] { read_encoder_weights(imported("densenet121"), none, maps_states(mgnet_size("compact"))); },
-                         ErrorKind::Usage),
-              HasSubstr("another encoder"));
+  EXPECT_THAT(
+      message_of([&] { read_encoder_weights(imported("densenet121"), none, maps_states(mgnet_size("compact"))); },
+                 ErrorKind::Usage),
+      HasSubstr("another encoder"));
 
   States light(device);
   LightSizes sizes = light_sizes("paper");
@@ -262,9 +268,9 @@ TEST_F(Imported, StartsEncodersThatItFits) {
   EXPECT_FALSE(local.empty());
   EXPECT_THAT(local, Each(HasSubstr("encoder.layer4.")));
   sizes.out_of_view.sees_maps = true;
-  EXPECT_THAT(message_of([&] { read_encoder_weights(imported("resnet34"), none, light_states(sizes)); },
-                         ErrorKind::Usage),
-              HasSubstr("for global.encoder.conv1.weight"));
+  EXPECT_THAT(
+      message_of([&] { read_encoder_weights(imported("resnet34"), none, light_states(sizes)); }, ErrorKind::Usage),
+      HasSubstr("for global.encoder.conv1.weight"));
 }
 
 TEST_F(Imported, IsNoWholeNet) {
@@ -310,14 +316,19 @@ TEST_F(ImportedRun, TrainsFromAnImportedEncoder) {
   for (std::size_t i = 0; i < now.size(); ++i)  // weights are kept in half precision
     ASSERT_NEAR(now[i], before[i], 0x1p-11 * std::abs(before[i]) + 0x1p-25);
   EXPECT_THAT(message_of([&] { begin("plain", {}); }, ErrorKind::Usage), HasSubstr("model.input = imagenet"));
-  EXPECT_THAT(message_of([&] { run("lite", {"model.preset=lite", "model.input=imagenet"}); }, ErrorKind::Usage),
+  EXPECT_THAT(message_of(
+                  [&] {
+                    run("lite", {"model.preset=lite", "model.growth=0", "model.first=0", "model.layers=[]",
+                                 "model.decoder=[8,8,8,8,8,8]", "model.input=imagenet", "train.steps=1"});
+                  },
+                  ErrorKind::Usage),
               HasSubstr("model.input"));
 }
 
 TEST_F(ImportedRun, ThePerceptualLossLooksThroughVgg) {
   const std::string vgg = imported("vgg16");
-  const TrainingOptions options = training_options(
-      config("runs", {"train.steps=1", "loss.perceptual_weights=" + vgg, "train.batch=1"}));
+  const TrainingOptions options =
+      training_options(config("runs", {"train.steps=1", "loss.perceptual_weights=" + vgg, "train.batch=1"}));
   const auto states = std::make_shared<States>(Device::open());
   const TrainingNetwork network(Device::open(), options, states);
   EXPECT_THAT(differing(*states, vgg, ""), testing::IsEmpty());

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "host/ops/light/net_products.hpp"
+#include "host/ops/light/net_layers.hpp"
 #include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
@@ -111,16 +111,16 @@ struct AskFieldOp : NotDifferentiable {
     l.run(kNetProducts, "encode_points", Range::of2(size(rays), size(segments)), l.in(0), l.in(1), l.in(2), list,
           l.workspace, t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
           is_listed, first, rays, from.at, lengths, static_cast<int>(l.in(0).shape.w != l.out().shape.w), segments,
-          Launch::Real{options.march.near}, Launch::Real{options.march.radius},
-          static_cast<int>(options.march.jitter), l.seed, options.octaves);
+          Launch::Real{options.march.near}, Launch::Real{options.march.radius}, static_cast<int>(options.march.jitter),
+          l.seed, options.octaves);
     for (int i = 0; i < layers; ++i) {
       to.numbers = net.width[static_cast<std::size_t>(i) + 1];
       begin_layer(l, l.in(first_layer() + 2 * i + 1), to, i > 0 ? &from : nullptr, columns);
       add_product(l, l.in(first_layer() + 2 * i), from, to, columns);
       std::swap(from, to);
     }
-    l.run(kNetProducts, "composite_points", Range::of(size(rays)), l.workspace, l.in(3), list, l.out(), is_listed, first,
-          rays, from.at, lengths, segments, static_cast<int>(!options.released_output),
+    l.run(kNetProducts, "composite_points", Range::of(size(rays)), l.workspace, l.in(3), list, l.out(), is_listed,
+          first, rays, from.at, lengths, segments, static_cast<int>(!options.released_output),
           static_cast<std::uint64_t>(l.out().shape.plane()));
   }
 

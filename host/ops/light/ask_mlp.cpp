@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "host/ops/light/net_products.hpp"
+#include "host/ops/light/net_layers.hpp"
 #include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
@@ -113,8 +113,8 @@ struct AskMlpOp : NotDifferentiable {
       to.numbers = layer < layers ? width : 3;
       begin_layer(l, l.in(at + hidden + reads), to, hidden ? &from : nullptr, rays);
       if (reads) {
-        l.run(kNetProducts, "add_rows", range(width), l.in(0), l.in(1), list, l.workspace, is_listed, first, rays, to.at,
-              l.in(0).shape.w, hidden ? width : 0);
+        l.run(kNetProducts, "add_rows", range(width), l.in(0), l.in(1), list, l.workspace, is_listed, first, rays,
+              to.at, l.in(0).shape.w, hidden ? width : 0);
         add_product(l, l.in(at + hidden), along, to, rays);
       }
       if (hidden) add_product(l, l.in(at), from, to, rays);

@@ -24,7 +24,7 @@ struct LightMlp {
 /// The last layer's numbers f {1, 3, P, S}, before any output activation; 0 for rays that `list` leaves out and for
 /// misses. rows {1, 1, h w, width (2 width with `again`)} by pixel_rows(): layer 0's share first. hit Int {1, 1, P, S}:
 /// y * w + x or -1; direction {1, 3, P, S}. A ray's answer does not depend on the other rays. Asking for a gradient
-/// throws. Under --gemm clblast the same by products of blocks of rays (host/ops/light/net_products.hpp).
+/// throws. Under --gemm clblast the same by products of blocks of rays (host/ops/light/net_layers.hpp).
 Value ask_mlp(const LightMlp& mlp, Value rows, Value hit, Value direction, const RayList& list);
 
 }  // namespace clerestory

@@ -129,10 +129,10 @@ void run_clblast_data(Launch& l, const ConvGeometry& forward, int batch, const T
                       const TensorView& dx) {
   const int positions = static_cast<int>(forward.positions());
   for_columns(forward, false, batch, [&](const ConvGeometry& g, int first, int n, int items) {
-    const MatrixView columns = is_plain_product(g, false)
-                                   ? MatrixView{dx, item(dx, n), positions, false, stride_of(dx)}
-                                   : MatrixView{l.workspace, 0, positions, false,
-                                                per_channel(g) * static_cast<std::uint64_t>(g.channels)};
+    const MatrixView columns =
+        is_plain_product(g, false)
+            ? MatrixView{dx, item(dx, n), positions, false, stride_of(dx)}
+            : MatrixView{l.workspace, 0, positions, false, per_channel(g) * static_cast<std::uint64_t>(g.channels)};
     clblast_gemm(l, g.depth(), positions, g.outputs,
                  {w, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(w), true},
                  {dy, item(dy, n), positions, false, stride_of(dy)}, 0, columns, items);
@@ -152,8 +152,8 @@ void run_clblast_weights(Launch& l, const ConvGeometry& forward, int batch, cons
     for_columns(forward, norm != nullptr, 1, [&](const ConvGeometry& g, int first, int, int) {
       MatrixView columns = columns_of(l, g, x, norm, item_at, 1, first);
       columns.transposed = true;
-      clblast_gemm(l, g.outputs, g.depth(), positions, {dy, item(dy, item_at), positions}, columns,
-                   item_at > 0 ? 1 : 0, {dw, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(dw)});
+      clblast_gemm(l, g.outputs, g.depth(), positions, {dy, item(dy, item_at), positions}, columns, item_at > 0 ? 1 : 0,
+                   {dw, static_cast<std::uint64_t>(first) * g.taps(), item_pitch(dw)});
     });
 }
 
