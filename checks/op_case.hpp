@@ -19,6 +19,8 @@ struct OpCase {
   std::string label = {};  // tells the cases of one stem apart; letters, digits and _
   /// Kernels that this case must be seen to launch, in single and in double precision.
   std::vector<std::string> kernels = {};
+  /// Those it is seen to launch under --gemm clblast, of an op that then has another body.
+  std::vector<std::string> product_kernels = {};
   Tensors inputs = {};
   Tensors states =
       {};  // values, before the run, of the states that build() names; they are rounded to float, as inputs are

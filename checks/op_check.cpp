@@ -93,6 +93,24 @@ class InTile {
   Device device_;
 };
 
+/// While it lives, plans multiply by CLBlast.
+class InClblast {
+ public:
+  explicit InClblast(const CheckedDevices& devices) : devices_{devices.single} {
+    if (devices.with_doubles) devices_.push_back(*devices.with_doubles);
+    use("clblast");
+  }
+  ~InClblast() { use("auto"); }
+  InClblast(const InClblast&) = delete;
+  InClblast& operator=(const InClblast&) = delete;
+
+ private:
+  void use(const std::string& gemm) {
+    for (Device& device : devices_) device.use_gemm(gemm);
+  }
+  std::vector<Device> devices_;
+};
+
 /// While it lives, so many work-items share a row (host/ops/tensor/rows.hpp).
 class InGroups {
  public:
@@ -396,6 +414,7 @@ std::vector<Bodies> bodies_of(const OpCase& c) {
   std::vector<Bodies> all{Bodies::OfDevice};
   if (walks_rows(c.stem)) all.push_back(Bodies::InGroups);
   if (multiplies_in_tiles(c)) all.push_back(Bodies::InTiles);
+  if (!c.product_kernels.empty()) all.push_back(Bodies::ByProducts);
   return all;
 }
 
@@ -412,6 +431,9 @@ OpFindings check_op(const OpCase& c, const CheckedDevices& devices, Bodies bodie
   OpCase named = rounded_to_float(c);
   std::optional<InGroups> groups;
   if (bodies == Bodies::InGroups) groups.emplace(kGroup), named.label += fmt::format(" in groups of {}", kGroup);
+  std::optional<InClblast> clblast;
+  if (bodies == Bodies::ByProducts)
+    clblast.emplace(devices), named.label += " by products", named.kernels = named.product_kernels;
   try {
     Check check(named, devices, findings);
     if (bodies == Bodies::InTiles)

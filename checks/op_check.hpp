@@ -23,8 +23,8 @@ CheckedDevices checked_devices(const Device& device);
 
 /// The bodies of kernels that a case runs on any device: those that suit it, those that GPUs run (16 work-items share a
 /// row, kernels/lib/lanes.clh; cases have rows shorter and longer than that), and all register tiles of CPUs
-/// (kernels/lib/tile.clh).
-enum class Bodies { OfDevice, InGroups, InTiles };
+/// (kernels/lib/tile.clh), and those that multiply by CLBlast in place of one kernel.
+enum class Bodies { OfDevice, InGroups, InTiles, ByProducts };
 /// Those that the kernels of the case have.
 std::vector<Bodies> bodies_of(const OpCase& op_case);
 
@@ -38,7 +38,7 @@ struct OpFindings {
   void add(const OpFindings& other);
 };
 
-/// Bodies of the device, and in groups:
+/// Bodies of the device, in groups, and by products:
 ///  - float and double plans against the reference, and float against double;
 ///  - the adjoint with random cotangents against central differences in double;
 ///  - two runs, and runs with every pass of compile() off: equal bits;

@@ -10,6 +10,7 @@ namespace clerestory {
 struct DensenetSize {
   int growth = 32, first = 64;                  // channels of a dense layer, of the first convolution
   std::array<int, 4> layers = {6, 12, 24, 16};  // of the dense blocks
+  bool imagenet_input = false;  // MGNet shows it the picture as nets of ImageNet learned on it (nets/imagenet.hpp)
 };
 
 /// Features at 1/2, 1/4, 1/8, 1/16 and 1/16 of the input: after the first convolution, the three transitions, and the

@@ -18,6 +18,7 @@
 #include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/resize.hpp"
 #include "host/ops/tensor/slice.hpp"
+#include "nets/imagenet.hpp"
 
 namespace clerestory {
 namespace {
@@ -90,7 +91,8 @@ Value per_pixel(const Scope& scope, const InViewSize& size, const char* name, Va
 }
 
 Value features_of(const Scope& scope, Value image, const InViewSize& size) {
-  const Value seen = size.log_input ? activate(image, Function::Log1p) : image;
+  const Value plain = size.log_input ? activate(image, Function::Log1p) : image;
+  const Value seen = size.trunk.imagenet_input ? imagenet_input(image) : plain;
   std::vector<Value> levels = resnet(scope / "encoder", seen, size.trunk);
   const Shape& finest = levels[0].shape();
   for (std::size_t i = 1; i < levels.size(); ++i) levels[i] = resize_bilinear(levels[i], finest.h, finest.w);

@@ -22,7 +22,8 @@ struct InViewSize {
   int width = 512, layers = 9;                            // hidden layers of the MLP
   int again = 5;  // the layer, counted from 0, that is given the whole input once more; 0: none
   LightOutput output = LightOutput::Residual;
-  bool log_input = true;  // the trunk reads ln(1 + photograph): windows are hundreds of times brighter than walls
+  bool log_input = true;  // a trunk without imagenet_input reads ln(1 + photograph): windows are hundreds of times
+                          // brighter than walls
 };
 /// "paper" or "compact"; throws usage_error otherwise.
 InViewSize in_view_size(const std::string& preset);

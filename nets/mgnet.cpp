@@ -10,6 +10,7 @@
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
+#include "nets/imagenet.hpp"
 
 namespace clerestory {
 namespace {
@@ -20,17 +21,12 @@ Value with_logarithm(Value image) {
   return concat(std::array{image, affine(activate(affine(image, 1, floor), Function::Log), -1 / std::log(floor), 1)});
 }
 
-/// From linear radiance in [0, 1] to a picture from -1 to 1 as screens are sent it, near enough: gamma 2.2, above a
-/// thousandth of white.
-Value display_coded(Value image) {
-  constexpr double floor = 1e-3, gamma = 2.2;
-  return affine(activate(affine(activate(affine(image, 1, floor), Function::Log), 1 / gamma), Function::Exp), 2, -1);
-}
-
 /// Features of `image`, at about 1/2, 1/4, 1/8, 1/16 and less.
 std::array<Value, 5> encoder_levels(const Scope& scope, Value image, Value six, const MgnetSize& size) {
-  if (size.lite()) return efficientnet(scope, display_coded(image), std::get<EfficientnetSize>(size.encoder));
-  return densenet(scope, size.shared() ? six : image, std::get<DensenetSize>(size.encoder));
+  if (size.lite())
+    return efficientnet(scope, affine(display_coded(image), 2, -1), std::get<EfficientnetSize>(size.encoder));
+  const auto& dense = std::get<DensenetSize>(size.encoder);
+  return densenet(scope, size.shared() ? six : dense.imagenet_input ? imagenet_input(image) : image, dense);
 }
 
 }  // namespace

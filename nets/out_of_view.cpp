@@ -13,6 +13,7 @@
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/slice.hpp"
+#include "nets/imagenet.hpp"
 #include "nets/in_view.hpp"
 
 namespace clerestory {
@@ -93,7 +94,8 @@ Value encoded(Value position, int octaves) {
 
 /// The photograph and perhaps the maps, depth in scales.
 Value trunk_input(const LightInputs& p, const OutOfViewSize& size) {
-  const Value seen = size.log_input ? activate(p.image, Function::Log1p) : p.image;
+  const Value plain = size.log_input ? activate(p.image, Function::Log1p) : p.image;
+  const Value seen = size.trunk.imagenet_input ? imagenet_input(p.image) : plain;
   if (!size.sees_maps) return seen;
   const Value unit = activate(scale(activate(slice(p.range, 0, 1), Function::Log), -1), Function::Exp);
   return concat(std::array{seen, p.surfaces.albedo, p.surfaces.normal, p.surfaces.material, multiply(p.depth, unit)});

@@ -31,7 +31,7 @@ struct OutOfViewSize {
   std::vector<int> hidden = {64, 64, 64};  // of the field
   MarchOptions march{.segments = 64};
   bool released_output = true;  // relu for colour and density; false: softplus, which never dies
-  bool log_input = false;       // the trunk reads ln(1 + photograph)
+  bool log_input = false;       // a trunk without imagenet_input reads ln(1 + photograph)
   bool sees_maps = false;       // the trunk also reads albedo, normals, material and depth: beyond the paper
   bool background = false;      // what the field lets through meets a colour that the photograph decides
   ShellsSize shells{};

@@ -11,6 +11,7 @@ struct ResnetSize {
   std::array<int, 4> blocks = {3, 4, 6, 3};
   std::array<int, 4> channels = {64, 128, 256, 512};  // of the stages; the first convolution has channels[0]
   int stages = 4;                                     // that are built, 0 to 4
+  bool imagenet_input = false;  // the light shows it the picture as nets of ImageNet learned on it (nets/imagenet.hpp)
 };
 
 /// Features after the first convolution with its normalisation and ReLU (1/2 of the input, rounded up), and after each

@@ -3,6 +3,7 @@
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/conv.hpp"
 #include "host/ops/nn/pool.hpp"
+#include "nets/imagenet.hpp"
 
 namespace clerestory {
 
@@ -10,7 +11,7 @@ Value vgg_features(const Scope& scope, Value image) {
   // Index of each convolution in torchvision's list, and its channels; 0 channels: a pooling.
   constexpr std::pair<int, int> kLayers[]{{0, 64}, {2, 64},   {4, 0},    {5, 128}, {7, 128},
                                           {9, 0},  {10, 256}, {12, 256}, {14, 256}};
-  Value x = image;
+  Value x = imagenet_normalised(image);
   for (const auto& [index, channels] : kLayers) {
     if (channels == 0) {
       x = max_pool(x, {.window = 2, .pad = 0});

@@ -5,7 +5,7 @@
 
 namespace clerestory {
 
-/// {n, 3, h, w} -> {n, 256, h/4, w/4}, no normalisation of the input. States "<scope>.features.K.weight" and "bias" as
+/// {n, 3, h, w} -> {n, 256, h/4, w/4} of imagenet_normalised() maps. States "<scope>.features.K.weight" and "bias" as
 /// torchvision names them, not trainable.
 Value vgg_features(const Scope& scope, Value image);
 

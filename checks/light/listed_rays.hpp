@@ -1,6 +1,7 @@
 // Lists of rays, and a part of them, for kernels that hold a whole net.
 #pragma once
 #include <algorithm>
+#include <map>
 #include <vector>
 
 #include "checks/op_case.hpp"
@@ -15,12 +16,23 @@ inline RayList list_of(Graph& g, const std::vector<int>& rays, const Shape& of) 
           g.constant(Tensor::of_int({1, 1, 1, 1}, {static_cast<int>(rays.size())}))};
 }
 
+/// What stands between products in place of the one kernel (kernels/light/net_products.cl).
+inline const std::vector<std::string>& product_kernels_of(const std::string& stem) {
+  static const std::map<std::string, std::vector<std::string>> kernels{
+      {"ask_mlp", {"begin_layer", "encode_directions", "add_rows", "put_answers"}},
+      {"ask_field", {"begin_layer", "encode_points", "composite_points"}}};
+  static const std::vector<std::string> none;
+  const auto found = kernels.find(stem);
+  return found == kernels.end() ? none : found->second;
+}
+
 /// A case of a net asked in one kernel, of all rays or of those listed: `ask` builds it from values and list, `answer`
 /// gives what plain arithmetic says, and how many roundings it may be off.
 template <class Ask, class Answer>
 OpCase inference_case(const std::string& stem, const std::string& label, Tensors inputs, const std::vector<int>& list,
                       const Ask& ask, const Answer& answer) {
-  OpCase c{.stem = stem, .label = label, .kernels = {"pack_layer", stem}, .inputs = std::move(inputs)};
+  OpCase c{.stem = stem, .label = label, .kernels = {"pack_layer", stem}};
+  c.product_kernels = product_kernels_of(stem), c.inputs = std::move(inputs);
   const Shape rays = c.inputs.at("direction").shape;
   c.build = [=](Graph& g, const Values& v) {
     return std::vector<Value>{ask(v, list.empty() ? RayList{} : list_of(g, list, rays))};

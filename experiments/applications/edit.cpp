@@ -229,6 +229,7 @@ std::string edit(const EditOptions& options) {
   const Scene scene = read_run(options.run);
   const Image mask = read_edit_mask(options.mask, scene);
   Device device = Device::open(options.device);
+  device.use_gemm(options.gemm);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   inherit_facts(options.run, provenance);
   RenderSettings render = options.render;

@@ -32,7 +32,7 @@ struct EditOptions {
   RenderSettings render;
   LightChoice lit_by;
   int bounces = 2;  // 1 to kMostEditBounces
-  std::string device;
+  std::string device, gemm = "auto";
   std::vector<std::string> command;
 };
 

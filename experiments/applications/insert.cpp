@@ -271,6 +271,7 @@ void insert(const InsertOptions& options) {
   render_spec(options.render);  // refused before the work, as places and meshes are
   const std::vector<PlacedMesh> placed = place_objects(scene, options.objects);
   Device device = Device::open(options.device);
+  device.use_gemm(options.gemm);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   inherit_facts(options.run, provenance);
   warn_of_scale(provenance);

@@ -31,7 +31,7 @@ struct InsertOptions {
   RenderSettings render;
   LightChoice lit_by;
   int bounces = 2;  // scatterings at objects that are followed
-  std::string device;
+  std::string device, gemm = "auto";
   std::vector<std::string> command;
 };
 

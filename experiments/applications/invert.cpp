@@ -247,7 +247,7 @@ class Inversion {
     folder_ = open_folder(options_);
     if (rerenders()) find_light_weights(options_.render, options_.lit_by.weights);  // missing: said before the work
     device_ = Device::open(options_.device);
-    device_->use_tile(options_.tile);
+    device_->use_tile(options_.tile), device_->use_gemm(options_.gemm);
     begin_record();
     predict();
     join_maps();
@@ -300,7 +300,7 @@ class Inversion {
     }
     if (request.any()) {
       const fs::path weights = weights_or_shipped(options_.weights);
-      prediction_ = predict_maps(*device_, weights, photo_.image, request, options_.gemm);
+      prediction_ = predict_maps(*device_, weights, photo_.image, request);
       record_.inputs.push_back(record_file(weights));
       record_.facts["network"] = prediction_.note;
       for (const std::string& what : prediction_.left_out) record_.left_out.push_back({what, "not asked for", ""});

@@ -102,6 +102,7 @@ std::string light(const LightOptions& options) {
   const AskedPlace place = asked_place(scene, options);
   if (!place.note.empty()) say("light: " + place.note);
   Device device = Device::open(options.device);
+  device.use_gemm(options.gemm);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   inherit_facts(options.run, provenance);
   RenderSettings render = options.render;

@@ -23,7 +23,7 @@ struct LightOptions {
   Size size{256, 128};                                 // of the panorama
   RenderSettings render;                               // light, ssrt, delta
   LightChoice lit_by{.weights = {}, .lamps = "none"};  // along single rays nets alone are closer to the truth
-  std::string device;
+  std::string device, gemm = "auto";
   std::vector<std::string> command;
 };
 

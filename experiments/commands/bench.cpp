@@ -77,7 +77,7 @@ void add_bench_command(CommandLine& line) {
             options->memory = static_cast<std::size_t>(mib) << 20;
           },
           "0")
-      .common({Common::Device, Common::Json, Common::Quiet})
+      .common({Common::Device, Common::Gemm, Common::Json, Common::Quiet})
       .notes("experiments/peers/torch_nets.py measures PyTorch beside it.")
       .run([names, tile, options, without](const CommonOptions& common) {
         std::vector<const Family*> chosen;
@@ -85,6 +85,7 @@ void add_bench_command(CommandLine& line) {
         if (chosen.empty())
           for (const Family& f : families()) chosen.push_back(&f);
         Device device = Device::open(common.device);
+        device.use_gemm(common.gemm);
         // With the result on stdout there is no room for a table.
         options->quiet = common.quiet || (common.json && common.json->empty());
         options->tiles = tiles_named(device, *tile), options->clblast = !*without;

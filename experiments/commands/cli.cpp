@@ -251,8 +251,9 @@ Command& Command::common(std::initializer_list<Common> which) {
       case Common::Gemm:
         choice(
             "--gemm",
-            "Matrix products by CLBlast or by our packed kernels; auto: what `clerestory tune` measured faster, else "
-            "packed on a CPU, CLBlast elsewhere",
+            "Who multiplies in every net: CLBlast, or our packed kernels, which hold a small net of the light whole; "
+            "auto: what `clerestory tune` measured faster, else packed on a CPU and CLBlast elsewhere; small nets "
+            "whole",
             to.gemm, {"clblast", "packed", "auto"});
         break;
       case Common::Tile:

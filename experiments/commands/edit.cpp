@@ -27,7 +27,7 @@ void add_edit_command(CommandLine& line) {
       .option("--out", "DIR", "Folder of results, which is a run as well; default: RUN/edit", options->out)
       .flag("--force", "Replace that folder even if it holds other files, or results made from it: they are lost",
             options->force)
-      .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Gemm, Common::Json, Common::Quiet})
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .notes(
           "What is not given stays as it is. Prints the folder of results.\n"
@@ -36,7 +36,7 @@ void add_edit_command(CommandLine& line) {
   command.run([options](const CommonOptions& common) {
     if (options->mask.empty()) throw usage_error("a mask is needed", "--mask", "none", "a picture of the run's size");
     options->mask = found_data(options->mask);
-    options->device = common.device, options->command = common.command;
+    options->device = common.device, options->gemm = common.gemm, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);

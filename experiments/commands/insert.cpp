@@ -84,7 +84,7 @@ void add_insert_command(CommandLine& line) {
       .option("--out", "DIR", "Where composite.exr and composite.png go; default: the run folder", options->out)
       .flag("--force", "Replace files of these names that no insertion wrote", options->force)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
-      .common({Common::Device, Common::Seed, Common::Spp, Common::Json, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Spp, Common::Gemm, Common::Json, Common::Quiet})
       .notes(
           "Options after --at describe that object. Prints where the composite lies.\n"
           "  clerestory insert runs/invert/office --at 330,400 --radius 0.2 --roughness 0.02 --at 200,420 --mesh "
@@ -94,7 +94,7 @@ void add_insert_command(CommandLine& line) {
     check(*options);
     if (options->bounces < 1 || options->bounces > 4)
       throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
-    options->device = common.device, options->command = common.command;
+    options->device = common.device, options->gemm = common.gemm, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     if (common.spp) options->render.spp = static_cast<int>(*common.spp);

@@ -34,7 +34,7 @@ void add_light_command(CommandLine& line) {
               options->out)
       .flag("--force", "Replace files of these names that `light` did not write", options->force)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
-      .common({Common::Device, Common::Seed, Common::Json, Common::Quiet})
+      .common({Common::Device, Common::Seed, Common::Gemm, Common::Json, Common::Quiet})
       .notes(
           "Prints where the panorama lies. Equirectangular in camera axes: the centre column looks along -z, the right "
           "quarter along +x, the top row "
@@ -43,7 +43,8 @@ void add_light_command(CommandLine& line) {
           "times the depth of the room is refused.\n" +
           lights_note());
   command.run([options](const CommonOptions& common) {
-    options->device = common.device, options->command = common.command, options->json = common.json.value_or("");
+    options->device = common.device, options->gemm = common.gemm, options->command = common.command;
+    options->json = common.json.value_or("");
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
     catch_interrupts();

@@ -31,6 +31,7 @@ std::vector<std::string> command_of(const RunArguments& arguments, const CommonO
   command.insert(command.end(), arguments.words.begin(), arguments.words.end());
   if (arguments.many) command.push_back("-m");
   if (!common.device.empty()) command.insert(command.end(), {"--device", common.device});
+  if (common.gemm != "auto") command.insert(command.end(), {"--gemm", common.gemm});
   return command;
 }
 
@@ -42,6 +43,7 @@ std::string run(const RunArguments& arguments, const CommonOptions& given) {
   std::vector<std::string> fixed;
   if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
   const std::string kind = study_kind(arguments.words[0], overrides);
+  if (common.gemm != "auto") fixed.push_back((kind == "training" ? "model.gemm=" : "run.gemm=") + common.gemm);
   if (kind == "training") return run_trainings(arguments, overrides, fixed, common);
   const Schema schema = study_schema(kind);
   if (!arguments.many) return run_study(load_config(arguments.words[0], schema, overrides).with(fixed), common.command);
@@ -59,7 +61,7 @@ void add_run_command(CommandLine& line) {
   line.add("run", "Run a study from its config: a table with error and seconds")
       .arguments("CONFIG [KEY=VALUE...]", "Config file, then overrides such as study.seeds=5", arguments->words, 1)
       .flag("-m,--multirun", sweep_words, arguments->many)
-      .common({Common::Device, Common::Quiet})
+      .common({Common::Device, Common::Gemm, Common::Quiet})
       .notes(
           "Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped. A "
           "study of trainings sweeps over its variants and seeds by itself.")

@@ -70,9 +70,11 @@ void add_train_command(CommandLine& line) {
            "skipped")
       .arguments("CONFIG [KEY=VALUE...]",
                  "Config file, then overrides such as train.minutes=30 data.train=[rooms_a,rooms_b]", arguments->words)
-      .option("--init", "WEIGHTS",
-              "Weights or a checkpoint to start from, for the light also the folder of its two files (model.init)",
-              arguments->init)
+      .option(
+          "--init", "WEIGHTS",
+          "Weights or a checkpoint to start from, for the light also the folder of its two files, or an encoder that "
+          "`weights import` wrote (model.init)",
+          arguments->init)
       .flag("-m,--multirun", sweep_words, arguments->many)
       .flag("--keys", "Prints every key with its default and meaning, as Markdown", arguments->keys)
       .common({Common::Device, Common::Seed, Common::Gemm, Common::Tile, Common::Quiet})

@@ -4,17 +4,21 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/training/report.hpp"
+#include "experiments/weights/imported.hpp"
 #include "experiments/weights/light_text.hpp"
 #include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/weights.hpp"
+#include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
+#include "host/io/image.hpp"
+#include "host/report/progress.hpp"
 #include "host/report/terminal.hpp"
 
 namespace clerestory {
 namespace {
 
 struct WeightsArguments {
-  std::filesystem::path file, out;
+  std::filesystem::path file, picture, out;
 };
 
 void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
@@ -77,6 +81,33 @@ void export_weights(const WeightsArguments& arguments, const CommonOptions& comm
   (light ? export_light : export_maps)(arguments, Device::open(common.device));
 }
 
+/// Nothing is replaced but what an import wrote before.
+void import_weights(const WeightsArguments& arguments, const CommonOptions& common) {
+  if (std::filesystem::exists(arguments.out) && !is_imported(arguments.out))
+    throw usage_error("is there already, and no import wrote it", arguments.out.string(), "", "another name");
+  const ImportedNet imported = import_net(arguments.file);
+  if (arguments.out.has_parent_path()) make_directories(arguments.out.parent_path());
+  write_safetensors(arguments.out, imported.file);
+  std::size_t numbers = 0;
+  for (const auto& [name, tensor] : imported.file.tensors) numbers += tensor.count();
+  say(fmt::format("{}: {} tensors, {} numbers; left out: {}", imported.net, imported.file.tensors.size(), numbers,
+                  imported.left_out.empty() ? "nothing" : fmt::format("{}", fmt::join(imported.left_out, ", "))));
+  const nlohmann::ordered_json json{{"weights", arguments.out.string()},
+                                    {"net", imported.net},
+                                    {"tensors", imported.file.tensors.size()},
+                                    {"numbers", numbers},
+                                    {"left_out", imported.left_out}};
+  print_result(common, arguments.out, json.dump(1));
+}
+
+void write_features(const WeightsArguments& arguments, const CommonOptions& common) {
+  const Photo photo = read_photo(found_data(arguments.picture));
+  Device device = Device::open(common.device);
+  device.use_gemm(common.gemm);
+  write_safetensors(arguments.out, imported_features(arguments.file, photo.image, device));
+  std::printf("%s\n", arguments.out.c_str());
+}
+
 }  // namespace
 
 void add_weights_commands(CommandLine& line) {
@@ -96,6 +127,18 @@ void add_weights_commands(CommandLine& line) {
                 arguments->out)
       .common({Common::Device, Common::Quiet})
       .run([arguments](const CommonOptions& common) { export_weights(*arguments, common); });
+  line.add("weights import", "Weights that torchvision's DenseNet121, ResNet34 or VGG16 learned elsewhere, as ours")
+      .argument("FILE", "Its state_dict(), saved as safetensors", arguments->file)
+      .argument("OUT", "What to write: for `train --init` (DenseNet121, ResNet34) or loss.perceptual_weights (VGG16)",
+                arguments->out)
+      .common({Common::Json, Common::Quiet})
+      .run([arguments](const CommonOptions& common) { import_weights(*arguments, common); });
+  line.add("weights features", "What an imported net makes of a picture, to be compared with torchvision's")
+      .argument("FILE", "What `weights import` wrote", arguments->file)
+      .argument("PICTURE", "PNG, JPEG, EXR or HDR", arguments->picture)
+      .argument("OUT", "Features of each level (.safetensors)", arguments->out)
+      .common({Common::Device, Common::Gemm, Common::Quiet})
+      .run([arguments](const CommonOptions& common) { write_features(*arguments, common); });
 }
 
 }  // namespace clerestory

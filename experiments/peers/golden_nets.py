@@ -1,4 +1,4 @@
-"""Golden values of DenseNet121, MGNet, VGG16 and ResNet34, computed by PyTorch in double precision for tests/nets.
+"""Golden values of DenseNet121, MGNet, VGG16 and ResNet34, also as imported, computed by PyTorch in double precision for tests/nets.
 
     python golden_nets.py ../../tests/data/nets
 
@@ -163,6 +163,75 @@ def mgnet(folder, preset):
     write(folder / f"mgnet_{preset}.safetensors", tensors, {"torch": torch.__version__, "size": f"{n}x3x{h}x{w}"})
 
 
+def normalised(picture):
+    """As ImageNet's pictures are given to torchvision's nets."""
+    mean, deviation = (torch.tensor(v, dtype=picture.dtype).reshape(1, 3, 1, 1) for v in ((0.485, 0.456, 0.406), (0.229, 0.224, 0.225)))
+    return (picture - mean) / deviation
+
+
+def display_coded(radiance):
+    return (radiance + 1e-3) ** (1 / 2.2)
+
+
+def encoder_levels(net):
+    """Features of torchvision's nets at the levels that nets/densenet.hpp, resnet.hpp and vgg.hpp name."""
+
+    def densenet_levels(f, x):
+        levels = [f.relu0(f.norm0(f.conv0(x)))]  # no pooling here, as in the paper
+        for k in (1, 2, 3):
+            levels.append(getattr(f, f"transition{k}")(getattr(f, f"denseblock{k}")(levels[-1])))
+        return [*levels, f.norm5(f.denseblock4(levels[-1]))]
+
+    def resnet_levels(x):
+        levels = [net.relu(net.bn1(net.conv1(x)))]
+        x = net.maxpool(levels[0])
+        for stage in (net.layer1, net.layer2, net.layer3, net.layer4):
+            x = stage(x)
+            levels.append(x)
+        return levels
+
+    if isinstance(net, torchvision.models.DenseNet):
+        return lambda image: densenet_levels(net.features, normalised(display_coded(image)))
+    if isinstance(net, torchvision.models.ResNet):
+        return lambda image: resnet_levels(normalised(display_coded(image)))
+    return lambda image: [net.features[:16](normalised(image))]
+
+
+def learned(name, shape):
+    """A tensor of a state dictionary as it might have been learned elsewhere, exact in float."""
+    u = formula(name, shape)
+    if len(shape) == 4:
+        u = u * math.sqrt(24 / math.prod(shape[1:]))
+    elif name.endswith("running_var"):
+        u = 1 + 0.5 * u
+    elif name.endswith("weight") and len(shape) == 1:
+        u = 1 + 0.25 * u
+    else:
+        u = 0.25 * u
+    return u.float().double()
+
+
+def imported(folder):
+    """Features of whole nets of torchvision, whose state dictionaries `clerestory weights import` takes."""
+    tensors, metadata = {}, {"torch": torch.__version__, "size": "1x3x48x64"}
+    image = formula("image", (1, 3, 48, 64)) + 0.5
+    for name in ("densenet121", "resnet34", "vgg16"):
+        with torch.device("meta"):  # what nobody reads takes no memory
+            net = getattr(torchvision.models, name)(weights=None).eval()
+        shapes = {key: list(t.shape) for key, t in net.state_dict().items()}
+        for key, shape in shapes.items():
+            if not key.startswith(("classifier", "fc")) and not key.endswith("num_batches_tracked"):
+                net.load_state_dict({key: learned(f"{name}.{key}", tuple(shape))}, strict=False, assign=True)
+        with torch.no_grad():
+            exact = encoder_levels(net)(image)
+            single = encoder_levels(net.float())(image.float())
+        own = {f"{name}.level{i}": some(x, 512) for i, x in enumerate(exact)}
+        errors = [float((s.double() - x).norm() / x.norm()) for s, x in zip(single, exact)]
+        metadata |= {f"shapes_{name}": json.dumps(shapes, separators=(",", ":")), f"float_error_{name}": repr(max(errors))}
+        tensors |= own
+    write(folder / "imported.safetensors", tensors, metadata)
+
+
 def vgg(folder):
     """relu3_3 of VGG16, and the perceptual term of the albedo loss, with weights of the formula (not ImageNet's)."""
     net = torchvision.models.vgg16(weights=None).features[:16]
@@ -175,9 +244,9 @@ def vgg(folder):
     image = formula("image", shape).requires_grad_()
     truth = formula("truth", shape)
     mask = (formula("mask", (2, 1, 20, 24)) > -0.2).double()
-    features = net(image)
+    features = net(normalised(image))
     pooled = torch.nn.functional.avg_pool2d(mask, 4).expand_as(features)
-    perceptual = ((net(image * mask) - net(truth * mask)) ** 2 * pooled).sum() / pooled.sum()
+    perceptual = ((net(normalised(image * mask)) - net(normalised(truth * mask))) ** 2 * pooled).sum() / pooled.sum()
     perceptual.backward()
     tensors = {"features": some(features, 4096), "perceptual": perceptual.reshape(1), "gradient.image": image.grad}
     write(folder / "vgg16.safetensors", tensors, {"torch": torch.__version__, "size": "2x3x20x24"})
@@ -192,3 +261,4 @@ if __name__ == "__main__":
     mgnet(target, "lite")
     vgg(target)
     resnet(target)
+    imported(target)

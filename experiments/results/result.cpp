@@ -1,8 +1,10 @@
 #include "experiments/results/result.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "experiments/studies/study.hpp"
 #include "host/error.hpp"
@@ -30,6 +32,9 @@ std::string in_tree(const fs::path& path, const fs::path& tree, const std::strin
   return inside.generic_string();
 }
 
+/// Keys that change no figure.
+constexpr std::array<std::string_view, 4> kNoFigure{"run.root", "run.device", "run.tile", "run.gemm"};
+
 std::string key_of(const std::string& word) { return word.substr(0, word.find('=')); }
 
 ResultCommand command_of(const Provenance& provenance, const std::string& run, const fs::path& tree) {
@@ -39,11 +44,11 @@ ResultCommand command_of(const Provenance& provenance, const std::string& run, c
   ResultCommand command;
   command.config = in_tree(words[2], tree, "the config");
   for (std::size_t i = 3; i < words.size(); ++i) {
-    if (words[i] == "--device") {
-      ++i;  // the fingerprint tells it
+    if (words[i] == "--device" || words[i] == "--gemm") {
+      ++i;  // the fingerprint tells the device; who multiplies changes roundings
     } else if (words[i] == "-m") {
       command.many = true;
-    } else if (key_of(words[i]) != "run.root" && key_of(words[i]) != "run.device" && key_of(words[i]) != "run.tile") {
+    } else if (std::ranges::count(kNoFigure, key_of(words[i])) == 0) {
       command.overrides.push_back(words[i]);
     }
   }

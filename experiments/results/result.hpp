@@ -15,7 +15,7 @@ namespace clerestory {
 /// What made the figures: `clerestory run CONFIG KEY=VALUE...`.
 struct ResultCommand {
   std::string config;                  // relative to the source tree
-  std::vector<std::string> overrides;  // without those that change no figure (run.root, run.device, run.tile)
+  std::vector<std::string> overrides;  // without those that change no figure (run.root, run.device...)
   bool many = false;                   // -m
 
   std::string text() const;

@@ -78,7 +78,7 @@ class Measuring {
       judged_.push_back({names_[i].text(), kept, draw_rays(*kept, kRows, kSamples, kProbeRows, kRayKey + i)});
     }
     predictor_ = std::make_unique<LightPredictor>(device_, loaded_.net, options_.width, options_.height, kRows,
-                                                  kSamples, loaded_.states, "auto");
+                                                  kSamples, loaded_.states);
   }
 
   Table light_table() {

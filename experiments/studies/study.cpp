@@ -56,6 +56,8 @@ void add_run_keys(Schema& schema) {
       .integer("run.seed", 0, "Seed in the directory's name")
       .aside()
       .text("run.device", "", "OpenCL device; empty: the default")
+      .aside()
+      .text("run.gemm", "auto", "Who multiplies in nets", {"auto", "packed", "clblast"})
       .aside();
 }
 

@@ -47,6 +47,7 @@ StudyRun::StudyRun(const Config& config, const std::vector<std::string>& command
            static_cast<std::uint64_t>(config.integer("run.seed"))),
       device_(Device::open(config.text("run.device"))),
       provenance_(begin_provenance(command, device_.fingerprint())) {
+  device_.use_gemm(config.text("run.gemm"));
   provenance_.hashes = {{"config", config_hash(config_)}, {"kernels", kernels_hash()}};
   provenance_.seeds = seeds_of(config_);
 }

@@ -92,7 +92,11 @@ Texts tables_of(const Config& c) {
 }
 
 RunTables measured(const fs::path& run, const Config& c) {
-  if (trains_light(c)) return measure_light(run, measuring_of(c), Device::open(c.text("run.device")));
+  if (trains_light(c)) {
+    Device device = Device::open(c.text("run.device"));
+    device.use_gemm(c.text("model.gemm"));
+    return measure_light(run, measuring_of(c), device);
+  }
   const Texts& frames = c.texts("ablation.frames");
   return measure_maps(
       run, {data_folder(c, "test"), {frames.begin(), frames.end()}, c.text("run.device"), c.text("model.gemm")});

@@ -46,7 +46,7 @@ class UncertaintyStudy : public RoomStudy {
                         fmt::format("{}x{}", views.width, views.height),
                         fmt::format("{} along the longer side", nets.longer_side));
     LightPredictor predictor(device_, nets.sizes, views.width, views.height, options_.rows, options_.samples,
-                             nets.states, "auto");
+                             nets.states);
     measure_rooms([&](const ListedRoom& listed) {
       LitRoom room(device_, listed, options_);
       RoomFindings found;

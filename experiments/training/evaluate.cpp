@@ -89,9 +89,9 @@ EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
     throw usage_error("there is nothing to judge", "evaluate", "", "--data DIR, --frames DIR, or both");
   catch_interrupts();
   Device device = Device::open(options.device);
-  device.use_tile(options.tile);
+  device.use_tile(options.tile), device.use_gemm(options.gemm);
   const LoadedWeights weights = load_weights(options.weights, device);
-  MapPredictor predictor(device, weights.net, weights.states, options.batch, options.gemm);
+  MapPredictor predictor(device, weights.net, weights.states, options.batch);
   const std::optional<MeanMaps> means = mean_maps(options, weights);
 
   EvaluateOutcome out;

@@ -113,9 +113,9 @@ class LightTask : public TrainingTask {
                           options.model.size.width, options.model.size.height, 0),
         network_(device, options, states.trained),
         predictor_(device, options.model.light, options.model.size.width, options.model.size.height, kJudgedRows,
-                   kJudgedSamples, states.judged, options.model.gemm),
+                   kJudgedSamples, states.judged),
         panorama_(device, options.model.light, options.model.size.width, options.model.size.height, probe_height,
-                  probe_width, states.judged, options.model.gemm),
+                  probe_width, states.judged),
         device_(device) {
     for (const JudgingList& list : options.data.lists)
       lists_.emplace_back(list.name, all_views(list.folder), options.model.size);
@@ -218,7 +218,7 @@ class LightTask : public TrainingTask {
       predicted_.emplace(store_.names(), options_.model.size.width, options_.model.size.height,
                          options_.data.cache_bytes);
     const LoadedWeights weights = load_weights(weights_or_shipped(options_.light.maps_weights), device_);
-    MapPredictor predictor(device_, weights.net, weights.states, 1, options_.model.gemm);
+    MapPredictor predictor(device_, weights.net, weights.states, 1);
     std::vector<LightStore*> stores{both ? &*predicted_ : &store_, &validation_store_};
     for (LightList& list : lists_) stores.push_back(&list.store);
     std::size_t views = 0;
@@ -242,9 +242,10 @@ class LightTask : public TrainingTask {
   /// MGNet on a queue of its own, for the thread that makes batches.
   StreamedLight::Predict predict_for_stream() const {
     if (options_.light.maps == "true") return {};
-    const Device device = Device::open(options_.run.device);
+    Device device = Device::open(options_.run.device);
+    device.use_gemm(options_.model.gemm);
     const LoadedWeights weights = load_weights(weights_or_shipped(options_.light.maps_weights), device);
-    const auto predictor = std::make_shared<MapPredictor>(device, weights.net, weights.states, 1, options_.model.gemm);
+    const auto predictor = std::make_shared<MapPredictor>(device, weights.net, weights.states, 1);
     return [predictor](const Image& picture) { return predictor->predict({&picture})[0].maps; };
   }
 

@@ -26,7 +26,7 @@ struct LightPredictor::State {
 };
 
 LightPredictor::LightPredictor(Device device, const LightSizes& given, int width, int height, int rows, int samples,
-                               std::shared_ptr<States> states, const std::string& gemm)
+                               std::shared_ptr<States> states)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.samples = samples;
@@ -38,7 +38,7 @@ LightPredictor::LightPredictor(Device device, const LightSizes& given, int width
   s.photograph = photograph_radiance(picture.image, s.graph.input("ambient", {1, 3, 1, 1}), s.answer.hits);
   const std::vector<Value> outputs{s.answer.mixed, s.answer.in_view,    s.answer.out_of_view,
                                    s.photograph,   s.answer.hits.delta, s.answer.hits.pixel};
-  s.run = std::make_unique<Executor>(compile(s.graph, outputs, device, {.gemm = gemm}), std::move(states));
+  s.run = std::make_unique<Executor>(compile(s.graph, outputs, device), std::move(states));
 }
 
 LightPredictor::~LightPredictor() = default;

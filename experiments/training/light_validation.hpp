@@ -41,7 +41,7 @@ struct LightAnswers {
 class LightPredictor {
  public:
   LightPredictor(Device device, const LightSizes& sizes, int width, int height, int rows, int samples,
-                 std::shared_ptr<States> states, const std::string& gemm);
+                 std::shared_ptr<States> states);
   ~LightPredictor();
   LightAnswers answer(const LightView& view, const LightRays& rays);
 

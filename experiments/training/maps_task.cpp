@@ -22,7 +22,7 @@ class MapsTask : public TrainingTask {
         validation_store_(name_views(options.data.validation_roots, options.data.validation_split),
                           options.model.size.width, options.model.size.height, 0),
         network_(device, options, states.trained),
-        predictor_(device, options.model.net, states.judged, std::min(8, options.train.batch), options.model.gemm),
+        predictor_(device, options.model.net, states.judged, std::min(8, options.train.batch)),
         device_name_(device.info().name) {}
 
   std::string net() const override { return net_text(options_.model.net); }

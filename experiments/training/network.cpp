@@ -3,34 +3,26 @@
 #include <cstdio>
 #include <utility>
 
+#include "experiments/weights/imported.hpp"
 #include "experiments/weights/maps_text.hpp"
+#include "experiments/weights/stored_states.hpp"
 #include "host/error.hpp"
-#include "host/io/safetensors.hpp"
 #include "nets/mgnet_training.hpp"
 
 namespace clerestory {
 namespace {
 
-/// VGG16's weights under torchvision's names ("features.0.weight") into the states "vgg.features.0.weight".
 void set_frozen_features(const std::string& path, States& states) {
-  const TensorFile file = read_finite_safetensors(path);
-  for (const std::string& name : states.names()) {
-    if (!is_frozen_feature(name)) continue;
-    const std::string stored_name = name.substr(4);
-    const StoredTensor& stored = file.get(stored_name, path);
-    const Shape shape = states.view(name).shape;
-    if (static_cast<long>(stored.count()) != shape.count())
-      throw usage_error("a tensor has another size than VGG16's", path + ": " + stored_name,
-                        fmt::format("{} numbers", stored.count()), shape.text());
-    states.set(name, Tensor(shape, stored.floats(path)));
-  }
+  const TensorFile file = read_imported(path, "vgg16");
+  for (const std::string& name : states.names())
+    if (is_frozen_feature(name)) set_state(states, name, states.view(name).shape, file, path);
 }
 
 }  // namespace
 
 PlanOptions plan_options(const TrainingOptions& options) {
   PlanOptions plan;
-  plan.gemm = options.model.gemm, plan.budget = options.train.memory, plan.budget_name = options.train.memory_key;
+  plan.budget = options.train.memory, plan.budget_name = options.train.memory_key;
   return plan;
 }
 
@@ -100,7 +92,6 @@ struct MapPredictor::State {
   MgnetSize size;
   std::shared_ptr<States> states;
   int batch;
-  std::string gemm;
   std::map<std::pair<int, int>, std::unique_ptr<Net>> nets;  // by padded height and width
 
   Net& net(int height, int width) {
@@ -110,15 +101,14 @@ struct MapPredictor::State {
     made->maps = mgnet(made->graph, made->graph.input("image", {batch, 3, height, width}), size, false);
     const Maps& m = made->maps;
     made->run = std::make_unique<Executor>(
-        compile(made->graph, {m.albedo, m.normal, m.depth, m.material, m.log_scale}, device, {.gemm = gemm}), states);
+        compile(made->graph, {m.albedo, m.normal, m.depth, m.material, m.log_scale}, device), states);
     found = std::move(made);
     return *found;
   }
 };
 
-MapPredictor::MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch,
-                           std::string gemm)
-    : state_(new State{std::move(device), net, std::move(states), batch, std::move(gemm), {}}) {}
+MapPredictor::MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch)
+    : state_(new State{std::move(device), net, std::move(states), batch, {}}) {}
 
 MapPredictor::~MapPredictor() = default;
 

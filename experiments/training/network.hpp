@@ -49,7 +49,7 @@ struct MapPrediction {
 /// Runs MGNet on prepared pictures, several at a time, with the states given (running statistics, no update).
 class MapPredictor {
  public:
-  MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch, std::string gemm);
+  MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch);
   ~MapPredictor();
 
   /// Pictures of one size, exposed but neither clamped nor padded (prepare.hpp).

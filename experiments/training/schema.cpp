@@ -39,12 +39,20 @@ Schema make_schema() {
              {1, 4096});
   s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
   s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
-  s.text("model.init", "", "weights or checkpoint to start from; empty: random weights, of lite see model.encoder");
+  s.text("model.init", "",
+         "weights or checkpoint to start from, or an encoder that `weights import` wrote; empty: random weights, of "
+         "lite see "
+         "model.encoder");
   s.text(
       "model.encoder", "imagenet",
       "lite: what its encoder starts from where model.init is empty; imagenet: the weights that come with the program",
       {"imagenet", "random"});
-  s.text("model.gemm", "auto", "backend of convolutions", {"auto", "packed", "clblast"});
+  s.text(
+      "model.input", "plain",
+      "what DenseNet and the light's ResNets are shown: the picture as it is, or display-coded, less ImageNet's mean "
+      "and over its deviation, which imported weights expect (`clerestory weights import`)",
+      {"plain", "imagenet"});
+  s.text("model.gemm", "auto", "who multiplies in the nets", {"auto", "packed", "clblast"});
 
   s.section("data", "Views in InteriorVerse's layout (`clerestory generate` writes it).");
   s.texts("data.train", {"data/generated"}, "folders with training rooms");
@@ -132,7 +140,8 @@ Schema make_schema() {
          {0, none});
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
   s.real("loss.perceptual", 0.02, "VGG16 feature distance, where weights are given", {0, none});
-  s.text("loss.perceptual_weights", "", "ImageNet weights of VGG16 as safetensors; empty: no perceptual term");
+  s.text("loss.perceptual_weights", "",
+         "ImageNet weights of VGG16, as `weights import` wrote them; empty: no perceptual term");
 
   s.real("loss.mixed", 1, "light: radiance of rays that hit, both nets mixed by their uncertainty", {0, none});
   s.real("loss.out_of_view", 1, "light: radiance of all rays, the out-of-view net alone", {0, none});
@@ -197,6 +206,8 @@ int whole(const Config& c, const std::string& key, int otherwise) {
   return value > 0 ? value : otherwise;
 }
 
+bool imagenet_input(const Config& c) { return c.text("model.input") == "imagenet"; }
+
 /// The preset's MGNet with what the config changes.
 MgnetSize maps_net_of(const Config& c) {
   MgnetSize net = mgnet_size(c.text("model.preset"));
@@ -210,11 +221,16 @@ MgnetSize maps_net_of(const Config& c) {
     auto& encoder = std::get<EfficientnetSize>(net.encoder);
     for (const char* key : {"model.growth", "model.first"})
       forbid(c.integer(key) > 0, c, key, "EfficientNet-Lite has no such size", "0 where model.preset = lite");
+    forbid(imagenet_input(c), c, "model.input", "EfficientNet-Lite is shown its own",
+           "plain where model.preset = lite");
     replace("model.channels", encoder.channels), replace("model.layers", encoder.layers);
   } else {
     auto& encoder = std::get<DensenetSize>(net.encoder);
     forbid(!c.integers("model.channels").empty(), c, "model.channels", "DenseNet has no such sizes",
            "none unless model.preset = lite");
+    encoder.imagenet_input = imagenet_input(c);
+    forbid(encoder.imagenet_input && net.shared(), c, "model.input",
+           "the shared form reads logarithms beside the picture", "plain where model.preset = shared");
     encoder.growth = whole(c, "model.growth", encoder.growth), encoder.first = whole(c, "model.first", encoder.first);
     replace("model.layers", encoder.layers);
   }
@@ -231,6 +247,7 @@ LightSizes light_net_of(const Config& c) {
   LightSizes sizes = light_sizes(preset);
   InViewSize& in_view = sizes.in_view;
   sizes.delta = delta_depth_of(c.text("light.delta"));
+  sizes.in_view.trunk.imagenet_input = sizes.out_of_view.trunk.imagenet_input = imagenet_input(c);
   if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
   in_view.width = whole(c, "light.width", in_view.width), in_view.layers = whole(c, "light.layers", in_view.layers);
   in_view.frequencies = whole(c, "light.frequencies", in_view.frequencies);

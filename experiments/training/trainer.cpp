@@ -8,6 +8,7 @@
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/network.hpp"
 #include "experiments/training/task.hpp"
+#include "experiments/weights/imported.hpp"
 #include "experiments/weights/shipped.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/cl/tile.hpp"
@@ -61,10 +62,8 @@ class Trainer {
   /// The tile that this run had on this device, so that it goes on with the same; "auto" where there was none.
   std::string tile_before(const Device& device) const;
   void resume_or_begin();
-  bool begins_with_imagenet() const {
-    return options_.model.init.empty() && options_.model.kind == "maps" && options_.model.net.lite() &&
-           options_.model.encoder == "imagenet";
-  }
+  /// The file of an encoder alone that a leg starts from: an imported one, or lite's; empty where there is none.
+  std::filesystem::path encoder_to_begin_with() const;
   /// After those of `earlier`; `init` is the file or folder that it starts from.
   void begin_leg(const History& earlier, const std::filesystem::path& init);
   void loop();
@@ -137,6 +136,7 @@ void Trainer::prepare() {
   catch_interrupts();
   Device device = Device::open(options_.run.device);
   device.use_tile(options_.run.tile == "auto" ? tile_before(device) : options_.run.tile);
+  device.use_gemm(options_.model.gemm);
   cores_ = device.info().cpu ? device.info().compute_units : 0;
   provenance_ = begin_provenance(command_, device.fingerprint());
   provenance_.seeds["run.seed"] = options_.run.seed;
@@ -152,6 +152,7 @@ void Trainer::prepare() {
     const auto steps = static_cast<std::int64_t>(std::ceil(options_.train.epochs * views / options_.train.batch));
     limits_.steps = options_.train.steps > 0 ? std::min(options_.train.steps, steps) : steps;
   }
+  if (options_.loss.weights.perceptual > 0) provenance_.inputs.push_back(record_file(options_.loss.perceptual_weights));
   for (const std::string& note : task_->notes()) run_.log(note);
 }
 
@@ -189,8 +190,13 @@ void Trainer::resume_or_begin() {
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
   } else {
     History earlier;
-    std::filesystem::path init = options_.model.init;
-    if (!options_.model.init.empty()) {
+    const std::filesystem::path encoder = encoder_to_begin_with();
+    const std::filesystem::path init = encoder.empty() ? std::filesystem::path(options_.model.init) : encoder;
+    if (!encoder.empty()) {
+      read_encoder_weights(encoder, *states_.trained, task_->weights());
+      provenance_.inputs.push_back(record_file(encoder));
+      run_.log(fmt::format("the encoder starts from {}", encoder.string()));
+    } else if (!options_.model.init.empty()) {
       InitialWeights initial =
           read_initial_weights(options_.model.init, *states_.trained, task_->net(), task_->weights());
       earlier = std::move(initial.history), progress_.moment_steps = initial.moment_steps;
@@ -200,11 +206,6 @@ void Trainer::resume_or_begin() {
                            earlier.views_seen(),
                            initial.moment_steps > 0 ? "with the second moments of its gradients"
                                                     : "which has no second moments: Adam finds them anew"));
-    } else if (begins_with_imagenet()) {
-      init = imagenet_encoder();
-      read_encoder_weights(init, *states_.trained, task_->weights());
-      provenance_.inputs.push_back(record_file(init));
-      run_.log(fmt::format("the encoder starts from {}", init.string()));
     }
     begin_averages(*states_.trained);
     begin_leg(earlier, init);
@@ -215,6 +216,21 @@ void Trainer::resume_or_begin() {
 
   task_->begin(progress_);
   metrics_ = std::make_unique<MetricsWriter>(run_.metrics_path());
+}
+
+std::filesystem::path Trainer::encoder_to_begin_with() const {
+  const ModelSection& model = options_.model;
+  if (model.init.empty())
+    return model.kind == "maps" && model.net.lite() && model.encoder == "imagenet" ? imagenet_encoder()
+                                                                                   : std::filesystem::path();
+  if (std::filesystem::is_directory(model.init) || !is_imported(model.init)) return {};
+  const bool shown_so = model.kind == "light"
+                            ? model.light.in_view.trunk.imagenet_input
+                            : !model.net.lite() && std::get<DensenetSize>(model.net.encoder).imagenet_input;
+  if (!shown_so)
+    throw usage_error("this encoder reads pictures as nets of ImageNet do", model.init, "model.input = plain",
+                      "model.input = imagenet");
+  return model.init;
 }
 
 void Trainer::begin_leg(const History& earlier, const std::filesystem::path& init) {

@@ -40,10 +40,11 @@ template <class Sizes, class Field>
 void each_field(Sizes& sizes, const Field& field) {
   auto& [in_view, out_of_view, delta] = sizes;
   const auto trunk_fields = [&](const std::string& part, auto& trunk) {
-    auto& [blocks, channels, stages] = trunk;
+    auto& [blocks, channels, stages, imagenet_input] = trunk;
     field(part + ".blocks", blocks, 1, 64);
     field(part + ".channels", channels, 1, 4096);
     field(part + ".stages", stages, 0, 4);
+    field(part + ".imagenet_input", imagenet_input, 0, 1);
   };
   {
     auto& [trunk, frequencies, direction_deviation, surface_deviation, width, layers, again, output, log_input] =

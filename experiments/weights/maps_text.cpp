@@ -17,8 +17,12 @@ std::map<std::string, Shape> maps_states(const MgnetSize& net) {
 
 namespace {
 
+constexpr const char* kImagenetInput = "input imagenet";
+
 std::string encoder_text(const DensenetSize& e) {
-  return fmt::format("growth {}, {} first channels, layers {}", e.growth, e.first, fmt::join(e.layers, "-"));
+  const std::string text =
+      fmt::format("growth {}, {} first channels, layers {}", e.growth, e.first, fmt::join(e.layers, "-"));
+  return e.imagenet_input ? fmt::format("{}, {}", text, kImagenetInput) : text;
 }
 std::string encoder_text(const EfficientnetSize& e) {
   return fmt::format("channels {}, layers {}", fmt::join(e.channels, "-"), fmt::join(e.layers, "-"));
@@ -44,7 +48,8 @@ bool read_list(const std::string& text, std::span<int> list, int most) {
 
 bool read_encoder(const std::vector<std::string>& parts, DensenetSize& e) {
   int read = 0;
-  if (parts.size() != 4 || !parts[2].starts_with("layers ")) return false;
+  e.imagenet_input = parts.size() == 5 && parts[3] == kImagenetInput;
+  if (parts.size() != (e.imagenet_input ? 5 : 4) || !parts[2].starts_with("layers ")) return false;
   const auto number = [&](const std::string& text, const char* form, int& value, int most) {
     read = 0;
     return std::sscanf(text.c_str(), form, &value, &read) == 1 && read == static_cast<int>(text.size()) && value > 0 &&

@@ -11,8 +11,8 @@ namespace clerestory {
 /// Names and shapes of the states that inference needs: what a weights file holds.
 std::map<std::string, Shape> maps_states(const MgnetSize& net);
 
-/// "growth 16, 32 first channels, layers 6-12-24-16, decoder 128-64-32-16-16": identity of a net's shape, in metadata
-/// and messages, and back. Throws usage_error naming `where`.
+/// "growth 16, 32 first channels, layers 6-12-24-16, decoder 128-64-32-16-16" (before the decoder "input imagenet",
+/// where it is so): identity of a net's shape, in metadata and messages, and back. Throws usage_error naming `where`.
 std::string net_text(const MgnetSize& net);
 MgnetSize net_from_text(const std::string& text, const std::string& where);
 

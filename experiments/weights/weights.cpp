@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "experiments/weights/imported.hpp"
 #include "experiments/weights/light_text.hpp"
 #include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/metadata.hpp"
@@ -55,10 +56,11 @@ Size stored_size(const TensorFile& file, const std::string& where) {
   return {whole_fact(file, "width", where, 16, 4096), whole_fact(file, "height", where, 16, 4096)};
 }
 
-/// "maps" or "light".
+/// "maps" or "light", or "encoder" where there is no more.
 std::string trained_kind(const TensorFile& file, const std::string& where) {
   const auto kind = file.metadata.find("kind");
-  return kind != file.metadata.end() && kind->second == "light" ? "light" : stored_history(file, where).kind();
+  const bool said = kind != file.metadata.end() && (kind->second == "light" || kind->second == kImportedKind);
+  return said ? kind->second : stored_history(file, where).kind();
 }
 
 void must_be_light(const TensorFile& file, const std::string& where) {
@@ -68,6 +70,13 @@ void must_be_light(const TensorFile& file, const std::string& where) {
 }
 
 constexpr std::array<const char*, 2> light_parts{"local", "global"};
+
+/// "encoder.conv1.weight" of that state, or of the light's "local.encoder.conv1.weight"; empty for others.
+std::string name_in_encoder(const std::string& state) {
+  for (const std::string& scope : {std::string(), light_parts[0] + std::string("."), light_parts[1] + std::string(".")})
+    if (state.starts_with(scope + "encoder.")) return state.substr(scope.size());
+  return {};
+}
 
 std::filesystem::path light_file(const std::filesystem::path& folder, const std::string& part) {
   return folder / ("light_" + part + ".safetensors");
@@ -162,20 +171,21 @@ void read_encoder_weights(const std::filesystem::path& path, States& states,
                           const std::map<std::string, Shape>& wanted) {
   const TensorFile file = read_finite_safetensors(path);
   const std::string where = path.string();
-  const std::string way_out = "an encoder of the preset's layers and channels, or model.encoder = \"random\"";
-  std::size_t found = 0;
+  const std::string way_out = "an encoder of the preset's layers and channels, or none";
+  std::set<std::string> used;
   for (const auto& [name, shape] : wanted) {
-    if (!name.starts_with("encoder.")) continue;
-    const auto stored = file.tensors.find(name);
+    const std::string own = name_in_encoder(name);
+    if (own.empty()) continue;
+    const auto stored = file.tensors.find(own);
     if (stored == file.tensors.end() || stored->second.shape != stored_shape(shape))
-      throw usage_error("the weights are of another encoder", where + ": " + name,
+      throw usage_error("the weights are of another encoder", fmt::format("{}: {}, for {}", where, own, name),
                         stored == file.tensors.end() ? "none" : shape_text(stored->second.shape), way_out);
-    set_state(states, name, shape, file, where);
-    ++found;
+    states.set(name, Tensor(shape, stored->second.floats(where + ": " + own)));
+    used.insert(own);
   }
-  if (found != file.tensors.size())
+  if (used.size() != file.tensors.size())
     throw usage_error("the encoder has no use for all of its weights", where,
-                      fmt::format("{} tensors of which it takes {}", file.tensors.size(), found), way_out);
+                      fmt::format("{} tensors of which it takes {}", file.tensors.size(), used.size()), way_out);
 }
 
 History read_history(const std::filesystem::path& path) {
@@ -189,8 +199,9 @@ Moments read_moments(const std::filesystem::path& path) {
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   const std::string where = path.string();
   const TensorFile file = read_finite_safetensors(path);
-  if (trained_kind(file, where) == "light")
-    throw usage_error("these are weights of the light", where, "", "weights of the maps");
+  if (const std::string kind = trained_kind(file, where); kind != "maps")
+    throw usage_error(fmt::format("these are weights of {} {}", kind == "light" ? "the" : "an", kind), where, "",
+                      "weights of the maps");
   LoadedWeights out;
   out.net = net_from_text(fact(file, "net", where), where);
   fill(out, file, where, maps_states(out.net), std::move(device));

@@ -51,8 +51,8 @@ struct InitialWeights {
 InitialWeights read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
                                     const std::map<std::string, Shape>& wanted);
 
-/// Sets the states of scope "encoder" from a file that holds them alone, learned on something else.
-/// Throws usage_error naming file, tensor, found and expected shape.
+/// Sets the states of scope "encoder", and of a light's "local.encoder" and "global.encoder", from a file that holds an
+/// encoder alone, learned on something else. Throws usage_error naming file, tensor, found and expected shape.
 void read_encoder_weights(const std::filesystem::path& path, States& states,
                           const std::map<std::string, Shape>& wanted);
 

@@ -107,7 +107,8 @@ struct Device::State {
   std::unordered_map<KernelKey, Program, KernelKeyHash, KernelKeyEqual> programs;  // their name is empty
   std::shared_ptr<MemoryCount> memory = std::make_shared<MemoryCount>();
   bool profiling = false;
-  const Tile* tile = nullptr;   // null: not chosen yet
+  const Tile* tile = nullptr;  // null: not chosen yet
+  std::string gemm = "auto";
   bool double_trusted = false;  // has passed the probe in double precision
   Profiler profiler;            // goes before the kernels that its names belong to
   int launches_since_flush = 0;
@@ -378,6 +379,10 @@ const Tile& Device::tile() {
 }
 
 void Device::use_tile(const std::string& name) { state_->tile = name == "auto" ? nullptr : &tile_named(name, "tile"); }
+
+const std::string& Device::gemm() const { return state_->gemm; }
+
+void Device::use_gemm(const std::string& name) { state_->gemm = name; }
 
 // --- Profile
 // ----------------------------------------------------------------------------------------------------------

@@ -155,6 +155,10 @@ class Device {
   const Tile& tile();
   void use_tile(const std::string& name);  // "auto": the fastest
 
+  /// Who multiplies in plans that leave it open (PlanOptions::gemm): packed | clblast | auto, which it is at first.
+  const std::string& gemm() const;
+  void use_gemm(const std::string& name);
+
   /// Bytes of device memory held now, and the most so far since the last reset.
   std::size_t memory_now() const;
   std::size_t memory_peak() const;

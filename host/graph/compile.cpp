@@ -26,12 +26,17 @@ Cost cost_of(const Schedule& s) {
   return sum;
 }
 
+void choose_gemm(PlanOptions& options, const Device& device) {
+  if (options.gemm == "auto") options.gemm = device.gemm();
+  if (options.gemm == "auto") options.gemm = preferred_gemm(device), options.small_nets_whole = true;
+}
+
 class Compiler {
  public:
   Compiler(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options, bool updates)
       : graph_(graph) {
     plan_.graph = &graph, plan_.device = std::move(device), plan_.options = options, plan_.outputs = std::move(outputs);
-    if (plan_.options.gemm == "auto") plan_.options.gemm = preferred_gemm(plan_.device);
+    choose_gemm(plan_.options, plan_.device);
     schedule_ = schedule_as_made(graph_, plan_.outputs, plan_.options.prune, updates);
     list_leaves();
     compile_bodies();

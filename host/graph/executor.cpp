@@ -120,7 +120,7 @@ TensorView Executor::resolve(const Placement& place, const Shape& shape, Type ty
 
 void Executor::run(std::uint32_t seed, const Chunk& chunk) {
   Launch launch(plan_.device, plan_.options.precision, plan_.options.gemm);
-  launch.chunk = chunk;
+  launch.chunk = chunk, launch.small_nets_whole = plan_.options.small_nets_whole;
   if (after_chunk_) launch.after_chunk = &after_chunk_;
   for (std::size_t at = 0; at < plan_.steps.size(); ++at) {
     const Step& step = plan_.steps[at];

@@ -53,8 +53,9 @@ class Launch {
 
   Device device;
   Precision precision;
-  std::string gemm;        // "packed" or "clblast": resolved before the plan was made
-  std::uint32_t seed = 0;  // of this run and this node's draws; random ops mix in their own salt
+  std::string gemm;               // "packed" or "clblast"
+  bool small_nets_whole = false;  // PlanOptions
+  std::uint32_t seed = 0;         // of this run and this node's draws; random ops mix in their own salt
   Chunk chunk;
   const ChunkListener* after_chunk = nullptr;  // null: nobody listens, and the device is not waited for
   Executor* body = nullptr;                    // runs the op's Body, if it has one

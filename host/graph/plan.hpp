@@ -10,11 +10,14 @@ namespace clerestory {
 
 struct PlanOptions {
   Precision precision = Precision::Single;
-  std::string gemm = "auto";  // packed | clblast | auto
-  bool prune = true;          // leave out nodes that no output needs
-  bool alias = true;          // views, in-place ops and concatenations without copies
-  bool reuse = true;          // values whose lives do not overlap share memory
-  bool reorder = true;        // steps run in the order that needs least memory, of a few
+  /// packed | clblast | auto: what Device::use_gemm() chose; if that is auto too, what was measured faster on the
+  /// device (host/tuning/tuning.hpp).
+  std::string gemm = "auto";
+  bool small_nets_whole = false;  // one kernel each under CLBlast too; compile() says so where it was not asked for
+  bool prune = true;              // leave out nodes that no output needs
+  bool alias = true;              // views, in-place ops and concatenations without copies
+  bool reuse = true;              // values whose lives do not overlap share memory
+  bool reorder = true;            // steps run in the order that needs least memory, of a few
   /// Most bytes of device memory that Plan::memory() may come to; 0: no such limit. To keep to it, values are computed
   /// again instead of being kept.
   std::size_t budget = 0;

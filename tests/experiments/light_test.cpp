@@ -367,6 +367,44 @@ TEST_F(Light, AnObjectIsLitByItAtEveryBounce) {
   EXPECT_THROW(insert_into(device, scene, {ball}, settings, 2), Error);
 }
 
+/// Who multiplies reaches the small nets too, and changes roundings alone.
+TEST_F(Light, IsTheSameByClblast) {
+  Device device = Device::open();
+  const Scene scene = read_run(run());
+  RenderSettings settings;
+  settings.light = "net", settings.spp = 16;
+  load_light_nets(settings, weights(), device);
+  InsertedObject ball;
+  const Vec3 c = scene.camera.unproject(32.5, 24.5, 0.5 * scene.depth.at(0, 24, 32));
+  ball.at_point = {c.x, c.y, c.z}, ball.radius = 0.08 * scene.depth.at(0, 24, 32), ball.roughness = 0.02;
+  std::map<std::string, std::string> kernels;
+  const auto inserted = [&](const std::string& gemm) {
+    device.use_gemm(gemm), device.set_profiling(true), device.reset_profile();
+    const Insertion with = insert_into(device, scene, {ball}, settings, 2);
+    for (const KernelProfile& k : device.profile()) kernels[gemm] += k.kernel + " ";
+    device.set_profiling(false);
+    return with.composite;
+  };
+  const Image own = inserted("packed"), blas = inserted("clblast");
+  for (const char* kernel : {"ask_mlp", "ask_field", "conv_cpu"}) {
+    EXPECT_THAT(kernels["packed"], testing::HasSubstr(kernel));
+    EXPECT_THAT(kernels["clblast"], testing::Not(testing::HasSubstr(kernel)));
+  }
+  EXPECT_THAT(kernels["clblast"], testing::HasSubstr("begin_layer"));
+  const double largest = *std::ranges::max_element(own.data);
+  // Some 100 products deep, thrice that with the samples' sum.
+  for (std::size_t i = 0; i < own.data.size(); ++i)
+    ASSERT_NEAR(own.data[i], blas.data[i], 300 * 0x1p-24 * largest) << i;
+
+  InvertOptions again = taken_apart(*folder_ / "by_clblast", weights());
+  again.gemm = "clblast";
+  invert(again);
+  const Image before = read_map(run() / "rerender.exr", 3), after = read_map(again.out / "rerender.exr", 3);
+  // A picture is stored in half precision.
+  for (std::size_t i = 0; i < before.data.size(); ++i)
+    ASSERT_NEAR(before.data[i], after.data[i], 0x1p-9 * before.data[i] + 300 * 0x1p-24 * largest) << i;
+}
+
 TEST_F(Light, AnEditIsLitByItAndLeavesTheRest) {
   Device device = Device::open();
   const Scene scene = read_run(run());

@@ -1,5 +1,5 @@
-// Every declared case is a test of its own: "Op.<stem>/<label>" on the bodies that suit the device, "OpInGroups" and
-// "OpInTiles" on the others that its kernels have.
+// Every declared case is a test of its own: "Op.<stem>/<label>" on the bodies that suit the device, "OpInGroups",
+// "OpInTiles" and "OpByProducts" on the others that its kernels have.
 #include <gtest/gtest.h>
 
 #include "checks/op_check.hpp"
@@ -26,6 +26,8 @@ const char* suite(Bodies bodies) {
       return "OpInGroups";
     case Bodies::InTiles:
       return "OpInTiles";
+    case Bodies::ByProducts:
+      return "OpByProducts";
     default:
       return "Op";
   }

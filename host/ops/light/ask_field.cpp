@@ -1,7 +1,10 @@
 #include "host/ops/light/ask_field.hpp"
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
+#include "host/ops/light/net_layers.hpp"
 #include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
@@ -10,6 +13,7 @@ namespace clerestory {
 namespace {
 
 constexpr int kMostOctaves = 10;
+constexpr int kBlock = 8192;  // points of rays whose layers are products of a BLAS at a time
 
 /// What kernels/light/ask_field.cl takes as its argument `net`.
 struct FieldLayers {
@@ -65,10 +69,15 @@ struct AskFieldOp : NotDifferentiable {
     std::size_t count = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(layers); ++i)
       count += packed_elements(net.width[i], net.width[i + 1]);
-    return count;
+    const long rays = std::min<long>(node.outputs[0].shape.plane(), block_rays());
+    return std::max(count, size(rays * options.march.segments * (1 + 2 * widest(net))));
   }
 
+  int block_rays() const { return std::max(1, kBlock / options.march.segments); }
+  static int widest(const FieldLayers& net) { return *std::ranges::max_element(net.width); }
+
   void launch(Launch& l) const override {
+    if (by_products(l)) return launch_products(l);
     std::size_t at = 0;
     for (int i = 0; i < layers; ++i)
       at = pack_layer(l, l.in(first_layer() + 2 * i), &l.in(first_layer() + 2 * i + 1), at);
@@ -83,6 +92,36 @@ struct AskFieldOp : NotDifferentiable {
                static_cast<int>(l.in(0).shape.w != y.shape.w), options.march.segments, Launch::Real{options.march.near},
                Launch::Real{options.march.radius}, static_cast<int>(options.march.jitter), l.seed, options.octaves, net,
                static_cast<int>(!options.released_output));
+  }
+
+  void launch_products(Launch& l) const {
+    clear_output(l);
+    const RayTile t = ray_tile(l, l.out().shape);
+    const int asked = asked_rays(l, t, listed ? &l.in(5) : nullptr);
+    for (int first = 0; first < asked; first += block_rays())
+      launch_block(l, t, first, std::min(block_rays(), asked - first));
+  }
+
+  void launch_block(Launch& l, const RayTile& t, int first, int rays) const {
+    const FieldLayers net = field([&](int i) -> const Shape& { return l.in(i).shape; });
+    const int segments = options.march.segments, columns = rays * segments, is_listed = listed;
+    const TensorView& list = l.in(listed ? 4 : 0);
+    const int lengths = 0;
+    WorkMatrix from{columns, net.width[0]}, to{columns + widest(net) * columns, 0};
+    l.run(kNetProducts, "encode_points", Range::of2(size(rays), size(segments)), l.in(0), l.in(1), l.in(2), list,
+          l.workspace, t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
+          is_listed, first, rays, from.at, lengths, static_cast<int>(l.in(0).shape.w != l.out().shape.w), segments,
+          Launch::Real{options.march.near}, Launch::Real{options.march.radius}, static_cast<int>(options.march.jitter),
+          l.seed, options.octaves);
+    for (int i = 0; i < layers; ++i) {
+      to.numbers = net.width[static_cast<std::size_t>(i) + 1];
+      begin_layer(l, l.in(first_layer() + 2 * i + 1), to, i > 0 ? &from : nullptr, columns);
+      add_product(l, l.in(first_layer() + 2 * i), from, to, columns);
+      std::swap(from, to);
+    }
+    l.run(kNetProducts, "composite_points", Range::of(size(rays)), l.workspace, l.in(3), list, l.out(), is_listed,
+          first, rays, from.at, lengths, segments, static_cast<int>(!options.released_output),
+          static_cast<std::uint64_t>(l.out().shape.plane()));
   }
 
   /// Of all rays: how many are listed is known on the device only.

@@ -24,7 +24,7 @@ struct FieldOptions {
 /// points: camera metres, {1, 3, P, S}, or {1, 3, P, 1} where all rays of a row start at one point. directions {1, 3,
 /// P, S}. range {1, 3, 1, 1} by depth_range(). background {1, 3, 1, 1}: radiance behind the field, none: black. What
 /// lies behind an optical depth of 14 (transmittance 8e-7) is not looked at. A ray's answer does not depend on the
-/// other rays. Asking for a gradient throws.
+/// other rays. Asking for a gradient throws. Under --gemm clblast the same by products of blocks of points.
 Value ask_field(std::span<const Value> weights, std::span<const Value> biases, Value points, Value directions,
                 Value range, const RayList& list, const FieldOptions& options, Value background = {});
 

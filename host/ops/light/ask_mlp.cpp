@@ -1,11 +1,17 @@
 #include "host/ops/light/ask_mlp.hpp"
 
+#include <algorithm>
+#include <utility>
+
+#include "host/ops/light/net_layers.hpp"
 #include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
+
+constexpr int kBlock = 2048;  // rays whose layers are products of a BLAS at a time
 
 // Inputs: rows, hit, direction, frequencies; list and count when `listed`; the weights by append_mlp().
 struct AskMlpOp : NotDifferentiable {
@@ -41,10 +47,13 @@ struct AskMlpOp : NotDifferentiable {
     std::size_t count = 0;
     for (const MlpPart& part : parts())
       count += packed_elements(node.in_shape(part.weight).c, node.in_shape(part.weight).n);
-    return count;
+    const auto numbers = static_cast<std::size_t>(2 * node.in_shape(first_layer()).n + 2 * node.in_shape(3).n);
+    const auto rays = static_cast<std::size_t>(std::min<long>(node.outputs[0].shape.plane(), kBlock));
+    return std::max(count, rays * numbers);
   }
 
   void launch(Launch& l) const override {
+    if (by_products(l)) return launch_products(l);
     std::size_t at = 0;
     for (const MlpPart& part : parts())
       at = pack_layer(l, l.in(part.weight), part.bias < 0 ? nullptr : &l.in(part.bias), at);
@@ -56,6 +65,39 @@ struct AskMlpOp : NotDifferentiable {
                l.in(1), l.in(2), l.in(3), list, count, l.workspace, y, t.first_pixel, t.pixels, t.first_sample,
                t.samples, t.pixel_capacity, t.sample_capacity, static_cast<int>(listed), l.in(0).shape.w,
                l.in(first_layer()).shape.n, layers, l.in(3).shape.n, again);
+  }
+
+  void launch_products(Launch& l) const {
+    clear_output(l);
+    const TensorView &y = l.out(), &list = l.in(listed ? 4 : 1);
+    const int asked = asked_rays(l, ray_tile(l, y.shape), listed ? &l.in(5) : nullptr);
+    for (int first = 0; first < asked; first += kBlock) launch_block(l, list, first, std::min(kBlock, asked - first));
+  }
+
+  void launch_block(Launch& l, const TensorView& list, int first, int rays) const {
+    const int width = l.in(first_layer()).shape.n, waves = l.in(3).shape.n, is_listed = listed;
+    const auto plane = static_cast<std::uint64_t>(l.out().shape.plane());
+    const auto range = [&](int rows) { return Range::of2(size(rays), size(rows)); };
+    const WorkMatrix along{0, 2 * waves};
+    WorkMatrix from{along.numbers * rays, 0}, to{from.at + width * rays, 0};
+    l.run(kNetProducts, "encode_directions", range(waves), l.in(2), l.in(3), list, l.workspace, is_listed, first, rays,
+          along.at, waves, plane);
+    int at = first_layer();
+    for (int layer = 0; layer <= layers; ++layer) {  // the last one answers
+      const int hidden = layer > 0, reads = layer == 0 || (again > 0 && layer == again);
+      to.numbers = layer < layers ? width : 3;
+      begin_layer(l, l.in(at + hidden + reads), to, hidden ? &from : nullptr, rays);
+      if (reads) {
+        l.run(kNetProducts, "add_rows", range(width), l.in(0), l.in(1), list, l.workspace, is_listed, first, rays,
+              to.at, l.in(0).shape.w, hidden ? width : 0);
+        add_product(l, l.in(at + hidden), along, to, rays);
+      }
+      if (hidden) add_product(l, l.in(at), from, to, rays);
+      at += 1 + hidden + reads;
+      std::swap(from, to);
+    }
+    l.run(kNetProducts, "put_answers", range(3), l.workspace, l.in(1), list, l.out(), is_listed, first, rays, from.at,
+          plane);
   }
 
   /// Of all rays: how many are listed is known on the device only.

@@ -51,7 +51,7 @@ struct ConvDataOp : NotDifferentiable {
     const ConvShape s = shape(node.in_shape(1));
     std::size_t packed = 0;
     for (const ConvPass& pass : backward_data_passes(s)) packed += packed_elements(pass.geometry);
-    return std::max(packed, columns_elements(forward_pass(s).geometry, false));
+    return std::max(packed, columns_elements(forward_pass(s).geometry, false, x.n));
   }
 
   void launch(Launch& l) const override {
@@ -80,7 +80,7 @@ struct ConvWeightsOp : NotDifferentiable {
   Cost cost(const Node& node) const override { return conv_cost(shape(node.in_shape(0)), node.in_shape(0).n); }
   std::size_t workspace(const Node& node) const override {
     const ConvGeometry g = forward_pass(shape(node.in_shape(0))).geometry;
-    return std::max(partial_elements(g), columns_elements(g, norm.present));
+    return std::max(partial_elements(g), columns_elements(g, norm.present, 1));
   }
 
   void launch(Launch& l) const override {
@@ -159,7 +159,7 @@ struct ConvOp : Op {
   Cost cost(const Node& node) const override { return conv_cost(shape(node), node.in_shape(0).n); }
   std::size_t workspace(const Node& node) const override {
     const ConvGeometry g = forward_pass(shape(node)).geometry;
-    return std::max(packed_elements(g), columns_elements(g, norm.present));
+    return std::max(packed_elements(g), columns_elements(g, norm.present, node.in_shape(0).n));
   }
 
   void launch(Launch& l) const override {

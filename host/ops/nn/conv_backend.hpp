@@ -55,13 +55,14 @@ struct MatrixView {
   std::uint64_t at = 0;  // elements from the start of the tensor
   int pitch = 0;         // elements between rows as stored
   bool transposed = false;
+  std::uint64_t stride = 0;  // elements to the matrix of the next item
 };
-/// c = a * b + beta * c, where a is rows x depth and b is depth x columns.
+/// c = a * b + beta * c, where a is rows x depth and b is depth x columns; of `items` such at once.
 void clblast_gemm(Launch& launch, int rows, int columns, int depth, const MatrixView& a, const MatrixView& b,
-                  double beta, const MatrixView& c);
+                  double beta, const MatrixView& c, int items = 1);
 
-/// Most elements of im2col matrix in the workspace.
-std::size_t columns_elements(const ConvGeometry& forward, bool normalised);
+/// Most elements of im2col matrices in the workspace, of a batch whose items may be multiplied at once.
+std::size_t columns_elements(const ConvGeometry& forward, bool normalised, int batch);
 void run_clblast_forward(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& x,
                          const SourceNorm* norm, const TensorView& w, const TensorView* bias, const TensorView& y);
 void run_clblast_data(Launch& launch, const ConvGeometry& forward, int batch, const TensorView& dy, const TensorView& w,

@@ -35,7 +35,8 @@ TensorView part(const TensorView& whole, std::size_t at) {
 }  // namespace
 
 bool use_clblast(const Launch& l, ConvKernels kernels) {
-  return kernels == ConvKernels::Clblast || (kernels == ConvKernels::ByPlan && l.gemm == "clblast");
+  if (kernels != ConvKernels::ByPlan) return kernels == ConvKernels::Clblast;
+  return l.gemm == "clblast";
 }
 
 int item_pitch(const TensorView& t) { return t.shape.n > 1 ? t.stride : static_cast<int>(t.shape.item()); }
