@@ -63,7 +63,7 @@ class Search {
       const ClblastSets sets = next();
       if (sets.empty()) return true;
       if (tried == options_.most_sets && tried > 0) return false;
-      if (watch.seconds() + slowest > until) return false;
+      if (tried > 0 && watch.seconds() + slowest > until) return false;
       stop_if_interrupted("tune");
       const double before = watch.seconds();
       trials_.begin(sets);

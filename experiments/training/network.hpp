@@ -15,7 +15,7 @@ namespace clerestory {
 /// Losses of one step by name ("loss" is the weighted sum), in the graph's order.
 using Losses = std::vector<std::pair<std::string, double>>;
 
-/// How a training graph is compiled: with the options' backend and within their memory.
+/// How a training graph is compiled: within the options' memory.
 PlanOptions plan_options(const TrainingOptions& options);
 
 class TrainingNetwork {

@@ -31,7 +31,8 @@ std::vector<std::string> settings_of(const Config& config) {
     const auto found = defaults.entries().find(key);
     if (found != defaults.entries().end() && found->second.value == entry.value) continue;
     if (key.starts_with("data.train") || key.starts_with("data.validation") || key == "data.lists" ||
-        key == "data.frames" || key == "model.init" || key == "train.memory_mib")
+        key == "data.frames" || key == "model.init" || key == "light.maps_weights" ||
+        key == "loss.perceptual_weights" || key == "train.memory_mib")
       continue;  // paths and limits of one machine
     settings.push_back(key + "=" + toml_value(entry.value));
   }

@@ -153,7 +153,8 @@ class Op {
   virtual long view_offset(const Node&) const { return -1; }
   /// True when inputs may be written straight to their place in output 0 (concatenation along channels).
   virtual bool gathers_inputs() const { return false; }
-  /// Inputs, all of them states, that launch() writes: such a node is an update and runs last.
+  /// Inputs, all of them states, that launch() writes: such a node is an update, runs once, and after all who read them
+  /// as they were. Other nodes may run again where memory is short: launch() has no effect but on its outputs.
   virtual std::vector<int> writes() const { return {}; }
   virtual Body body() const { return {}; }
 };

@@ -102,7 +102,7 @@ struct Plan {
 };
 
 /// A plan that computes `outputs` and, when `updates` is true, every state update of the graph. Throws Error of kind
-/// Usage where the budget cannot be met, with the least that can.
+/// Usage where the budget cannot be met, with the least that was found.
 Plan compile(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options = {},
              bool updates = false);
 

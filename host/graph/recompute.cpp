@@ -92,8 +92,8 @@ class Finder {
   bool make(TaskValue v, const Root& root, int step, std::set<int>& again, std::size_t& kept) {
     if (again.contains(v.task)) return true;
     const int state = states_[index(v.task)];
-    if (const auto written = written_at_.find(state); state >= 0 && written != written_at_.end())
-      if (written->second < step) return false;  // it is another by then
+    if (const auto written = written_at_.lower_bound(state); state >= 0 && written != written_at_.end())
+      if (written->first == state && written->second < step) return false;  // it is another by then
     if (s_.leaf(v.task)) return true;
     const Placement& place = layout_.place(v);
     const bool in_root = place.where == Placement::Where::Arena && &layout_.roots[index(place.slot)] == &root;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <mutex>
 #include <set>
 
 #include "host/cl/disk_cache.hpp"
@@ -63,16 +64,18 @@ Tuning tuning_of(const nlohmann::json& json) {
 /// The shipped file, where it is found.
 fs::path shipped_file() {
   for (const fs::path& place : data_places("assets/tuning.json"))
-    if (fs::exists(place)) return place;
+    if (std::error_code unreadable; fs::exists(place, unreadable)) return place;
   return {};
 }
 
 /// Nothing of a file that cannot be read: it is said once.
 std::vector<Tuning> readable_tunings(const fs::path& file) {
   static std::set<std::string> said;
+  static std::mutex guard;
   try {
     return read_tunings(file);
   } catch (const Error& error) {
+    const std::lock_guard lock(guard);
     if (said.insert(error.what()).second) say(fmt::format("passed over, as if it were not there: {}", error.what()));
     return {};
   }

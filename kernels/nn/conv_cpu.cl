@@ -116,9 +116,9 @@ static inline void ask(Ahead *a, int lines) {
   }
 }
 
-// Cache lines to ask for in each of `calls`, so that none is left.
-static inline int lines_each(const Ahead *a, int calls) {
-  return (a->pieces * (a->length / LINE + 1) + calls - 1) / calls;
+// Cache lines to ask for with each of `tiles`, so that none is left.
+static inline int lines_each(const Ahead *a, int tiles) {
+  return (a->pieces * (a->length / LINE + 1) + tiles - 1) / tiles;
 }
 
 // Weights times `vectors` vectors of the band's panel: sums[outputs][positions] (+)= weights * panel[offset[k]], where
@@ -151,9 +151,10 @@ DEFINE_MULTIPLY(3)
 static void multiply_band(local real *sums, int pitch, global const real *weights, int weights_pitch, int outputs,
                           local const real *panel, local const int *offset, int depth, int positions, bool first,
                           Ahead *ahead) {
-  const int calls = (positions + 2 * TILE_WIDTH - 1) / (2 * TILE_WIDTH) * ((outputs + TILE_ROWS - 1) / TILE_ROWS);
-  const int lines = lines_each(ahead, calls);
-  for (int left = (positions + TILE_WIDTH - 1) / TILE_WIDTH; left > 0;) {
+  int left = (positions + TILE_WIDTH - 1) / TILE_WIDTH;
+  const int tiles = (left + TILE_VECTORS - 1) / TILE_VECTORS * ((outputs + TILE_ROWS - 1) / TILE_ROWS);
+  const int lines = lines_each(ahead, tiles);
+  while (left > 0) {
     const int vectors = left == 4 ? 2 : min(left, TILE_VECTORS);  // two twos are faster than three and one
     if (vectors == 3)
       multiply_3(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead, lines);
@@ -178,7 +179,8 @@ static void store_row(global real *to, local const real *from, int n, int step, 
   for (; i < n; ++i) to[i * step] = from[i] + bias;
 }
 
-// Source channels c0 to c1 under the band that starts at `start`: its rows, or of a band of columns its part of the first.
+// Source channels c0 to c1 under the band that starts at `start`: its rows, or of a band of columns its part of the
+// first.
 static Ahead panel_ahead(global const real *source, int c0, int c1, int2 start, const ConvGeometry g,
                          const ConvBlocking b) {
   const int h = g.source_plane / g.source_w, top = start.y * g.source_step + g.source_y;

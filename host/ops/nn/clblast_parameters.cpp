@@ -4,6 +4,7 @@
 #include <link.h>
 
 #include <filesystem>
+#include <mutex>
 #include <unordered_map>
 
 namespace clerestory {
@@ -24,11 +25,17 @@ cl_device_id id_of(const Device& device) {
   return id;
 }
 
+/// Nets may run from several threads.
+std::mutex& guard() {
+  static std::mutex one;
+  return one;
+}
+
 /// Asked for before the first of them is replaced: CLBlast does not give its own back.
 Held& held(cl_device_id id) {
   static std::unordered_map<cl_device_id, Held> all;
-  Held& found = all[id];
-  if (!found.own.empty()) return found;
+  if (const auto known = all.find(id); known != all.end()) return known->second;
+  Held found;
   for (const char* kernel : kernels) {
     std::unordered_map<std::string, std::size_t> values;
     if (const auto status = clblast::RetrieveParameters(id, kernel, precision, values);
@@ -38,7 +45,7 @@ Held& held(cl_device_id id) {
     found.own[kernel] = {values.begin(), values.end()};
   }
   found.now = found.own;
-  return found;
+  return all[id] = std::move(found);
 }
 
 void set(cl_device_id id, Held& h, const std::string& kernel, const ClblastValues& values) {
@@ -67,15 +74,26 @@ std::string clblast_version() {
   return version;
 }
 
-ClblastParameters clblast_defaults(Device& device) { return held(id_of(device)).own; }
+namespace {
 
-void use_clblast_parameters(Device& device, const ClblastParameters& parameters) {
-  const cl_device_id id = id_of(device);
-  Held& h = held(id);
-  h.chosen = true;
+void use(cl_device_id id, Held& h, const ClblastParameters& parameters) {
   for (const auto& [kernel, values] : parameters)
     if (!h.own.contains(kernel)) throw usage_error("CLBlast's matrix product has no such kernel", "CLBlast", kernel);
   for (const auto& [kernel, own] : h.own) set(id, h, kernel, parameters.contains(kernel) ? parameters.at(kernel) : own);
+  h.chosen = true;
+}
+
+}  // namespace
+
+ClblastParameters clblast_defaults(Device& device) {
+  const std::lock_guard lock(guard());
+  return held(id_of(device)).own;
+}
+
+void use_clblast_parameters(Device& device, const ClblastParameters& parameters) {
+  const std::lock_guard lock(guard());
+  const cl_device_id id = id_of(device);
+  use(id, held(id), parameters);
 }
 
 ClblastParameters tuned_parameters(const Device& device) {
@@ -84,7 +102,9 @@ ClblastParameters tuned_parameters(const Device& device) {
 }
 
 void use_tuned_parameters(Device& device) {
-  if (!held(id_of(device)).chosen) use_clblast_parameters(device, tuned_parameters(device));
+  const std::lock_guard lock(guard());
+  const cl_device_id id = id_of(device);
+  if (Held& h = held(id); !h.chosen) use(id, h, tuned_parameters(device));
 }
 
 }  // namespace clerestory
