@@ -4,21 +4,12 @@
 #include <limits>
 
 #include "host/cl/seconds_of.hpp"
+#include "host/cl/small_integers.hpp"
 #include "host/ops/nn/clblast_parameters.hpp"
 #include "host/ops/nn/gemm.hpp"
 
 namespace clerestory {
 namespace {
-
-// From -2 to 1: sums over depths below 2^22 stay exact.
-std::vector<float> whole_numbers(std::size_t count, std::uint32_t seed) {
-  std::vector<float> values(count);
-  for (float& value : values) {
-    seed = seed * 1664525u + 1013904223u;
-    value = static_cast<float>(static_cast<int>(seed >> 30) - 2);
-  }
-  return values;
-}
 
 std::vector<float> transposed(const std::vector<float>& from, int rows, int columns) {
   std::vector<float> to(from.size());
@@ -55,8 +46,9 @@ struct ClblastMeter::Work {
   std::vector<float> expected;
 
   Work(const Product& p, Device& device) : product(p) {
-    const std::vector<float> a = whole_numbers(static_cast<std::size_t>(p.rows) * p.depth, 1);
-    const std::vector<float> b = whole_numbers(static_cast<std::size_t>(p.columns) * p.depth, 2);
+    // Of two bits: sums over depths below 2^22 stay exact.
+    const auto a = small_integers<float>(static_cast<std::size_t>(p.rows) * p.depth, 1, 2);
+    const auto b = small_integers<float>(static_cast<std::size_t>(p.columns) * p.depth, 2, 2);
     const int a_rows = p.transpose_a ? p.depth : p.rows, b_rows = p.transpose_b ? p.columns : p.depth;
     const Value left = graph.input("a", {1, 1, a_rows, p.transpose_a ? p.rows : p.depth});
     const Value right = graph.input("b", {1, 1, b_rows, p.transpose_b ? p.depth : p.columns});

@@ -86,6 +86,11 @@ std::string some_of(const std::vector<std::string>& names) {
   return names.size() > most ? fmt::format("{} and {} more", text, names.size() - most) : text;
 }
 
+bool says_imported(const TensorFile& file) {
+  const auto kind = file.metadata.find("kind");
+  return kind != file.metadata.end() && kind->second == kImportedKind;
+}
+
 /// The tensors of a state dictionary, sorted into what is taken and what is not.
 class Import {
  public:
@@ -168,11 +173,7 @@ ImportedNet import_net(const fs::path& path) {
   return imported;
 }
 
-bool is_imported(const fs::path& path) {
-  const TensorFile file = read_safetensors(path);
-  const auto kind = file.metadata.find("kind");
-  return kind != file.metadata.end() && kind->second == kImportedKind;
-}
+bool is_imported(const fs::path& path) { return says_imported(read_safetensors(path)); }
 
 TensorFile read_imported(const fs::path& path, const std::string& net) {
   TensorFile file = read_finite_safetensors(path);
@@ -191,7 +192,8 @@ TensorFile imported_features(const fs::path& path, const Image& picture, Device 
   constexpr int least = 32;
   const std::string where = path.string();
   const TensorFile file = read_finite_safetensors(path);
-  if (!is_imported(path)) throw usage_error("is no imported net", where, "", "what `clerestory weights import` wrote");
+  if (!says_imported(file))
+    throw usage_error("is no imported net", where, "", "what `clerestory weights import` wrote");
   const KnownNet& net = net_named(fact(file, "net", where), where);
   if (std::min(picture.width, picture.height) < least)
     throw usage_error("the picture is too small for this net", where,

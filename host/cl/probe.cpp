@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "host/cl/disk_cache.hpp"
+#include "host/cl/small_integers.hpp"
 
 namespace clerestory {
 namespace {
@@ -15,16 +16,6 @@ constexpr const char* file = "tensor/probe.cl";
 
 template <class Real>
 constexpr Precision precision_of = sizeof(Real) == 4 ? Precision::Single : Precision::Double;
-
-template <class Real>
-std::vector<Real> small_integers(std::size_t count, std::uint32_t seed) {
-  std::vector<Real> values(count);
-  for (Real& value : values) {
-    seed = seed * 1664525u + 1013904223u;
-    value = static_cast<Real>(static_cast<int>(seed >> 28) - 8);
-  }
-  return values;
-}
 
 template <class Real>
 Buffer upload(Device& device, const std::vector<Real>& values) {
@@ -44,8 +35,8 @@ template <class Real>
 std::string product_fault(Device& device, const Defines& defines) {
   constexpr int rows = 12, columns = 32;  // the register tile, as in the packed matrix product
   constexpr int row_panels = 2, column_panels = 3, period = 37, depth = 70'001;
-  const auto a = small_integers<Real>(row_panels * rows * period, 1);
-  const auto b = small_integers<Real>(column_panels * columns * period, 2);
+  const auto a = small_integers<Real>(row_panels * rows * period, 1, 4);
+  const auto b = small_integers<Real>(column_panels * columns * period, 2, 4);
   const Buffer a_packed = upload(device, a), b_packed = upload(device, b);
   const Buffer c = device.allocate(sizeof(Real) * row_panels * rows * column_panels * columns);
   const Kernel kernel = device.kernel(file, "probe_product", defines, precision_of<Real>);

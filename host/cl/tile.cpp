@@ -5,6 +5,7 @@
 
 #include "host/cl/disk_cache.hpp"
 #include "host/cl/seconds_of.hpp"
+#include "host/cl/small_integers.hpp"
 
 namespace clerestory {
 namespace {
@@ -22,16 +23,6 @@ Defines defines_of(const Tile& tile) {
 }
 
 std::string remembered_by(const Device& device) { return device.fingerprint() + "\n" + kernel_source(file); }
-
-// Numbers from -2 to 1: sums of most_rounds * depth products stay below 2^23, so that every one is exact.
-std::vector<float> small_integers(int count, unsigned seed) {
-  std::vector<float> values(static_cast<std::size_t>(count));
-  for (float& value : values) {
-    seed = seed * 1664525u + 1013904223u;
-    value = static_cast<float>(static_cast<int>(seed >> 30) - 2);
-  }
-  return values;
-}
 
 /// The product that tiles are measured by.
 class Product {
@@ -115,7 +106,9 @@ class Product {
 
   Device& device_;
   std::size_t items_;
-  std::vector<float> left_ = small_integers(panel * depth, 1), right_ = small_integers(positions * depth, 2);
+  // Numbers of two bits: sums of most_rounds * depth products stay below 2^23, so that every one is exact.
+  std::vector<float> left_ = small_integers<float>(panel * depth, 1, 2),
+                     right_ = small_integers<float>(positions * depth, 2, 2);
   Buffer weights_, panel_, sums_;
   std::vector<Candidate> candidates_;
 };

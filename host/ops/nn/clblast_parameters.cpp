@@ -57,6 +57,13 @@ void set(cl_device_id id, Held& h, const std::string& kernel, const ClblastValue
   h.now[kernel] = values;
 }
 
+void use(cl_device_id id, Held& h, const ClblastParameters& parameters) {
+  for (const auto& [kernel, values] : parameters)
+    if (!h.own.contains(kernel)) throw usage_error("CLBlast's matrix product has no such kernel", "CLBlast", kernel);
+  for (const auto& [kernel, own] : h.own) set(id, h, kernel, parameters.contains(kernel) ? parameters.at(kernel) : own);
+  h.chosen = true;
+}
+
 }  // namespace
 
 std::string clblast_version() {
@@ -73,17 +80,6 @@ std::string clblast_version() {
       &version);
   return version;
 }
-
-namespace {
-
-void use(cl_device_id id, Held& h, const ClblastParameters& parameters) {
-  for (const auto& [kernel, values] : parameters)
-    if (!h.own.contains(kernel)) throw usage_error("CLBlast's matrix product has no such kernel", "CLBlast", kernel);
-  for (const auto& [kernel, own] : h.own) set(id, h, kernel, parameters.contains(kernel) ? parameters.at(kernel) : own);
-  h.chosen = true;
-}
-
-}  // namespace
 
 ClblastParameters clblast_defaults(Device& device) {
   const std::lock_guard lock(guard());
