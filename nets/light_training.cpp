@@ -19,7 +19,7 @@ namespace {
 
 /// `known`, 1 on rays that hit alone.
 Value known_hits(Value known, const SsrtHits& hits, const LitPicture& p) {
-  const Value everywhere = p.depth.graph().fill(p.depth.shape(), 1);
+  const Value everywhere = p.scene.depth.graph().fill(p.scene.depth.shape(), 1);
   return multiply(known, gather_rays(everywhere, hits.pixel));
 }
 

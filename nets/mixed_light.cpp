@@ -1,6 +1,5 @@
 #include "nets/mixed_light.hpp"
 
-#include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/mix_light.hpp"
 
 namespace clerestory {
@@ -13,12 +12,11 @@ std::vector<LitPicture> lit_pictures(Graph& graph, const LightInputs& p, const L
   const std::vector<LightPixels> pixels =
       light_pixels_of_batch({graph, training, "local"}, p.image, p.surfaces, sizes.in_view);
   const std::vector<LightField> fields = light_fields({graph, training, "global"}, p, sizes.out_of_view);
-  const Value pyramid = depth_pyramid(p.depth);
   std::vector<LitPicture> pictures;
   for (int i = 0; i < p.image.shape().n; ++i) {
     const std::size_t at = static_cast<std::size_t>(i);
     const auto own = [&](Value batch) { return item_of(batch, i); };
-    pictures.push_back({own(p.image), own(p.depth), own(pyramid), own(p.surfaces.normal), own(p.camera), own(p.range),
+    pictures.push_back({own(p.image), ssrt_scene(own(p.depth), own(p.surfaces.normal)), own(p.camera), own(p.range),
                         pixels[at], fields[at]});
   }
   return pictures;
@@ -27,8 +25,7 @@ std::vector<LitPicture> lit_pictures(Graph& graph, const LightInputs& p, const L
 LightAnswer ask_light(Graph& graph, const LitPicture& p, const LightSizes& sizes, Value points, Value directions,
                       Value skip) {
   LightAnswer answer;
-  answer.hits =
-      ssrt(p.depth, p.pyramid, p.camera, p.range, directions, p.normal, {points, skip}, {.delta = sizes.delta});
+  answer.hits = ssrt(p.scene, p.camera, p.range, directions, {points, skip}, {.delta = sizes.delta});
   answer.out_of_view = out_of_view_light(p.field, points, directions, p.range, sizes.out_of_view);
   answer.in_view =
       in_view_light({graph, false, "local"}, p.pixels, answer.hits.pixel, directions, p.image, sizes.in_view);

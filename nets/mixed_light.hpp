@@ -17,7 +17,9 @@ LightSizes light_sizes(const std::string& preset);
 
 /// One picture, with what its nets say once.
 struct LitPicture {
-  Value image, depth, pyramid, normal, camera, range;
+  Value image;
+  SsrtScene scene;
+  Value camera, range;
   LightPixels pixels;
   LightField field;
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "host/error.hpp"
-#include "host/ops/light/depth_pyramid.hpp"
 #include "nets/scene_light.hpp"
 
 namespace clerestory {
@@ -43,7 +42,11 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   std::vector<Value> shared = light.inputs;
   const std::size_t own = shared.size();
   shared.push_back(v.camera);
-  if (traces) shared.insert(shared.end(), {v.maps.depth, depth_pyramid(v.maps.depth), v.range, v.maps.surfaces.normal});
+  if (traces) {
+    const std::vector<Value> against = ssrt_scene(v.maps.depth, v.maps.surfaces.normal).values();
+    shared.push_back(v.range);
+    shared.insert(shared.end(), against.begin(), against.end());
+  }
   s.prepared = std::make_unique<Executor>(compile(s.whole, shared, device), light.states);
   feed_scene(*s.prepared, scene);
   light.feed(*s.prepared);
@@ -60,8 +63,8 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   if (s.lamps) asked.lobes = {s.block.input("specular", rays), s.block.input("lobe", {1, 1, s.rows, kSamples})};
   const Value skip = s.block.input("skip", {1, 1, s.rows, kSamples}, Type::Int);
   if (traces)
-    s.hits = asked.hits = ssrt(in[own + 1], in[own + 2], asked.camera, in[own + 3], asked.direction, in[own + 4],
-                               {asked.points, skip}, spec.ssrt);
+    s.hits = asked.hits = ssrt(ssrt_scene(std::span<const Value>(in).subspan(own + 2, 4)), asked.camera, in[own + 1],
+                               asked.direction, {asked.points, skip}, spec.ssrt);
   if (s.given) {
     s.hits.pixel = s.block.input("hits", {1, 1, s.rows, kSamples}, Type::Int);
     s.hits.u = s.block.input("uncertainty", {1, 1, s.rows, kSamples});

@@ -5,7 +5,6 @@
 
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
-#include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/soft_lamps.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/shade/accumulate_samples.hpp"
@@ -101,8 +100,8 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
   const Value points = surface_points(z, eye), row_points = reshape(points, {1, 3, pixels, 1});
   const Value starts = ray_origins(points, samples);
   const Value skip = graph.input("grid skip", {1, 1, pixels, samples}, Type::Int);
-  const SsrtHits hits = ssrt(v.maps.depth, depth_pyramid(v.maps.depth), v.camera, v.range, drawn.direction,
-                             v.maps.surfaces.normal, {starts, skip}, spec.ssrt);
+  const SsrtHits hits = ssrt(ssrt_scene(v.maps.depth, v.maps.surfaces.normal), v.camera, v.range, drawn.direction,
+                             {starts, skip}, spec.ssrt);
   const Value radiance =
       light.radiance({row_points, drawn.direction, drawn.lobes, hits, v.camera}, light.inputs, nullptr);
   const Value alone = accumulate_samples(drawn.weight, radiance, drawn.pdf, {}, {}, samples).mean;

@@ -6,7 +6,6 @@
 #include "checks/light/brute_force.hpp"
 #include "checks/light/ssrt_scenes.hpp"
 #include "checks/op_case.hpp"
-#include "host/ops/light/depth_pyramid.hpp"
 
 namespace clerestory {
 namespace {
@@ -29,8 +28,7 @@ OP_CASES(light_ssrt) {
                  {"range", depth_range(scene.depth)},
                  {"directions", directions(42, 31)}};
   const auto build = [](Graph&, const Values& v) {
-    const SsrtHits hits =
-        ssrt(v.at("depth"), depth_pyramid(v.at("depth")), v.at("camera"), v.at("range"), v.at("directions"));
+    const SsrtHits hits = ssrt(ssrt_scene(v.at("depth")), v.at("camera"), v.at("range"), v.at("directions"));
     return std::vector<Value>{hits.pixel, hits.delta, hits.u};
   };
   const auto reference = [](const Tensors& t) {

@@ -4,7 +4,6 @@
 
 #include "checks/stability/stability_case.hpp"
 #include "host/ops/light/bench_room.hpp"
-#include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/project_rays.hpp"
 #include "host/ops/light/ssrt.hpp"
 
@@ -62,8 +61,8 @@ StabilityCase traced(const std::string& name, const Seen& seen, const Tensor& di
                        {"range", seen.range},
                        {"directions", directions}}};
   f.build = [](Graph&, const Values& v) {
-    const SsrtHits hits = ssrt(v.at("depth"), depth_pyramid(v.at("depth")), v.at("camera"), v.at("range"),
-                               v.at("directions"), v.at("normal"));
+    const SsrtHits hits =
+        ssrt(ssrt_scene(v.at("depth"), v.at("normal")), v.at("camera"), v.at("range"), v.at("directions"));
     return std::vector<Compared>{{hits.pixel, false}, {hits.delta, false}, {hits.u, false}};
   };
   StabilityCase c{.group = "rays", .name = name, .inside = inside};

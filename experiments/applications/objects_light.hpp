@@ -10,11 +10,11 @@ namespace clerestory {
 
 /// The whole-map values that objects_light() asks render() to hand in, in this order, before those of the light.
 struct ObjectsLightInputs {
-  Value depth, pyramid, normal;  // of the scene without objects
-  Value range, points;           // its range; surface points of what is shaded, {1, 3, h, w}
-  Value skip;                    // Int {1, 1, h, w}: the pixel that a pixel's rays do not hit, or -1
-  Value shows;                   // {1, 1, h, w}: 1 where a pixel shows an object
-  Value materials;               // {objects, 5, 1, 1}: albedo, roughness, metallic
+  SsrtScene scene;      // without objects
+  Value range, points;  // its range; surface points of what is shaded, {1, 3, h, w}
+  Value skip;           // Int {1, 1, h, w}: the pixel that a pixel's rays do not hit, or -1
+  Value shows;          // {1, 1, h, w}: 1 where a pixel shows an object
+  Value materials;      // {objects, 5, 1, 1}: albedo, roughness, metallic
 };
 std::vector<Value> inputs_of(const ObjectsLightInputs& inputs, const SceneLight& light);
 

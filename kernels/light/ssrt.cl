@@ -10,6 +10,10 @@
 // largest inverse depths, down where it might meet something and up where not (after Uludag 2014, GPU Pro 5 ch. 4).
 // Borders are those of cells either way and k is monotone in s, so both give the same cell to the last bit.
 //
+// Rays that leave a surface are behind its neighbours' cells, which face away from them, for as long as depth and normals
+// disagree. So a block whose normals all face away from the ray is passed over like one that it does not meet (BOXES,
+// normal_pyramid.cl), and one whose normals all face it needs no normal: the cell is the same to the last bit.
+//
 // On a CPU (GROUP 1) a work-item takes 16 samples of a pixel in lanes, each with its own level and place; else one ray.
 //
 // Rays: {1, 3, pixels, samples}, samples fastest, a multiple of 16; a zero direction is no ray. Results, same layout:
@@ -35,9 +39,9 @@ typedef int16 ints;
 #define INTS(v) convert_int16(v)
 #define UINTS(v) as_uint16(v)
 #define LANES_OF(v) convert_real16(v)
-#define GATHER(p, i)                                                                                        \
-  (lanes)((p)[i.s0], (p)[i.s1], (p)[i.s2], (p)[i.s3], (p)[i.s4], (p)[i.s5], (p)[i.s6], (p)[i.s7], (p)[i.s8], \
-          (p)[i.s9], (p)[i.sa], (p)[i.sb], (p)[i.sc], (p)[i.sd], (p)[i.se], (p)[i.sf])
+#define GATHERED(type, p, i)                                                                               \
+  (type)((p)[i.s0], (p)[i.s1], (p)[i.s2], (p)[i.s3], (p)[i.s4], (p)[i.s5], (p)[i.s6], (p)[i.s7], (p)[i.s8], \
+         (p)[i.s9], (p)[i.sa], (p)[i.sb], (p)[i.sc], (p)[i.sd], (p)[i.se], (p)[i.sf])
 static inline int any_of(const ints c) {
   const int8 a = c.lo | c.hi;
   const int4 b = a.lo | a.hi;
@@ -54,9 +58,12 @@ typedef int ints;
 #define INTS(v) ((int)(v))
 #define UINTS(v) ((uint)(v))
 #define LANES_OF(v) ((real)(v))
-#define GATHER(p, i) (p)[i]
+#define GATHERED(type, p, i) (p)[i]
 static inline int any_of(const ints c) { return c; }
 #endif
+
+#define GATHER(p, i) GATHERED(lanes, p, i)
+#define GATHER_INT(p, i) GATHERED(ints, p, i)
 
 #define HUGE_SLOPE R(1e30)
 
@@ -69,6 +76,9 @@ static inline int any_of(const ints c) { return c; }
 #define FIRST_LEVEL min(2, levels - 1)
 #define TOP_LEVEL (levels - 1)
 #define STAY(axis, cell) cell_at(axis, leave)
+#ifdef FACING
+#define BOXES
+#endif
 #endif
 
 // The lesser of two, neither NaN.
@@ -111,12 +121,19 @@ static inline ints cell_at(const Axis a, const lanes s) {
   return nearest + IS(border(a, nearest) > s);
 }
 
+#ifdef BOXES
+// The product of a direction and a packed corner of normal_pyramid.cl, more by that with 511 on every axis.
+static inline lanes dot_corner(const lanes dx, const lanes dy, const lanes dz, const ints corner) {
+  return dx * LANES_OF(corner & 1023) + dy * LANES_OF(corner >> 10 & 1023) + dz * LANES_OF(corner >> 20);
+}
+#endif
+
 kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
 #if defined(ORIGIN_MAP) || defined(ORIGIN_RAYS)
                  IN(origin), IN_INT(skip),
 #endif
 #ifdef FACING
-                 IN(normal),
+                 IN(normal), IN_INT(boxes),
 #endif
                  OUT_INT(hit), OUT(delta), OUT(u), CHUNK_ARGS, const int items, const int w, const int h,
                  const int stride, const int level_rows, const int levels, const real thickness) {
@@ -179,6 +196,10 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
   lanes s = R(0), k_ray = R(1), k_hit = R(1);
   ints i = cell_at(x, s), j = cell_at(y, s);
   ints level = FIRST_LEVEL, found = -1;
+#ifdef BOXES
+  const ints backward = IS(dx <= R(0)) & 1023 | IS(dy <= R(0)) & 1023 << 10 | IS(dz <= R(0)) & 1023 << 20;
+  const lanes middle = R(511) * (dx + dy + dz);
+#endif
   active &= IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
   while (any_of(active)) {
     const ints block_i = i >> level, block_j = j >> level;
@@ -189,7 +210,16 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
     const ints row = level_rows - ((ints)(level_rows) >> level) + (block_j ^ y.flip);
     const ints index = (row * stride + (block_i ^ x.flip)) & active;
     const lanes k_cell = GATHER(cells, index);
-    const ints meets = active & IS(least(k_in, k_out) <= k_cell);
+    ints meets = active & IS(least(k_in, k_out) <= k_cell);
+#ifdef BOXES
+    // Of the block's box around its normals: the corner that comes closest to facing the ray, and the farthest from it.
+    global const int *boxes_n = AT(boxes, n);
+    const ints low = GATHER_INT(boxes_n, 2 * index), high = GATHER_INT(boxes_n + 1, 2 * index);
+    meets &= IS(dot_corner(dx, dy, dz, low & ~backward | high & backward) <= middle);
+    const ints doubtful = IS(dot_corner(dx, dy, dz, high & ~backward | low & backward) > middle);
+#else
+    const ints doubtful = -1;
+#endif
     const ints leaf = meets & IS(level == 0);
     if (any_of(leaf)) {
       const ints cell = (j ^ y.flip) * w + (i ^ x.flip);
@@ -198,9 +228,12 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
       hits &= IS(fmax(k_in, k_out) * (R(1) + thickness * k_cell) >= k_cell);
 #endif
 #ifdef FACING
-      const ints at = cell & leaf;
-      global const real *nx = AT(normal, n), *ny = nx + plane, *nz = ny + plane;
-      hits &= IS(dx * GATHER(nx, at) + dy * GATHER(ny, at) + dz * GATHER(nz, at) <= R(0));
+      const ints asked = hits & doubtful;
+      if (any_of(asked)) {
+        const ints at = cell & asked;
+        global const real *nx = AT(normal, n), *ny = nx + plane, *nz = ny + plane;
+        hits &= ~asked | IS(dx * GATHER(nx, at) + dy * GATHER(ny, at) + dz * GATHER(nz, at) <= R(0));
+      }
 #endif
       found = PICK_INT(hits, cell, found);
       k_ray = PICK(hits, k_in, k_ray);

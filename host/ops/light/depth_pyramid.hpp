@@ -12,6 +12,9 @@ struct PyramidLayout {
 };
 PyramidLayout pyramid_layout(int w, int h);
 
+/// Launches what makes level 0 of a pyramid of an op's input, then each level from the one below.
+void launch_pyramid(Launch& launch, const char* file, const char* base_kernel, const char* level_kernel);
+
 /// depth {n, 1, h, w}, axial, metres, 0 (or infinity, or NaN) = none -> {n, 1, level_rows, stride}. No gradient.
 Value depth_pyramid(Value depth);
 

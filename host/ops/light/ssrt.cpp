@@ -5,6 +5,7 @@
 
 #include "host/math/statistics.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
+#include "host/ops/light/normal_pyramid.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
 
@@ -19,7 +20,7 @@ void expect(const Value& value, const Shape& shape, const char* what) {
                 shape.text());
 }
 
-// Inputs: pyramid, camera, range, directions, [points, skip], [normal].
+// Inputs: pyramid, camera, range, directions, [points, skip], [normal, boxes].
 struct SsrtOp : NotDifferentiable {
   Shape depth;
   SsrtOptions options;
@@ -51,9 +52,9 @@ struct SsrtOp : NotDifferentiable {
     if (origins == Origins::Rays) defines["ORIGIN_RAYS"] = "1";
     if (facing) defines["FACING"] = "1";
     if (origins == Origins::Surface && !facing) return march(l, defines);
-    if (origins == Origins::Surface) return march(l, defines, l.in(4));
+    if (origins == Origins::Surface) return march(l, defines, l.in(4), l.in(5));
     if (!facing) return march(l, defines, l.in(4), l.in(5));
-    march(l, defines, l.in(4), l.in(5), l.in(6));
+    march(l, defines, l.in(4), l.in(5), l.in(6), l.in(7));
   }
 
   template <class... More>
@@ -92,20 +93,35 @@ DeltaDepth delta_depth_of(const std::string& name) {
 
 const char* name_of(DeltaDepth delta) { return delta == DeltaDepth::Linear ? "linear" : "window"; }
 
-SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value directions, Value normal,
-              const RayOrigins& origins, const SsrtOptions& options) {
-  const Shape& d = depth.shape();
+SsrtScene ssrt_scene(Value depth, Value normal) {
+  return {depth, depth_pyramid(depth), normal, normal ? normal_pyramid(normal) : Value{}};
+}
+
+SsrtScene ssrt_scene(std::span<const Value> values) {
+  if (values.size() == 2) return {values[0], values[1], {}, {}};
+  return {values[0], values[1], values[2], values[3]};
+}
+
+std::vector<Value> SsrtScene::values() const {
+  return normal ? std::vector{depth, pyramid, normal, boxes} : std::vector{depth, pyramid};
+}
+
+SsrtHits ssrt(const SsrtScene& scene, Value camera, Value range, Value directions, const RayOrigins& origins,
+              const SsrtOptions& options) {
+  const Shape& d = scene.depth.shape();
   const PyramidLayout layout = pyramid_layout(d.w, d.h);
-  expect(depth, {d.n, 1, d.h, d.w}, "depth");
-  expect(pyramid, {d.n, 1, layout.level_rows, layout.stride}, "the pyramid");
+  expect(scene.depth, {d.n, 1, d.h, d.w}, "depth");
+  expect(scene.pyramid, {d.n, 1, layout.level_rows, layout.stride}, "the pyramid");
   expect(camera, {d.n, 4, 1, 1}, "the camera");
   expect(range, {d.n, 3, 1, 1}, "the range of depths");
-  if (normal) expect(normal, {d.n, 3, d.h, d.w}, "the normal map");
+  const bool facing = static_cast<bool>(scene.normal);
+  if (facing) expect(scene.normal, {d.n, 3, d.h, d.w}, "the normal map");
+  if (facing) expect(scene.boxes, {d.n, 1, layout.level_rows, 2 * layout.stride}, "the normals' pyramid");
   if (static_cast<bool>(origins.points) != static_cast<bool>(origins.skip))
     throw Error(ErrorKind::Failed, "points and pixels to skip come together", "ssrt");
   if (!(options.thickness >= 0)) throw Error(ErrorKind::Failed, "a negative thickness", "ssrt");
 
-  std::vector<Value> inputs{pyramid, camera, range, directions};
+  std::vector<Value> inputs{scene.pyramid, camera, range, directions};
   Origins from = Origins::Surface;
   if (origins.points) {
     from = origins.points.shape() == Shape{d.n, 3, d.h, d.w} ? Origins::Map : Origins::Rays;
@@ -117,8 +133,8 @@ SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value direc
     inputs.push_back(origins.points);
     inputs.push_back(origins.skip);
   }
-  if (normal) inputs.push_back(normal);
-  const Value first = depth.graph().make<SsrtOp>(inputs, d, options, from, static_cast<bool>(normal));
+  if (facing) inputs.insert(inputs.end(), {scene.normal, scene.boxes});
+  const Value first = scene.depth.graph().make<SsrtOp>(inputs, d, options, from, facing);
   return {first, first.node->value(1), first.node->value(2)};
 }
 

@@ -26,6 +26,18 @@ struct RayOrigins {
   Value skip;    // Int, one channel, same layout: pixel y * w + x that the ray does not hit, or -1
 };
 
+/// What rays are traced against: maps, and what is made of them once.
+struct SsrtScene {
+  Value depth;                        // {n, 1, h, w}, metres, 0 = none
+  Value pyramid;                      // depth_pyramid(depth)
+  Value normal;                       // {n, 3, h, w}, or no value: then cells that face away from the ray are hit too
+  Value boxes;                        // normal_pyramid(normal)
+  std::vector<Value> values() const;  // those that there are
+};
+SsrtScene ssrt_scene(Value depth, Value normal = {});
+/// The same in another graph, by its values() there: two, or four with normals.
+SsrtScene ssrt_scene(std::span<const Value> values);
+
 struct SsrtHits {
   Value pixel;  // Int {1, 1, pixels, samples}: y * w + x, or -1 on a miss
   Value delta;  // how far the ray is behind the surface it meets, >= 0, over scene_scale (or in window depth); 0 on a
@@ -33,12 +45,11 @@ struct SsrtHits {
   Value u;      // uncertainty tanh(10 delta); 1 on a miss; 0 where the direction is (0, 0, 0)
 };
 
-/// `depth` {n, 1, h, w}, metres, 0 = none; `pyramid` = depth_pyramid(depth); `camera` {n, 4, 1, 1} and `range`
-/// {n, 3, 1, 1} by camera_tensor() and depth_range(); `directions` {1, 3, pixels, samples} in the camera frame, any
-/// length; `normal` {n, 3, h, w}, or no value: then cells that face away from the ray are hit too.
-/// Contract: architecture, "SSRT"; no gradient: cells are discrete, and directions detached.
-SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value directions, Value normal = {},
-              const RayOrigins& origins = {}, const SsrtOptions& options = {});
+/// `camera` {n, 4, 1, 1} and `range` {n, 3, 1, 1} by camera_tensor() and depth_range(); `directions` {1, 3, pixels,
+/// samples} in the camera frame, any length. Contract: architecture, "SSRT"; no gradient: cells are discrete, and
+/// directions detached.
+SsrtHits ssrt(const SsrtScene& scene, Value camera, Value range, Value directions, const RayOrigins& origins = {},
+              const SsrtOptions& options = {});
 
 /// fx, fy, cx, cy of each picture, {n, 4, 1, 1}.
 Tensor camera_tensor(std::span<const Camera> cameras);

@@ -4,7 +4,6 @@
 
 #include "host/graph/map_chunks.hpp"
 #include "host/graph/plan.hpp"
-#include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/slice.hpp"
@@ -33,13 +32,18 @@ int sample_chunks(const ChunkDomain& d) { return (d.samples + d.chunk_samples - 
 
 /// What rays are traced against, as values of one graph.
 struct Traced {
-  Value depth, pyramid, range, normal;
+  SsrtScene scene;
+  Value range;
   RayOrigins origins;
 };
 
+SsrtScene traced_scene(const RenderSpec& spec, Value depth, Value normal) {
+  return ssrt_scene(depth, spec.facing ? normal : Value{});
+}
+
 SsrtHits trace(const RenderSpec& spec, const Traced& t, Value camera, Value direction) {
   if (!spec.trace) return {};
-  return ssrt(t.depth, t.pyramid, camera, t.range, direction, spec.facing ? t.normal : Value{}, t.origins, spec.ssrt);
+  return ssrt(t.scene, camera, t.range, direction, t.origins, spec.ssrt);
 }
 
 }  // namespace
@@ -56,11 +60,15 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   const std::size_t sampling_at = outer.size();
   if (detached) outer.insert(outer.end(), {drawn_from.albedo, drawn_from.normal, drawn_from.material});
   const std::size_t traced_at = outer.size();
+  std::size_t of_scene = 0;
   if (spec.trace) {
+    const std::vector<Value> against =
+        traced_scene(spec, blocked ? blockers.depth : maps.depth, blocked ? blockers.normal : maps.surfaces.normal)
+            .values();
+    of_scene = against.size();
     outer.push_back(range);
-    outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth));
-    if (blocked)
-      outer.insert(outer.end(), {blockers.depth, blockers.normal, surface_points(maps.depth, camera), blockers.skip});
+    outer.insert(outer.end(), against.begin(), against.end());
+    if (blocked) outer.insert(outer.end(), {surface_points(maps.depth, camera), blockers.skip});
   } else {
     graph.left_out("screen-space rays: the light does not ask where they end");
   }
@@ -76,8 +84,8 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
     Traced traced;
     if (spec.trace) {
       const std::span<const Value> t = in.subspan(traced_at);
-      traced = {in[0], t[1], t[0], surfaces.normal, {}};
-      if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
+      traced = {ssrt_scene(t.subspan(1, of_scene)), t[0], {}};
+      if (blocked) traced.origins = {t[1 + of_scene], t[2 + of_scene]};
     }
     const RayBatch rays{samples.direction, samples.lobes, trace(spec, traced, in[1], samples.direction),
                         {in[0], surfaces}, in[1],         counts.get()};
@@ -135,10 +143,12 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   Graph whole;
   const Value whole_depth = whole.input("depth", picture), whole_camera = whole.input("camera", feed("camera").shape);
   const Value whole_points = surface_points(whole_depth, whole_camera);
-  const Value whole_pyramid = depth_pyramid(whole_depth);
-  Executor prepare(compile(whole, {whole_points, whole_pyramid}, device));
-  prepare.feed("depth", feed("depth"));
-  prepare.feed("camera", feed("camera"));
+  const SsrtScene whole_scene = traced_scene(spec, whole_depth, whole.input("normal", feed("normal").shape));
+  std::vector<Value> prepared{whole_points, whole_scene.pyramid};
+  if (spec.facing) prepared.push_back(whole_scene.boxes);
+  Executor prepare(compile(whole, prepared, device));
+  for (const char* name : {"depth", "camera"}) prepare.feed(name, feed(name));
+  if (spec.facing) prepare.feed("normal", feed("normal"));
   prepare.run();
 
   // Before the callback: directions, weights, hits.
@@ -149,8 +159,13 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   const BrdfSamples samples =
       sample_brdf(maps.depth, camera, maps.surfaces, maps.surfaces, rays.h, rays.w, spec.sampling);
   Traced traced;
-  if (spec.trace)
-    traced = {maps.depth, first.input("pyramid", whole_pyramid.shape()), map("range"), maps.surfaces.normal, {}};
+  if (spec.trace) {
+    traced = {{maps.depth, first.input("pyramid", whole_scene.pyramid.shape()), {}, {}}, map("range"), {}};
+    if (spec.facing) {
+      traced.scene.normal = maps.surfaces.normal;
+      traced.scene.boxes = first.input("boxes", whole_scene.boxes.shape(), Type::Int);
+    }
+  }
   const SsrtHits hits = trace(spec, traced, camera, samples.direction);
   std::vector<Value> made{samples.direction, samples.weight, samples.pdf, samples.status};
   if (spec.trace) made.insert(made.end(), {hits.u, hits.pixel});
@@ -159,7 +174,8 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   for (const char* name : {"depth", "albedo", "normal", "material", "camera"}) draw.feed(name, feed(name));
   if (spec.trace) {
     draw.feed("range", feed("range"));
-    draw.bind("pyramid", prepare.view(whole_pyramid));
+    draw.bind("pyramid", prepare.view(whole_scene.pyramid));
+    if (spec.facing) draw.bind("boxes", prepare.view(whole_scene.boxes));
   }
 
   // After it: sums.

@@ -10,7 +10,7 @@
 #include "checks/light/brute_force.hpp"
 #include "checks/light/ssrt_scenes.hpp"
 #include "checks/op_case.hpp"
-#include "host/ops/light/depth_pyramid.hpp"
+#include "host/ops/light/bench_room.hpp"
 #include "tests/ops/test_device.hpp"
 #include "tests/roundings.hpp"
 
@@ -38,9 +38,9 @@ std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions&
   }
   Value normal;
   if (facing) normal = g.input("normal", scene.normal.shape), feeds["normal"] = scene.normal;
-  const SsrtHits hits = ssrt(depth, depth_pyramid(depth), g.input("camera", {scene.depth.shape.n, 4, 1, 1}),
+  const SsrtHits hits = ssrt(ssrt_scene(depth, normal), g.input("camera", {scene.depth.shape.n, 4, 1, 1}),
                              g.input("range", {scene.depth.shape.n, 3, 1, 1}),
-                             g.input("directions", rays.directions.shape), normal, origins, options);
+                             g.input("directions", rays.directions.shape), origins, options);
   return evaluate(g, {hits.pixel, hits.delta, hits.u}, test_device(precision), feeds, {.precision = precision});
 }
 
@@ -258,6 +258,30 @@ TEST(Ssrt, SolversAgreeToTheLastBit) {
 }
 
 /// The scene and its rays seen in a mirror: x -> -x (axis 0) or y -> -y (axis 1).
+// Flat walls with normals that are a little off, and normals without a direction among them: blocks pass for facing
+// away, for facing, and for neither.
+TEST(Ssrt, BoxesAroundNormalsChangeNoHit) {
+  const BenchRoom room = bench_room(48, 36);
+  Scene scene{room.camera, room.depth, room.normal};
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  for (double& component : scene.normal.real) component = static_cast<float>(2 * component + 0.05 * normal(random));
+  const double strange[][3]{{0, 0, 0}, {NAN, 0, 1}, {INFINITY, 0, 1}, {1e-20, 0, 0}};
+  for (int k = 0; k < 40; ++k)
+    for (int c = 0; c < 3; ++c) scene.normal.at(0, c, (7 * k) % 36, (11 * k) % 48) = strange[k % 4][c];
+  // Into the room, many of them along walls.
+  Rays rays{Tensor(Shape{1, 3, 48 * 36, 16}), {}, {}};
+  for (std::size_t i = 0; i < rays.directions.real.size(); ++i)
+    rays.directions.real[i] = static_cast<float>(normal(random) * (i % 5 ? 1 : 0.02));
+  for (const Precision precision : {Precision::Single, Precision::Double}) {
+    const std::vector<Tensor> boxes = run(scene, rays, {}, true, precision),
+                              cells = run(scene, rays, {.solver = SsrtSolver::Dda}, true, precision);
+    EXPECT_EQ(boxes[0].integer, cells[0].integer);
+    EXPECT_EQ(boxes[1].real, cells[1].real);
+    EXPECT_NE(boxes[0].integer, run(scene, rays, {}, false, precision)[0].integer);
+  }
+}
+
 TEST(Ssrt, IsSymmetricUnderMirrors) {
   const int h = 40, w = 52;
   Scene scene{Camera::from_fov(w, h, 70.0), landscape(1, h, w, 16), {}};
@@ -357,11 +381,10 @@ TEST(Ssrt, LeavesByEachOfTheFourSides) {
 
 TEST(Ssrt, RefusesWhatDoesNotFit) {
   Graph g;
-  const Value depth = g.input("depth", {1, 1, 8, 8}), pyramid = depth_pyramid(depth),
-              camera = g.input("camera", {1, 4, 1, 1});
-  const Value range = g.input("range", {1, 3, 1, 1});
-  EXPECT_THROW(ssrt(depth, pyramid, camera, range, g.input("seven", {1, 3, 64, 7})), Error);
-  EXPECT_THROW(ssrt(depth, pyramid, range, range, g.input("rays", {1, 3, 64, 16})), Error);
+  const SsrtScene scene = ssrt_scene(g.input("depth", {1, 1, 8, 8}));
+  const Value camera = g.input("camera", {1, 4, 1, 1}), range = g.input("range", {1, 3, 1, 1});
+  EXPECT_THROW(ssrt(scene, camera, range, g.input("seven", {1, 3, 64, 7})), Error);
+  EXPECT_THROW(ssrt(scene, range, range, g.input("rays", {1, 3, 64, 16})), Error);
   EXPECT_THROW(ssrt_solver_of("fast"), Error);
   EXPECT_THROW(depth_range(Tensor(Shape{1, 1, 2, 2})), Error);
 }
