@@ -1,5 +1,7 @@
 #include "experiments/applications/run_folder.hpp"
 
+#include <future>
+
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
 #include "host/io/files.hpp"
@@ -60,31 +62,37 @@ Image channel(const Image& image, int c) {
 }
 
 void write_run(const fs::path& folder, const Scene& scene, const std::optional<Rerender>& rerender) {
-  write_radiance(folder / "photo.exr", scene.photo);
   write_camera(folder / "camera.json", scene.camera);
+  std::vector<std::future<void>> files;  // written side by side: packing them takes longer than the disk
+  const auto file = [&](const auto& write) { files.push_back(std::async(std::launch::async, write)); };
+  file([&] { write_radiance(folder / "photo.exr", scene.photo); });
   if (!scene.albedo.data.empty()) {
-    write_exr(folder / "albedo.exr", scene.albedo);
-    write_preview(folder / "albedo.png", show_radiance(scene.albedo));
+    file([&] { write_exr(folder / "albedo.exr", scene.albedo); });
+    file([&] { write_preview(folder / "albedo.png", show_radiance(scene.albedo)); });
   }
   if (!scene.normal.data.empty()) {
-    write_exr(folder / "normal.exr", scene.normal, ExrType::Float);
-    write_preview(folder / "normal.png", show_normal(scene.normal));
+    file([&] { write_exr(folder / "normal.exr", scene.normal, ExrType::Float); });
+    file([&] { write_preview(folder / "normal.png", show_normal(scene.normal)); });
   }
   if (!scene.depth.data.empty()) {
-    write_exr(folder / "depth.exr", scene.depth, ExrType::Float);
-    write_preview(folder / "depth.png", show_depth(scene.depth));
+    file([&] { write_exr(folder / "depth.exr", scene.depth, ExrType::Float); });
+    file([&] { write_preview(folder / "depth.png", show_depth(scene.depth)); });
   }
   if (!scene.material.data.empty()) {
-    write_exr(folder / "material.exr", scene.material);
-    write_preview(folder / "roughness.png", show_unit(channel(scene.material, 0)));
-    write_preview(folder / "metallic.png", show_unit(channel(scene.material, 1)));
+    file([&] { write_exr(folder / "material.exr", scene.material); });
+    file([&] { write_preview(folder / "roughness.png", show_unit(channel(scene.material, 0))); });
+    file([&] { write_preview(folder / "metallic.png", show_unit(channel(scene.material, 1))); });
   }
-  if (!rerender) return;
-  write_radiance(folder / "rerender.exr", rerender->radiance);
-  write_exr(folder / "stderr.exr", rerender->standard_error, ExrType::Float);
-  write_exr(folder / "uncertainty.exr", rerender->uncertainty);
-  write_preview(folder / "rerender.png", show_radiance(rerender->radiance, shown_exposure(scene.photo)));
-  write_preview(folder / "uncertainty.png", show_unit(rerender->uncertainty));
+  if (rerender) {
+    file([&] { write_radiance(folder / "rerender.exr", rerender->radiance); });
+    file([&] { write_exr(folder / "stderr.exr", rerender->standard_error, ExrType::Float); });
+    file([&] { write_exr(folder / "uncertainty.exr", rerender->uncertainty); });
+    file([&] {
+      write_preview(folder / "rerender.png", show_radiance(rerender->radiance, shown_exposure(scene.photo)));
+    });
+    file([&] { write_preview(folder / "uncertainty.png", show_unit(rerender->uncertainty)); });
+  }
+  for (std::future<void>& written : files) written.get();
 }
 
 Scene read_run_maps(const fs::path& folder) {

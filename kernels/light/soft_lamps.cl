@@ -13,17 +13,17 @@
 // places {1, 4, 1, K}: middle (camera metres), size > 0; colors {1, 3, 1, K}; points {1, 3, P, S} or, when they belong to
 // whole rows, {1, 3, P, 1}; direction {1, 3, P, S} of any length, (0, 0, 0): none; u {1, 1, P, S} (kernels/lib/chunk.clh);
 // with LOBES specular {1, 3, P, S} and lobe {1, 1, P, S}, d (0: sees all), else no surface asks.
-// A work-group takes a row of rays (lib/lanes.clh).
+// A work-group takes a row of rays (lib/lanes.clh); ROW_STARTS: points belong to whole rows.
 #include "lib/chunk.clh"
 #include "lib/frame.clh"
 #include "lib/lanes.clh"
 
 #ifdef LOBES
-#define RAYS_ARGS IN(points), IN(direction), IN(u), IN(places), IN(specular), IN(lobe), const int lamps, const int per_row
+#define RAYS_ARGS IN(points), IN(direction), IN(u), IN(places), IN(specular), IN(lobe), const int lamps
 #define LOBE_OF_RAY(s) lanes_load(AT(lobe, 0) + RAY(p, s), sample_capacity - (s))
 #define SPECULAR_OF_RAY(s) load3(AT(specular, 0) + RAY(p, s), RAY_PLANE, sample_capacity - (s))
 #else
-#define RAYS_ARGS IN(points), IN(direction), IN(u), IN(places), const int lamps, const int per_row
+#define RAYS_ARGS IN(points), IN(direction), IN(u), IN(places), const int lamps
 #define LOBE_OF_RAY(s) ((lanes)(R(0)))
 #define SPECULAR_OF_RAY(s) ((Lanes3){{(lanes)(R(0)), (lanes)(R(0)), (lanes)(R(0))}})
 #endif
@@ -32,6 +32,13 @@ typedef struct {
   lanes c[3];
 } Lanes3;
 
+// Where rays start, and what follows from that alone: one number for all lanes where the row has one point.
+#ifdef ROW_STARTS
+typedef real starts;
+#else
+typedef lanes starts;
+#endif
+
 static inline Lanes3 load3(global const real *v, ulong plane, int left) {
   return (Lanes3){{lanes_load(v, left), lanes_load(v + plane, left), lanes_load(v + 2 * plane, left)}};
 }
@@ -39,17 +46,19 @@ static inline Lanes3 load3(global const real *v, ulong plane, int left) {
 // Rays as lamps see them: where they start, their unit direction, u where there is a ray, else 0, and how wide a lobe is
 // behind them, 1 / (2 pi d), 0 for one that sees all.
 typedef struct {
-  Lanes3 from, along;
+  starts from[3];
+  Lanes3 along;
   lanes share, width;
 } LitRays;
 
 static inline LitRays lit_rays(global const real *points, global const real *direction, global const real *u, lanes lobe,
-                               int per_row, ulong row, ulong ray, ulong rows, ulong plane, int left) {
+                               ulong row, ulong ray, ulong rows, ulong plane, int left) {
   LitRays lit;
-  if (per_row)
-    lit.from = (Lanes3){{(lanes)(points[row]), (lanes)(points[rows + row]), (lanes)(points[2 * rows + row])}};
-  else
-    lit.from = load3(points + ray, plane, left);
+#ifdef ROW_STARTS
+  for (int c = 0; c < 3; ++c) lit.from[c] = points[c * rows + row];
+#else
+  for (int c = 0; c < 3; ++c) lit.from[c] = lanes_load(points + c * plane + ray, left);
+#endif
   const Lanes3 d = load3(direction + ray, plane, left);
   const lanes size = sqrt(d.c[0] * d.c[0] + d.c[1] * d.c[1] + d.c[2] * d.c[2]);
   const lanes_mask is = size > R(0);
@@ -60,7 +69,7 @@ static inline LitRays lit_rays(global const real *points, global const real *dir
   return lit;
 }
 #define LIT_RAYS(s)                                                                                                      \
-  lit_rays(AT(points, 0), AT(direction, 0), AT(u, 0), LOBE_OF_RAY(s), per_row, (ulong)p, RAY(p, s), (ulong)pixel_capacity, \
+  lit_rays(AT(points, 0), AT(direction, 0), AT(u, 0), LOBE_OF_RAY(s), (ulong)p, RAY(p, s), (ulong)pixel_capacity, \
            RAY_PLANE, sample_capacity - (s))
 
 // A lamp along rays: its shape, and the share of it that lobes see.
@@ -71,17 +80,18 @@ typedef struct {
 // 1 - cos theta as half the squared chord: exact where the angle is small.
 static inline SeenLamp seen_lamp(const LitRays lit, global const real *places, int lamps, int k) {
   const real size = places[3 * lamps + k], sharpness = R(1) / (size * size);
-  Lanes3 to;
-  for (int c = 0; c < 3; ++c) to.c[c] = places[c * lamps + k] - lit.from.c[c];
-  const lanes square = to.c[0] * to.c[0] + to.c[1] * to.c[1] + to.c[2] * to.c[2];
-  const lanes nearness = R(1) / fmax(sqrt(square), (lanes)(R(1e-30)));
+  starts to[3];
+  for (int c = 0; c < 3; ++c) to[c] = places[c * lamps + k] - lit.from[c];
+  const starts square = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
+  const starts nearness = R(1) / fmax(sqrt(square), (starts)(R(1e-30)));
+  const starts steepness = R(-0.5) * sharpness * square, widest = R(2) + square * sharpness;
   lanes chord = R(0);
   for (int c = 0; c < 3; ++c) {
-    const lanes apart = to.c[c] * nearness - lit.along.c[c];
+    const lanes apart = to[c] * nearness - lit.along.c[c];
     chord += apart * apart;
   }
-  const lanes widths = (R(2) + square * sharpness) * lit.width;
-  return (SeenLamp){exp(R(-0.5) * sharpness * square * chord),
+  const lanes widths = widest * lit.width;
+  return (SeenLamp){exp(steepness * chord),
                     WHERE(lit.width > R(0), fmin(widths, (lanes)(R(1))), R(1))};
 }
 

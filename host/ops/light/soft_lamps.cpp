@@ -39,14 +39,15 @@ void check(std::span<const Value> in, bool lobes, const char* op) {
 void run(Launch& l, const char* kernel, bool lobes, bool of_lamps, const std::vector<TensorView>& own) {
   const Shape& rays = l.in(0).shape;
   const RayTile t = ray_tile(l, rays);
-  const int lamps = l.in(4).shape.w, per_row = l.in(1).shape.w == 1 && rays.w != 1;
+  const int lamps = l.in(4).shape.w;
   Defines defines = row_defines(l.device);
+  if (l.in(1).shape.w == 1 && rays.w != 1) defines["ROW_STARTS"] = "1";
   if (lobes) defines["LOBES"] = "1";
   const std::vector<TensorView> of_rays(l.inputs.begin() + 1,
                                         l.inputs.begin() + static_cast<std::ptrdiff_t>(kRays + (lobes ? 2 : 0)));
   const Range range = of_lamps ? row_range(l.device, lamps, t.pixel_capacity) : row_range(l.device, t.pixels);
-  l.run_with(defines, kFile, kernel, range, l.in(0), own, of_rays, lamps, per_row, t.first_pixel, t.pixels,
-             t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
+  l.run_with(defines, kFile, kernel, range, l.in(0), own, of_rays, lamps, t.first_pixel, t.pixels, t.first_sample,
+             t.samples, t.pixel_capacity, t.sample_capacity);
 }
 
 struct WeighLampsOp : NotDifferentiable {
