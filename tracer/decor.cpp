@@ -203,7 +203,7 @@ void furnish_recesses(Shapes& room, const std::vector<Wall>& walls, const Kit& k
       if (o.kind == Opening::Niche) fill_niche(at, o, kit);
       if (o.kind == Opening::Passage && at.random().chance(kit.lamp_on)) {
         Random& r = at.random();
-        const int light = at.emitter({lamp_color(r) * (r.between(4.f, 10.f) * kit.lamp_power), false});
+        const int light = at.emitter({lamp_color(r, *kit.palette) * (r.between(4.f, 10.f) * kit.lamp_power), false});
         at.lathe({0, o.y1 - 0.07f, -o.depth * 0.55f}, {{0.12f, 0}, {0.12f, 0.069f}},
                  at.material(kit.palette->diffuser()), 20, light);
       }

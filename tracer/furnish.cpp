@@ -153,7 +153,9 @@ void Furnisher::fill() const {
 
 void Furnisher::litter() const {
   // Some rooms are tidy, some are not.
-  const int count = random_.chance(0.3f) ? random_.whole(0, 1) : random_.whole(2, 9);
+  const bool tidy = random_.chance(0.3f);
+  const int count =
+      tidy ? random_.whole(0, 1) : random_.whole(2, 9) + (kit_.palette->is_varied() ? random_.whole(0, 6) : 0);
   for (int i = 0; i < count; ++i) {
     const Piece piece = floor_clutter(kit_, random_);
     if (random_.chance(0.6f))

@@ -164,7 +164,7 @@ Piece kitchen_row(const Kit& kit, Random& random, float width) {
   const int units = std::max(2, static_cast<int>(width / 0.6f)), style = random.whole(0, 3);
   const bool upper = random.chance(0.7f), strip = upper && random.chance(0.5f * kit.lamp_on + 0.1f);
   const Material shade = kit.palette->diffuser(), chrome = kit.palette->chrome();
-  const glm::vec3 glow = lamp_color(random) * (random.between(6.f, 14.f) * kit.lamp_power);
+  const glm::vec3 glow = lamp_color(random, *kit.palette) * (random.between(6.f, 14.f) * kit.lamp_power);
   const int oven = random.whole(0, units - 1), things = random.whole(2, 6);
   return {"kitchen_row", {width, upper ? 2.15f : 1.5f, d}, [=](Shapes& s) {
             const int b = s.material(body), m = s.material(metal), g = s.material(glass);

@@ -16,7 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFormat = 1;
+/// 2: also what is turned, blobs, cloths, prints, smudges and stains.
+constexpr int kFormat = 2;
 constexpr std::size_t kMaterialReals = sizeof(Material) / sizeof(float), kPoseReals = 12, kCameraReals = 20;
 constexpr hsize_t kChunk = 1 << 16;            // values that are compressed together
 constexpr std::size_t kMost = 1u << 26;        // values of a column: a file that says more is damaged
@@ -189,8 +190,12 @@ bool has_its_numbers(PartKind kind, std::size_t count) {
     case PartKind::Curtain:
       return count == 6;
     case PartKind::Cushion:
+    case PartKind::Cloth:
       return count == 7;
+    case PartKind::Blob:
+      return count == 9;
     case PartKind::Lathe:
+    case PartKind::Turned:
       return count >= 7 && count % 2 == 1;
     case PartKind::Disc:
     case PartKind::Sphere:
@@ -269,6 +274,15 @@ void append(Columns& c, const RoomDescription& room) {
     c.cameras.insert(c.cameras.end(), camera.camera_to_world.begin(), camera.camera_to_world.end());
     c.pixels.insert(c.pixels.end(), {camera.width, camera.height});
   }
+}
+
+/// The oldest format that holds a room, so that programs of before read what they can.
+int format_of(const RoomDescription& room) {
+  const bool plain = std::ranges::all_of(room.parts, [](const Part& p) { return p.kind <= PartKind::Tube; }) &&
+                     std::ranges::all_of(room.materials, [](const Material& m) {
+                       return m.texture <= static_cast<float>(Texture::Painting) && m.smudge == 0 && m.stain == 0;
+                     });
+  return plain ? 1 : 2;
 }
 
 /// Rooms of columns, from the first on.
@@ -413,9 +427,10 @@ std::vector<Camera> RoomDescription::views(int count, int width, int height) con
 
 void write_room_file(const fs::path& path, const RoomFile& file) {
   Columns c;
-  for (const RoomDescription& room : file.rooms) append(c, room);
+  int format = 1;
+  for (const RoomDescription& room : file.rooms) append(c, room), format = std::max(format, format_of(room));
   Writer to;
-  to.column("format", std::vector<std::int32_t>{kFormat, file.setting == Setting::HeldOut});
+  to.column("format", std::vector<std::int32_t>{format, file.setting == Setting::HeldOut});
   to.names("name", c.names), to.names("kind", c.kinds), to.names("panorama", c.panoramas), to.names("model", c.models);
   c.each([&](const char* name, RowOf, const auto& values, std::size_t fields) {
     to.column(name, by_field(values, fields));
@@ -427,7 +442,8 @@ void write_room_file(const fs::path& path, const RoomFile& file) {
 RoomFile read_room_file(const fs::path& path) {
   const Reader from(path);
   const std::vector<std::int32_t> format = from.column<std::int32_t>("format", 2);
-  if (format[0] != kFormat) from.fail("of another format", fmt::format("{}", format[0]), fmt::format("{}", kFormat));
+  if (format[0] < 1 || format[0] > kFormat)
+    from.fail("of another format", fmt::format("{}", format[0]), fmt::format("1 to {}", kFormat));
   const Columns columns = read_columns(from);
   RoomFile file{format[1] != 0 ? Setting::HeldOut : Setting::Training, {}};
   Rooms rooms(from, columns);

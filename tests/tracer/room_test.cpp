@@ -151,7 +151,7 @@ TEST(Room, OutsideDiffersFromRoomToRoom) {
   int skies = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
-    outside.insert(room.panorama), skies += sky_seed(room.panorama).has_value();
+    outside.insert(room.panorama), skies += sky_seed(room.panorama) || sunny_seed(room.panorama);
   }
   EXPECT_GE(outside.size(), 36u);
   EXPECT_GE(skies, 30);
@@ -162,10 +162,10 @@ TEST(Palette, WallsAreMostlyMatt) {
   int matt = 0, polished = 0, printed = 0;
   constexpr int count = 600;
   for (int seed = 0; seed < count; ++seed) {
-    const Material m = Palette(Random(static_cast<std::uint64_t>(seed)), false, true).wall();
+    const Material m = Palette(Random(static_cast<std::uint64_t>(seed)), Content::Varied).wall();
     matt += m.roughness_a >= 0.5f, polished += m.roughness_a < 0.3f;
     printed += m.texture == static_cast<float>(Texture::Rug) || m.texture == static_cast<float>(Texture::Fabric) ||
-               m.texture == static_cast<float>(Texture::Painting);
+               m.texture == static_cast<float>(Texture::Painting) || m.texture == static_cast<float>(Texture::Print);
   }
   EXPECT_GT(matt, 0.88 * count);
   EXPECT_LT(polished, 0.05 * count);
