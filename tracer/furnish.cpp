@@ -151,6 +151,13 @@ void Furnisher::fill() const {
   }
 }
 
+void Furnisher::further() const {
+  if (random_.chance(0.2f)) layout_.in_the_open(column(kit_, random_, size_.y), 0.9f);
+  if (random_.chance(0.2f)) layout_.against_wall(clothes_rack(kit_, random_), false, random_.between(0.02f, 0.2f));
+  if (random_.chance(0.15f)) layout_.in_the_open(screen(kit_, random_), 0.8f, true);
+  if (random_.chance(0.25f)) layout_.against_wall(metal_rack(kit_, random_));
+}
+
 void Furnisher::litter() const {
   // Some rooms are tidy, some are not.
   const bool tidy = random_.chance(0.3f);

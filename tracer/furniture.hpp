@@ -80,6 +80,12 @@ Piece cartons(const Kit& kit, Random& random);
 Piece garment(const Kit& kit, Random& random);
 Piece cable(const Kit& kit, Random& random);
 Piece packages(const Kit& kit, Random& random);
+/// Clothes on a rail.
+Piece clothes_rack(const Kit& kit, Random& random);
+/// An upright panel on feet.
+Piece screen(const Kit& kit, Random& random);
+/// From the floor to the ceiling.
+Piece column(const Kit& kit, Random& random, float height);
 /// One of the things that lie or stand about.
 Piece floor_clutter(const Kit& kit, Random& random);
 
@@ -90,6 +96,8 @@ void clutter(Shapes& shapes, const Kit& kit, float width, float depth, float hea
 void random_solid(Shapes& shapes, const Kit& kit, float most, float room);
 /// A bottle, box or bag with something printed on it.
 void package(Shapes& shapes, const Kit& kit, float room);
+/// A box with prints on its front, back and top; its lower side has its middle at the origin.
+void printed_box(Shapes& shapes, const Kit& kit, const glm::vec3& size);
 /// A row of books, their spines looking along +z, standing on y = 0 from x = 0 to `width`.
 void books(Shapes& shapes, const Kit& kit, float width, float height, float depth);
 /// A lamp for tables; origin at its foot.

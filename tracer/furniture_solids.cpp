@@ -99,20 +99,6 @@ void bottle_with_label(Shapes& s, const Kit& kit, float room) {
            radius * 0.2f, s.material(kit.palette->make(MaterialClass::Plastic)), 8);
 }
 
-/// A box with prints on its front, back and top.
-void printed_box(Shapes& s, const Kit& kit, const glm::vec3& size) {
-  const glm::vec3 half(size.x / 2, 0, size.z / 2);
-  s.block({0, 0, 0}, size,
-          s.material(s.random().chance(0.5f) ? kit.palette->make(MaterialClass::Paper) : kit.palette->cardboard()));
-  const int front = s.material(kit.palette->label()), top = s.material(kit.palette->label());
-  constexpr float out = 0.0006f;
-  const float x = half.x * 0.97f, y0 = size.y * 0.04f, y1 = size.y * 0.96f;
-  s.quad({-x, y0, half.z + out}, {x, y0, half.z + out}, {x, y1, half.z + out}, {-x, y1, half.z + out}, front);
-  s.quad({x, y0, -half.z - out}, {-x, y0, -half.z - out}, {-x, y1, -half.z - out}, {x, y1, -half.z - out}, front);
-  s.quad({-x, size.y + out, half.z}, {x, size.y + out, half.z}, {x, size.y + out, -half.z}, {-x, size.y + out, -half.z},
-         top);
-}
-
 /// A brown box, taped, or open with its flaps up.
 void carton(Shapes& s, const Kit& kit, const glm::vec3& size) {
   Random& r = s.random();
@@ -141,6 +127,19 @@ void carton(Shapes& s, const Kit& kit, const glm::vec3& size) {
 }
 
 }  // namespace
+
+void printed_box(Shapes& s, const Kit& kit, const glm::vec3& size) {
+  const glm::vec3 half(size.x / 2, 0, size.z / 2);
+  s.block({0, 0, 0}, size,
+          s.material(s.random().chance(0.5f) ? kit.palette->make(MaterialClass::Paper) : kit.palette->cardboard()));
+  const int front = s.material(kit.palette->label()), top = s.material(kit.palette->label());
+  constexpr float out = 0.0006f;
+  const float x = half.x * 0.97f, y0 = size.y * 0.04f, y1 = size.y * 0.96f;
+  s.quad({-x, y0, half.z + out}, {x, y0, half.z + out}, {x, y1, half.z + out}, {-x, y1, half.z + out}, front);
+  s.quad({x, y0, -half.z - out}, {-x, y0, -half.z - out}, {-x, y1, -half.z - out}, {x, y1, -half.z - out}, front);
+  s.quad({-x, size.y + out, half.z}, {x, size.y + out, half.z}, {x, size.y + out, -half.z}, {-x, size.y + out, -half.z},
+         top);
+}
 
 void random_solid(Shapes& s, const Kit& kit, float most, float room) {
   Random& r = s.random();
@@ -216,6 +215,53 @@ Piece packages(const Kit& kit, Random& random) {
               Shapes one = s.at({x, 0, 0}, s.random().between(0, kTurn));
               package(one, kit, 0.34f);
             }
+          }};
+}
+
+Piece clothes_rack(const Kit& kit, Random& random) {
+  const float w = random.between(0.8f, 1.4f), h = random.between(1.3f, 1.7f);
+  const Material metal = kit.palette->chrome();
+  const int count = random.whole(3, 9);
+  return {"clothes_rack", {w, h, 0.5f}, [=](Shapes& s) {
+            const int m = s.material(metal);
+            const float x = w / 2 - 0.02f;
+            s.tube({{-x, 0, 0}, {-x, h - 0.02f, 0}, {x, h - 0.02f, 0}, {x, 0, 0}}, 0.013f, m, 8);
+            for (const float side : {-x, x}) s.tube({{side, 0.014f, -0.22f}, {side, 0.014f, 0.22f}}, 0.013f, m, 8);
+            for (int i = 0; i < count; ++i) {
+              Random& r = s.random();
+              const float at = (w - 0.16f) * ((static_cast<float>(i) + 0.5f) / static_cast<float>(count) - 0.5f);
+              const float long_one = r.between(0.5f, h - 0.25f), wide = r.between(0.3f, 0.42f);
+              const int cloth =
+                  s.material(r.chance(0.4f) ? kit.palette->print() : kit.palette->make(MaterialClass::Fabric));
+              Shapes one = s.at({at, 0, 0}, kTurn / 4 + r.between(-0.25f, 0.25f));
+              one.curtain({-wide / 2, h - 0.08f - long_one, 0}, wide, long_one, r.between(0.01f, 0.03f), r.whole(1, 4),
+                          cloth);
+            }
+          }};
+}
+
+Piece screen(const Kit& kit, Random& random) {
+  const float w = random.between(0.9f, 1.7f), h = random.between(1.f, 1.7f);
+  const Material panel = random.chance(0.5f) ? kit.palette->make(MaterialClass::Fabric) : kit.palette->body();
+  const Material frame = kit.palette->metal();
+  return {"screen", {w, h, 0.4f}, [=](Shapes& s) {
+            const int p = s.material(panel), f = s.material(frame);
+            s.box({-w / 2, 0.12f, -0.018f}, {w / 2, h, 0.018f}, p);
+            for (const float x : {-w / 2, w / 2 - 0.03f}) {
+              s.box({x, 0, -0.02f}, {x + 0.03f, h, 0.02f}, f);
+              s.box({x, 0, -0.2f}, {x + 0.03f, 0.03f, 0.2f}, f);
+            }
+          }};
+}
+
+Piece column(const Kit& kit, Random& random, float height) {
+  const float w = random.between(0.12f, 0.45f), h = height - 0.001f;
+  const bool round = random.chance(0.4f);
+  const Material face = random.chance(0.6f) ? kit.palette->wall() : kit.palette->make(MaterialClass::Concrete);
+  return {"column", {w, h, w}, [=](Shapes& s) {
+            const int m = s.material(face);
+            if (round) return s.cylinder({0, 0, 0}, w / 2, h, m, 24);
+            s.block({0, 0, 0}, {w, h, w}, m);
           }};
 }
 

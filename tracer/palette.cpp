@@ -576,14 +576,10 @@ Material Palette::patterned(std::initializer_list<int> patterns, float least, fl
 void Palette::cloud(Material& m, float smudged, float stained) {
   Random& r = random_;
   const float least = std::min(m.roughness_a, std::min(m.roughness_b, m.roughness_c));
-  if (r.chance(smudged)) {
-    m.smudge = std::min(r.between(0.04f, 0.25f), least - 0.03f) * r.one_of({1.f, -1.f});
-    m.smudge_scale = r.log_between(0.7f, 25);
-  }
-  if (r.chance(stained)) {
-    m.stain = r.between(0.03f, 0.22f);
-    m.stain_scale = r.log_between(0.4f, 12);
-  }
+  m.smudge = r.chance(smudged) ? std::min(r.between(0.04f, 0.25f), least - 0.03f) * r.one_of({1.f, -1.f}) : 0;
+  m.smudge_scale = r.log_between(0.7f, 25);
+  m.stain = r.chance(stained) ? r.between(0.03f, 0.22f) : 0;
+  m.stain_scale = r.log_between(0.4f, 12);
   // What tint, noise and stain leave of the darkest, planks included.
   const float least_albedo = 0.021f / (1 - std::max(m.tint, 0.25f) - m.noise - m.stain);
   colors(m, glm::max(m.color_a, least_albedo), glm::max(m.color_b, least_albedo), glm::max(m.color_c, least_albedo));

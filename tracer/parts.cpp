@@ -220,10 +220,11 @@ class Tessellation {
     const auto key = static_cast<std::uint64_t>(number(6));
     // Its borders are ragged, and lie on what it lies on.
     const auto place = [&](float s, float t) {
-      const float edge = std::max(std::abs(s), std::abs(t)), rise = 1 - edge * edge * edge;
+      const float rise = (1 - s * s * s * s) * (1 - t * t * t * t);
       const float hills = noise({1.3f * s, 1.3f * t, 0.5f}, key), fold = noise({3.f * s, 3.f * t, 5.5f}, key);
-      const float pleat = noise({6.f * s + 3 * hills, 6.f * t, 9.5f}, key);
-      const float up = 0.5f * hills + 0.3f * (1 - std::abs(2 * fold - 1)) + 0.2f * (1 - std::abs(2 * pleat - 1));
+      const float pleat = noise({5.f * s + 2 * hills, 5.f * t, 9.5f}, key);
+      const auto ridge = [](float n) { return 4 * n * (1 - n); };
+      const float up = 0.55f * hills + 0.3f * ridge(fold) + 0.15f * ridge(pleat);
       const glm::vec2 drawn(0.75f + 0.25f * noise({2.f * t, 1.5f, 0}, key),
                             0.75f + 0.25f * noise({2.f * s, 3.5f, 0}, key));
       return foot + glm::vec3(0.5f * width * s * drawn.x, height * (0.02f + rise * up), 0.5f * depth * t * drawn.y);

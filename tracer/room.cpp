@@ -175,6 +175,7 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
   const glm::vec4 pendant =
       room.kind == "dining" || room.kind == "kitchen" ? layout.last() * glm::vec4(0, 0, 0, 1) : glm::vec4(0);
   furnisher.fill();
+  if (!held_out) furnisher.further();
   furnisher.litter();
 
   const bool central = std::abs(pendant.x) < room.size.x * 0.3f && std::abs(pendant.z) < room.size.z * 0.3f;

@@ -16,7 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// 2: also what is turned, blobs, cloths, prints, smudges and stains.
 constexpr int kFormat = 2;
 constexpr std::size_t kMaterialReals = sizeof(Material) / sizeof(float), kPoseReals = 12, kCameraReals = 20;
 constexpr hsize_t kChunk = 1 << 16;            // values that are compressed together
@@ -276,15 +275,6 @@ void append(Columns& c, const RoomDescription& room) {
   }
 }
 
-/// The oldest format that holds a room, so that programs of before read what they can.
-int format_of(const RoomDescription& room) {
-  const bool plain = std::ranges::all_of(room.parts, [](const Part& p) { return p.kind <= PartKind::Tube; }) &&
-                     std::ranges::all_of(room.materials, [](const Material& m) {
-                       return m.texture <= static_cast<float>(Texture::Painting) && m.smudge == 0 && m.stain == 0;
-                     });
-  return plain ? 1 : 2;
-}
-
 /// Rooms of columns, from the first on.
 class Rooms {
  public:
@@ -425,12 +415,21 @@ std::vector<Camera> RoomDescription::views(int count, int width, int height) con
   return views;
 }
 
+int format_of(const RoomFile& file) {
+  const auto begun_with = [](const RoomDescription& room) {
+    return std::ranges::all_of(room.parts, [](const Part& p) { return p.kind <= PartKind::Tube; }) &&
+           std::ranges::all_of(room.materials, [](const Material& m) {
+             return m.texture <= static_cast<float>(Texture::Painting) && m.smudge == 0 && m.stain == 0;
+           });
+  };
+  return std::ranges::all_of(file.rooms, begun_with) ? 1 : kFormat;
+}
+
 void write_room_file(const fs::path& path, const RoomFile& file) {
   Columns c;
-  int format = 1;
-  for (const RoomDescription& room : file.rooms) append(c, room), format = std::max(format, format_of(room));
+  for (const RoomDescription& room : file.rooms) append(c, room);
   Writer to;
-  to.column("format", std::vector<std::int32_t>{format, file.setting == Setting::HeldOut});
+  to.column("format", std::vector<std::int32_t>{format_of(file), file.setting == Setting::HeldOut});
   to.names("name", c.names), to.names("kind", c.kinds), to.names("panorama", c.panoramas), to.names("model", c.models);
   c.each([&](const char* name, RowOf, const auto& values, std::size_t fields) {
     to.column(name, by_field(values, fields));
