@@ -103,10 +103,29 @@ void coat_hooks(Shapes& s, float w, const Kit& kit) {
   }
 }
 
+/// A board, or the bare wall, with sheets and cards on it.
+void notes(Shapes& s, float w, float h, const Kit& kit) {
+  Random& r = s.random();
+  const float z = r.chance(0.6f) ? 0.012f : 0.001f;
+  if (z > 0.01f) {
+    s.box({-w / 2, -h / 2, 0}, {w / 2, h / 2, z},
+          s.material(r.chance(0.5f) ? kit.palette->cardboard() : kit.palette->body()));
+    frame_around(s, w, h, 0.018f, 0.018f, s.material(kit.palette->metal()));
+  }
+  for (int i = r.whole(3, 14); i > 0; --i) {  // each a little nearer than the one before
+    const float a = r.between(0.03f, 0.12f), b = a * r.between(0.6f, 1.5f), out = z + 0.0006f * static_cast<float>(i);
+    const float x = r.between(-1, 1) * std::max(w / 2 - a - 0.02f, 0.f),
+                y = r.between(-1, 1) * std::max(h / 2 - b - 0.02f, 0.f);
+    s.quad({x - a, y - b, out}, {x + a, y - b, out}, {x + a, y + b, out}, {x - a, y + b, out},
+           s.material(r.chance(0.6f) ? kit.palette->label() : kit.palette->make(MaterialClass::Paper)));
+  }
+}
+
 /// One thing on a stretch of wall, its middle at the origin.
 void hang(Shapes& s, float w, float h, const Kit& kit) {
   Random& r = s.random();
   Palette& p = *kit.palette;
+  if (p.is_varied() && r.chance(0.15f)) return notes(s, w, h, kit);
   const float choice = r.unit();
   if (choice < 0.42f) return picture(s, w, h, p, false);
   if (choice < 0.5f) return picture(s, w, h, p, true);
@@ -203,7 +222,7 @@ void furnish_recesses(Shapes& room, const std::vector<Wall>& walls, const Kit& k
       if (o.kind == Opening::Niche) fill_niche(at, o, kit);
       if (o.kind == Opening::Passage && at.random().chance(kit.lamp_on)) {
         Random& r = at.random();
-        const int light = at.emitter({lamp_color(r) * (r.between(4.f, 10.f) * kit.lamp_power), false});
+        const int light = at.emitter({lamp_color(r, *kit.palette) * (r.between(4.f, 10.f) * kit.lamp_power), false});
         at.lathe({0, o.y1 - 0.07f, -o.depth * 0.55f}, {{0.12f, 0}, {0.12f, 0.069f}},
                  at.material(kit.palette->diffuser()), 20, light);
       }

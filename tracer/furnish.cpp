@@ -151,9 +151,18 @@ void Furnisher::fill() const {
   }
 }
 
+void Furnisher::further() const {
+  if (random_.chance(0.2f)) layout_.in_the_open(column(kit_, random_, size_.y), 0.9f);
+  if (random_.chance(0.2f)) layout_.against_wall(clothes_rack(kit_, random_), false, random_.between(0.02f, 0.2f));
+  if (random_.chance(0.15f)) layout_.in_the_open(screen(kit_, random_), 0.8f, true);
+  if (random_.chance(0.25f)) layout_.against_wall(metal_rack(kit_, random_));
+}
+
 void Furnisher::litter() const {
   // Some rooms are tidy, some are not.
-  const int count = random_.chance(0.3f) ? random_.whole(0, 1) : random_.whole(2, 9);
+  const bool tidy = random_.chance(0.3f);
+  const int count =
+      tidy ? random_.whole(0, 1) : random_.whole(2, 9) + (kit_.palette->is_varied() ? random_.whole(0, 6) : 0);
   for (int i = 0; i < count; ++i) {
     const Piece piece = floor_clutter(kit_, random_);
     if (random_.chance(0.6f))

@@ -14,6 +14,8 @@ class Furnisher {
   void furnish(const std::string& kind, bool with_bed) const;
   void fill() const;
   void litter() const;
+  /// What training rooms have beside.
+  void further() const;
 
  private:
   void living() const;

@@ -74,12 +74,30 @@ Piece floor_cushion(const Kit& kit, Random& random);
 Piece speaker(const Kit& kit, Random& random);
 /// Leans against the wall behind it.
 Piece leaning_picture(const Kit& kit, Random& random);
+/// One to three solids of any shape and pose.
+Piece solids(const Kit& kit, Random& random);
+Piece cartons(const Kit& kit, Random& random);
+Piece garment(const Kit& kit, Random& random);
+Piece cable(const Kit& kit, Random& random);
+Piece packages(const Kit& kit, Random& random);
+/// Clothes on a rail.
+Piece clothes_rack(const Kit& kit, Random& random);
+/// An upright panel on feet.
+Piece screen(const Kit& kit, Random& random);
+/// From the floor to the ceiling.
+Piece column(const Kit& kit, Random& random, float height);
 /// One of the things that lie or stand about.
 Piece floor_clutter(const Kit& kit, Random& random);
 
 /// Things on a horizontal top: `shapes` has its origin in the middle of the top, which measures width x depth.
 /// `head_room`: height above it that is free.
 void clutter(Shapes& shapes, const Kit& kit, float width, float depth, float head_room, int count);
+/// A solid of any shape and pose, `most` metres long at most, resting on y = 0.
+void random_solid(Shapes& shapes, const Kit& kit, float most, float room);
+/// A bottle, box or bag with something printed on it.
+void package(Shapes& shapes, const Kit& kit, float room);
+/// A box with prints on its front, back and top; its lower side has its middle at the origin.
+void printed_box(Shapes& shapes, const Kit& kit, const glm::vec3& size);
 /// A row of books, their spines looking along +z, standing on y = 0 from x = 0 to `width`.
 void books(Shapes& shapes, const Kit& kit, float width, float height, float depth);
 /// A lamp for tables; origin at its foot.
@@ -91,7 +109,7 @@ void potted_plant(Shapes& shapes, const Kit& kit, float pot, float height);
 /// A tap over a basin, origin at its foot, spout towards +z.
 void tap(Shapes& shapes, float height, float reach, int metal);
 
-/// Light of lamps, warm to cold white, luminance 1.
-glm::vec3 lamp_color(Random& random);
+/// Light of lamps, warm to cold white, a few of a varied palette's coloured; luminance 1.
+glm::vec3 lamp_color(Random& random, const Palette& palette);
 
 }  // namespace clerestory

@@ -142,7 +142,29 @@ Piece leaning_picture(const Kit& kit, Random& random) {
           }};
 }
 
+namespace {
+
+/// What training rooms have beside.
+Piece further_clutter(const Kit& kit, Random& random) {
+  const float kind = random.unit(), solid = kit.palette->is_wild() ? 0.55f : 0.2f;
+  if (kind < solid) return solids(kit, random);
+  switch (random.whole(0, 4)) {
+    case 0:
+    case 1:
+      return cartons(kit, random);
+    case 2:
+      return garment(kit, random);
+    case 3:
+      return cable(kit, random);
+    default:
+      return packages(kit, random);
+  }
+}
+
+}  // namespace
+
 Piece floor_clutter(const Kit& kit, Random& random) {
+  if (kit.palette->is_varied() && random.chance(0.6f)) return further_clutter(kit, random);
   switch (random.whole(0, 8)) {
     case 0:
       return basket(kit, random);

@@ -164,7 +164,7 @@ Piece kitchen_row(const Kit& kit, Random& random, float width) {
   const int units = std::max(2, static_cast<int>(width / 0.6f)), style = random.whole(0, 3);
   const bool upper = random.chance(0.7f), strip = upper && random.chance(0.5f * kit.lamp_on + 0.1f);
   const Material shade = kit.palette->diffuser(), chrome = kit.palette->chrome();
-  const glm::vec3 glow = lamp_color(random) * (random.between(6.f, 14.f) * kit.lamp_power);
+  const glm::vec3 glow = lamp_color(random, *kit.palette) * (random.between(6.f, 14.f) * kit.lamp_power);
   const int oven = random.whole(0, units - 1), things = random.whole(2, 6);
   return {"kitchen_row", {width, upper ? 2.15f : 1.5f, d}, [=](Shapes& s) {
             const int b = s.material(body), m = s.material(metal), g = s.material(glass);
@@ -272,11 +272,17 @@ Piece metal_rack(const Kit& kit, Random& random) {
               const float room = (h - 0.14f) / static_cast<float>(shelves - 1) - 0.04f;
               if (s.random().chance(0.4f)) {  // boxes in a row
                 const float each = (w - 0.1f) / 3;
-                for (int k = 0; k < 3; ++k)
-                  if (on.random().chance(0.8f))
-                    on.block({each * static_cast<float>(k - 1), 0, 0},
-                             {each * 0.9f, room * on.random().between(0.4f, 0.9f), d * 0.7f},
-                             on.material(kit.palette->trinket()));
+                for (int k = 0; k < 3; ++k) {
+                  if (!on.random().chance(0.8f)) continue;
+                  const glm::vec3 size(each * 0.9f, room * on.random().between(0.4f, 0.9f), d * 0.7f);
+                  const glm::vec3 place(each * static_cast<float>(k - 1), 0, 0);
+                  if (kit.palette->is_varied() && on.random().chance(0.6f)) {
+                    Shapes one = on.at(place);
+                    printed_box(one, kit, size);
+                  } else {
+                    on.block(place, size, on.material(kit.palette->trinket()));
+                  }
+                }
               } else {
                 clutter(on, kit, w * 0.8f, d * 0.7f, room, things);
               }

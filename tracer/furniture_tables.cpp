@@ -115,7 +115,7 @@ Piece desk(const Kit& kit, Random& random) {
   const int monitors = random.whole(0, 2), things = random.whole(2, 5);
   const float side = random.one_of({-1.f, 1.f});
   const bool lamp = random.chance(0.6f), lit = random.chance(0.2f);
-  const glm::vec3 glow = lamp_color(random) * glm::vec3(0.6f, 0.8f, 1.1f);
+  const glm::vec3 glow = lamp_color(random, *kit.palette) * glm::vec3(0.6f, 0.8f, 1.1f);
   return {
       "desk", {w, h, d + 0.5f}, [=](Shapes& whole) {
         Shapes s = whole.at({0, 0, -0.25f});

@@ -229,6 +229,12 @@ void model_thing(Shapes& s, const Kit& kit, float room) {
 void thing(Shapes& s, const Kit& kit, float room) {
   Random& r = s.random();
   Palette& p = *kit.palette;
+  if (p.is_varied() && r.chance(0.5f)) {
+    const float kind = r.unit();
+    if (kind < (p.is_wild() ? 0.6f : 0.25f)) return random_solid(s, kit, 0.2f, room);
+    if (kind < 0.92f || room < 0.15f) return package(s, kit, room);
+    return s.cloth({0, 0.001f, 0}, {0.28f, r.between(0.02f, 0.08f), 0.26f}, s.material(p.print()), 14);
+  }
   const bool has_models = kit.models && !kit.models->empty();
   switch (r.whole(0, has_models ? 15 : 14)) {
     case 0:
@@ -303,6 +309,7 @@ void clutter(Shapes& shapes, const Kit& kit, float width, float depth, float hea
   for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = static_cast<int>(i);
   Random& r = shapes.random();
   r.shuffle(cells);
+  if (kit.palette->is_varied() && r.chance(0.5f)) count += r.whole(1, 4);
   for (int i = 0; i < std::min(count, static_cast<int>(cells.size())); ++i) {
     const int column = cells[static_cast<std::size_t>(i)] % columns, row = cells[static_cast<std::size_t>(i)] / columns;
     const float x = width * ((static_cast<float>(column) + 0.5f) / static_cast<float>(columns) - 0.5f);

@@ -8,6 +8,8 @@
 namespace clerestory {
 namespace {
 
+constexpr float kColouredLamps = 0.1f;
+
 /// Ceiling lamps of one room: all alike.
 struct Ceiling {
   Shapes& room;
@@ -137,6 +139,28 @@ struct Ceiling {
                 {x, h - 0.125f, std::min(z0, z1)}, {-x, h - 0.125f, std::min(z0, z1)}, shade, light);
     }
   }
+  /// A bare bulb on its cable.
+  void bulb(const glm::vec2& over) const {
+    Random& r = room.random();
+    const float radius = r.between(0.03f, 0.06f), y = height() - r.between(0.15f, 0.9f);
+    room.tube({{over.x, y + radius, over.y}, {over.x, height(), over.y}}, 0.004f, metal, 6);
+    room.cylinder({over.x, y + radius * 0.8f, over.y}, 0.018f, 0.05f, metal, 10);
+    room.sphere({over.x, y, over.y}, radius, shade, 8, lit(40, 120));
+  }
+  /// A ring that glows, hanging.
+  void ring(const glm::vec2& over) const {
+    Random& r = room.random();
+    const float radius = r.between(0.2f, 0.45f), thick = r.between(0.02f, 0.05f), y = height() - r.between(0.3f, 0.8f);
+    for (const float side : {-1.f, 1.f})
+      room.tube({{over.x + side * radius, y, over.y}, {over.x, height() - 0.003f, over.y}}, 0.002f, metal, 5);
+    room.torus({over.x, y, over.y}, radius, thick, shade, 28, lit(10, 25));
+  }
+  /// A luminous ceiling: one wide panel.
+  void skylight() const {
+    Random& r = room.random();
+    const float w = size.x * r.between(0.15f, 0.35f), d = size.z * r.between(0.15f, 0.35f), h = height() - 0.004f;
+    room.quad({-w, h, -d}, {w, h, -d}, {w, h, d}, {-w, h, d}, shade, lit(1.5f, 4));
+  }
   /// A flush drum or dome.
   void flush(const glm::vec2& over) const {
     Random& r = room.random();
@@ -166,10 +190,12 @@ void desk_lamp(Shapes& s, const Kit& kit, float height, int light) {
 
 }  // namespace
 
-glm::vec3 lamp_color(Random& random) {
+glm::vec3 lamp_color(Random& random, const Palette& palette) {
   const glm::vec3 warm(1.5f, 0.93f, 0.45f), cold(0.9f, 1.0f, 1.2f);
   const float t = random.unit();
-  const glm::vec3 c = warm + (cold - warm) * t;
+  glm::vec3 c = warm + (cold - warm) * t;
+  if (palette.is_varied() && random.chance(kColouredLamps))
+    for (int k = 0; k < 3; ++k) c[k] *= random.log_between(0.2f, 1);
   return c / (0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z);
 }
 
@@ -177,7 +203,17 @@ void build_ceiling_lamps(Shapes& room, const glm::vec3& size, Palette& palette, 
                          const glm::vec2& over) {
   Random& r = room.random();
   const int metal = room.material(palette.metal()), shade = room.material(palette.diffuser());
-  const Ceiling lamps{room, size, metal, shade, lamp_color(r) * style.lamp_power, style.lamps_on};
+  const Ceiling lamps{room, size, metal, shade, lamp_color(r, palette) * style.lamp_power, style.lamps_on};
+  if (palette.is_varied() && r.chance(0.3f)) {
+    switch (r.whole(0, 2)) {
+      case 0:
+        return lamps.bulb(over);
+      case 1:
+        return lamps.ring(over);
+      default:
+        return lamps.skylight();
+    }
+  }
   switch (r.whole(0, 10)) {
     case 0:
       return lamps.panels();
@@ -204,7 +240,7 @@ void build_ceiling_lamps(Shapes& room, const glm::vec3& size, Palette& palette, 
 void table_lamp(Shapes& s, const Kit& kit, float height) {
   Random& r = s.random();
   const bool lit = r.chance(kit.lamp_on);
-  const int light = lit ? s.emitter({lamp_color(r) * r.between(3.f, 9.f) * kit.lamp_power, false}) : -1;
+  const int light = lit ? s.emitter({lamp_color(r, *kit.palette) * r.between(3.f, 9.f) * kit.lamp_power, false}) : -1;
   const float kind = r.unit();
   if (kind < 0.3f) return desk_lamp(s, kit, height, light);
   const int foot = s.material(r.chance(0.5f) ? kit.palette->trinket() : kit.palette->metal());
@@ -229,7 +265,7 @@ Piece floor_lamp(const Kit& kit, Random& random) {
                  shade = kit.palette->diffuser();
   const bool lit = random.chance(kit.lamp_on + 0.15f);
   const int style = random.whole(0, 3);
-  const glm::vec3 radiance = lamp_color(random) * random.between(4.f, 10.f) * kit.lamp_power;
+  const glm::vec3 radiance = lamp_color(random, *kit.palette) * random.between(4.f, 10.f) * kit.lamp_power;
   return {"floor_lamp", {2 * r + 0.04f, h, 2 * r + 0.04f}, [=](Shapes& s) {
             const int m = s.material(metal), c = s.material(shade);
             const int light = lit ? s.emitter({radiance * (style == 2 ? 2.f : 1.f), false}) : -1;
@@ -255,8 +291,9 @@ Piece floor_lamp(const Kit& kit, Random& random) {
 void wall_lamp(Shapes& s, const Kit& kit) {
   Random& r = s.random();
   const int metal = s.material(kit.palette->chrome()), shade = s.material(kit.palette->diffuser());
-  const int light =
-      r.chance(kit.lamp_on) ? s.emitter({lamp_color(r) * r.between(4.f, 10.f) * kit.lamp_power, false}) : -1;
+  const int light = r.chance(kit.lamp_on)
+                        ? s.emitter({lamp_color(r, *kit.palette) * r.between(4.f, 10.f) * kit.lamp_power, false})
+                        : -1;
   s.box({-0.04f, -0.06f, 0}, {0.04f, 0.06f, 0.02f}, metal);
   s.tube({{0, 0, 0.02f}, {0, -0.02f, 0.09f}, {0, 0.02f, 0.11f}}, 0.008f, metal, 6);
   Shapes at = s.at({0, 0, 0.11f});

@@ -25,8 +25,8 @@ static_assert(std::endian::native == std::endian::little, "PLY files are written
 constexpr std::size_t kVertexReals = 9;
 constexpr double kSquare = 1e-6;  // how far the two focal lengths may differ, as a share
 constexpr const char* kPanoramaFile = "panorama.exr";
-constexpr std::array kTextures = {"plain", "plaster", "wood",    "tiles", "fabric",
-                                  "stone", "metal",   "leather", "rug",   "painting"};
+constexpr std::array kTextures = {"plain", "plaster", "wood", "tiles",    "fabric", "stone",
+                                  "metal", "leather", "rug",  "painting", "print"};
 
 using Row = std::array<float, kVertexReals>;
 
@@ -112,6 +112,8 @@ std::string bsdf(const Material& m, const std::string& id, bool smooth_lamp) {
   text += vector("scale", m.scale);
   text += number("gap", m.gap) + number("tint", m.tint) + number("warp", m.warp) + number("noise", m.noise);
   text += number("seed", m.seed) + number("wear", m.wear) + number("pattern", m.pattern);
+  text += number("smudge", m.smudge) + number("smudge_scale", m.smudge_scale);
+  text += number("stain", m.stain) + number("stain_scale", m.stain_scale);
   return text + flag("uncapped", m.uncapped != 0) + flag("smooth_lamp", smooth_lamp) + "  </bsdf>\n";
 }
 

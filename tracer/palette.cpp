@@ -26,6 +26,48 @@ Material base(Texture texture, Random& random) {
   return m;
 }
 
+/// Share of a wild room's surfaces that are anything.
+constexpr float kWildSurfaces = 0.7f;
+/// Patterns of Texture::Print (kernels/trace/texture.clh).
+constexpr int kPrints = 13;
+enum Print { Stripes, Tartan, Dots, Damask, Flowers, Zigzag, Rings, Patches, Text, Blocks, Mosaic, Basket, Clouds };
+
+/// Roughness from lacquered or polished to raw, by class, as far as people's things have it, and how often a thing
+/// keeps what its class has most.
+struct Finish {
+  float least, most, usual;
+};
+Finish finish_of(MaterialClass kind) {
+  switch (kind) {
+    case MaterialClass::WallPaint:
+      return {0.5f, 0.98f, 0.75f};
+    case MaterialClass::GlossPaint:
+      return {0.06f, 0.8f, 0.4f};
+    case MaterialClass::Wood:
+      return {0.1f, 0.85f, 0.4f};
+    case MaterialClass::Tile:
+    case MaterialClass::Stone:
+      return {0.05f, 0.8f, 0.4f};
+    case MaterialClass::Fabric:
+      return {0.6f, 1, 0.7f};
+    case MaterialClass::Leather:
+      return {0.2f, 0.75f, 0.4f};
+    case MaterialClass::Plastic:
+      return {0.07f, 0.8f, 0.3f};
+    case MaterialClass::Ceramic:
+      return {0.04f, 0.7f, 0.5f};
+    case MaterialClass::Metal:
+      return {0.05f, 0.65f, 0.4f};
+    case MaterialClass::Carpet:
+      return {0.85f, 1, 0.7f};
+    case MaterialClass::Paper:
+      return {0.12f, 0.95f, 0.5f};
+    case MaterialClass::Concrete:
+      return {0.15f, 0.95f, 0.5f};
+  }
+  return {0, 1, 1};
+}
+
 /// Nothing at home is blacker: with a texture's tint the albedo stays above 0.02.
 constexpr float kDarkest = 0.028f;
 
@@ -43,8 +85,7 @@ const char* name_of(MaterialClass kind) {
   return names[static_cast<int>(kind)];
 }
 
-Palette::Palette(Random random, bool stone_only, bool no_stone)
-    : random_(random), stone_only_(stone_only), no_stone_(no_stone) {
+Palette::Palette(Random random, Content content) : random_(random), content_(content) {
   for (int i = 0; i < 6; ++i) {
     if (i < 4) woods_.push_back(make(MaterialClass::Wood));
     fabrics_.push_back(i < 4 ? make(MaterialClass::Fabric) : print());
@@ -63,6 +104,7 @@ glm::vec3 Palette::paint_color() {
 }
 
 glm::vec3 Palette::strong_color() {
+  if (is_varied() && random_.chance(0.3f)) return any_color();
   if (random_.chance(0.3f)) return grey(random_.between(0.08f, 0.88f));
   // Reds, ochres, greens and blues are common at home, magenta and cyan are not.
   const float hue = random_.one_of({0.01f, 0.06f, 0.1f, 0.13f, 0.25f, 0.36f, 0.45f, 0.55f, 0.6f, 0.63f, 0.92f});
@@ -71,6 +113,13 @@ glm::vec3 Palette::strong_color() {
 }
 
 Material Palette::make(MaterialClass kind) {
+  if (!is_varied()) return made(kind);
+  Material m;
+  if (!further(kind, m)) m = made(kind);
+  return dressed(lived_with(m, kind));
+}
+
+Material Palette::made(MaterialClass kind) {
   Random& r = random_;
   switch (kind) {
     case MaterialClass::WallPaint: {
@@ -120,7 +169,7 @@ Material Palette::make(MaterialClass kind) {
       return m;
     }
     case MaterialClass::Stone: {
-      if (no_stone_) return make(r.chance(0.5f) ? MaterialClass::Tile : MaterialClass::Concrete);
+      if (!stone_only()) return made(r.chance(0.5f) ? MaterialClass::Tile : MaterialClass::Concrete);
       Material m = base(Texture::Stone, r);
       m.pattern = static_cast<float>(r.whole(0, 1));
       const glm::vec3 c = r.chance(0.55f) ? hsv(r.between(0.05f, 0.2f), r.between(0, 0.12f), r.between(0.72f, 0.88f))
@@ -259,12 +308,12 @@ Material Palette::made_wood() {
   return m;
 }
 
-Material Palette::wood() { return stone_only_ ? make(MaterialClass::Stone) : random_.one_of(woods_); }
+Material Palette::wood() { return stone_only() ? make(MaterialClass::Stone) : random_.one_of(woods_); }
 Material Palette::fabric() { return random_.one_of(fabrics_); }
 Material Palette::metal() { return random_.one_of(metals_); }
 
 Material Palette::body() {
-  if (stone_only_) return make(MaterialClass::Stone);
+  if (stone_only()) return make(MaterialClass::Stone);
   if (body_choice_ < 0.45f) return woods_[0];
   if (body_choice_ < 0.75f) return make(MaterialClass::GlossPaint);
   if (body_choice_ < 0.87f) return metals_[0];  // steel fronts: metal is not only what is thin
@@ -272,7 +321,7 @@ Material Palette::body() {
 }
 
 Material Palette::top() {
-  if (stone_only_ || random_.chance(0.2f)) return make(MaterialClass::Stone);
+  if (stone_only() || random_.chance(0.2f)) return make(MaterialClass::Stone);
   const float choice = random_.unit();
   if (choice < 0.7f) return random_.one_of(woods_);
   return choice < 0.92f ? make(MaterialClass::GlossPaint) : metals_[0];
@@ -290,12 +339,13 @@ Material Palette::planks(const Material& wood) {
 }
 
 Material Palette::floor() {
-  if (stone_only_) {
+  if (stone_only()) {
     Material m = make(MaterialClass::Stone);
     m.gap = random_.one_of({0.4f, 0.6f, 0.8f});
     m.tint = 0.06f;
     return m;
   }
+  if (is_varied() && random_.chance(0.22f)) return vinyl();
   const float choice = random_.unit();
   if (choice < 0.46f) return planks(make(MaterialClass::Wood));
   if (choice < 0.62f) return make(MaterialClass::Tile);
@@ -304,8 +354,20 @@ Material Palette::floor() {
   return make(MaterialClass::Stone);
 }
 
+Material Palette::vinyl() {
+  Random& r = random_;
+  Material m = r.chance(0.5f) ? base(Texture::Plaster, r) : patterned({Clouds, Mosaic, Patches}, 1.5f, 30);
+  const glm::vec3 c = r.chance(0.7f) ? hsv(r.unit(), r.between(0, 0.2f), r.between(0.3f, 0.8f)) : any_color();
+  colors(m, c, c * r.between(0.75f, 1.2f), c * r.between(0.7f, 1.1f));
+  if (m.texture == static_cast<float>(Texture::Plaster)) m.scale = glm::vec3(r.log_between(2, 60));
+  const float rough = r.between(0.12f, 0.6f);
+  roughness(m, rough, rough + 0.03f, rough + 0.05f);
+  cloud(m, 0.6f, 0.4f);
+  return dressed(m);
+}
+
 Material Palette::wall() {
-  if (stone_only_ && random_.chance(0.5f)) {
+  if (stone_only() && random_.chance(0.5f)) {
     Material m = make(MaterialClass::Stone);
     m.gap = random_.one_of({0.6f, 1.2f});
     return m;
@@ -320,6 +382,20 @@ Material Palette::wall() {
 
 Material Palette::wallpaper() {
   Random& r = random_;
+  if (is_varied() && r.chance(0.7f)) {
+    Material m = patterned(
+        {Stripes, Stripes, Tartan, Dots, Damask, Damask, Flowers, Flowers, Zigzag, Rings, Blocks, Mosaic, Clouds}, 1.2f,
+        14);
+    const glm::vec3 ground = paint_color();
+    const glm::vec3 figure =
+        r.chance(0.7f) ? ground * r.between(0.6f, 0.95f) : ground * 0.4f + strong_color() * r.between(0.3f, 0.6f);
+    colors(m, ground, figure, r.chance(0.4f) ? ground : r.chance(0.7f) ? figure * 0.7f : strong_color());
+    const float rough = r.between(0.55f, 0.95f);
+    roughness(m, rough, std::min(rough + 0.05f, 1.f), r.chance(0.85f) ? rough : r.between(0.2f, 0.4f));
+    if (r.chance(0.05f)) m.metallic_c = 1;  // gold leaf
+    cloud(m, 0.2f, 0.3f);
+    return dressed(m);
+  }
   const float kind = r.unit();
   Material m = base(kind < 0.35f ? Texture::Fabric : kind < 0.8f ? Texture::Rug : Texture::Painting, r);
   const glm::vec3 ground = paint_color();
@@ -339,7 +415,7 @@ Material Palette::wallpaper() {
   } else {
     m.scale = glm::vec3(r.between(1.5f, 5.f)), m.warp = r.between(0.5f, 2.f), m.pattern = 0;
   }
-  return m;
+  return dressed(m);
 }
 
 Material Palette::brick() {
@@ -352,29 +428,44 @@ Material Palette::brick() {
   roughness(m, 0.85f, 0.95f, 0.97f);
   m.scale = {1 / 0.25f, 1 / 0.075f, 1};
   m.gap = 0.02f, m.tint = painted ? 0.03f : random_.between(0.1f, 0.2f), m.warp = 2, m.pattern = 1;
-  return m;
+  return dressed(m);
 }
 
 Material Palette::ceiling() {
-  Material m = make(MaterialClass::WallPaint);
+  Material m = made(MaterialClass::WallPaint);
   const glm::vec3 white = hsv(0.12f, random_.between(0, 0.05f), random_.between(0.84f, 0.9f));
   colors(m, white, white * 1.02f, white * 0.95f);
   const float rough = random_.between(0.8f, 0.95f);
   roughness(m, rough, rough + 0.03f, std::min(rough + 0.05f, 1.f));
-  return m;
+  return dressed(m);
 }
 
 Material Palette::rug() {
+  if (is_varied() && random_.chance(0.55f)) {
+    Material m =
+        patterned({Stripes, Tartan, Dots, Damask, Flowers, Zigzag, Rings, Patches, Blocks, Mosaic, Clouds}, 1, 7);
+    const float rough = random_.between(0.85f, 0.98f);
+    roughness(m, rough, std::min(rough + 0.03f, 1.f), 1);
+    m.tint = random_.between(0.05f, 0.2f);
+    return dressed(m);
+  }
   Material m = base(Texture::Rug, random_);
   colors(m, strong_color(), strong_color(), strong_color());
   roughness(m, 0.96f, 0.98f, 1);
   m.scale = {static_cast<float>(random_.whole(2, 7)), static_cast<float>(random_.whole(2, 7)), 1};
   m.tint = 0.12f;
   m.pattern = static_cast<float>(random_.whole(0, 2));
-  return m;
+  return dressed(m);
 }
 
 Material Palette::painting() {
+  if (is_varied() && random_.chance(0.55f)) {
+    Material m =
+        patterned({Stripes, Dots, Flowers, Rings, Patches, Text, Text, Blocks, Mosaic, Clouds, Clouds}, 0.7f, 9);
+    const float rough = random_.chance(0.4f) ? random_.between(0.08f, 0.3f) : random_.between(0.4f, 0.9f);
+    roughness(m, rough, rough, rough);
+    return dressed(m);
+  }
   Material m = base(Texture::Painting, random_);
   colors(m, strong_color(), strong_color(), strong_color());
   const float rough = random_.chance(0.4f) ? random_.between(0.1f, 0.25f) : random_.between(0.5f, 0.85f);
@@ -383,11 +474,20 @@ Material Palette::painting() {
   m.warp = random_.between(0.5f, 3.f);
   m.tint = random_.between(0, 0.15f);
   m.pattern = static_cast<float>(random_.whole(0, 2));
-  return m;
+  return dressed(m);
 }
 
 Material Palette::print() {
   Random& r = random_;
+  if (is_varied() && r.chance(0.6f)) {
+    Material m = patterned({Stripes, Stripes, Tartan, Tartan, Dots, Damask, Flowers, Flowers, Zigzag, Rings, Patches,
+                            Blocks, Mosaic, Clouds},
+                           3, 25);
+    const float rough = r.between(0.75f, 0.98f);
+    roughness(m, rough, std::min(rough + 0.04f, 1.f), rough);
+    m.tint = r.between(0, 0.15f);
+    return dressed(m);
+  }
   const bool motif = r.chance(0.6f);
   Material m = base(motif ? Texture::Rug : Texture::Painting, r);
   const glm::vec3 ground = r.chance(0.5f) ? paint_color() : strong_color();
@@ -397,7 +497,7 @@ Material Palette::print() {
   m.scale = glm::vec3(motif ? r.between(3.f, 14.f) : r.between(3.f, 9.f));
   m.warp = r.between(0.5f, 2.f), m.tint = motif ? r.between(0.03f, 0.12f) : 0.05f;
   m.pattern = static_cast<float>(motif ? r.whole(0, 1) : 0);
-  return m;
+  return dressed(m);
 }
 
 Material Palette::chrome() {
@@ -410,7 +510,7 @@ Material Palette::chrome() {
   roughness(m, rough, rough + 0.03f, rough + 0.2f);
   m.metallic_a = m.metallic_b = m.metallic_c = 1;
   m.scale = {3, 120, 120};
-  return m;
+  return dressed(m);
 }
 
 Material Palette::leaf() {
@@ -420,7 +520,7 @@ Material Palette::leaf() {
   const float rough = random_.between(0.35f, 0.6f);
   roughness(m, rough, rough + 0.1f, rough);
   m.scale = glm::vec3(6);
-  return m;
+  return dressed(m);
 }
 
 Material Palette::enamel() {
@@ -430,7 +530,7 @@ Material Palette::enamel() {
   colors(m, c, c * 0.98f, c);
   const float rough = random_.between(0.06f, 0.22f);
   roughness(m, rough, rough + 0.02f, rough);
-  return m;
+  return dressed(m);
 }
 
 Material Palette::mirror() {
@@ -438,7 +538,7 @@ Material Palette::mirror() {
   colors(m, glm::vec3(0.88f), glm::vec3(0.88f), glm::vec3(0.88f));
   roughness(m, 0.03f, 0.03f, 0.03f);
   m.metallic_a = m.metallic_b = m.metallic_c = 1;
-  return m;
+  return dressed(m);
 }
 
 Material Palette::glass() {
@@ -447,7 +547,7 @@ Material Palette::glass() {
   colors(m, c, c, c);
   const float rough = random_.between(0.04f, 0.12f);
   roughness(m, rough, rough, rough);
-  return m;
+  return dressed(m);
 }
 
 Material Palette::diffuser() {
@@ -455,6 +555,192 @@ Material Palette::diffuser() {
   colors(m, grey(0.88f), grey(0.88f), grey(0.88f));
   roughness(m, 0.5f, 0.5f, 0.5f);
   return m;
+}
+
+Material Palette::patterned(std::initializer_list<int> patterns, float least, float most) {
+  Random& r = random_;
+  Material m = base(Texture::Print, r);
+  m.pattern = static_cast<float>(r.one_of(patterns));
+  const glm::vec3 ground = r.chance(0.45f) ? paint_color() : strong_color();
+  const glm::vec3 figure = r.chance(0.35f) ? ground * r.between(0.35f, 0.8f) : strong_color();
+  colors(m, ground, figure, r.chance(0.5f) ? strong_color() : ground * r.between(0.3f, 0.9f));
+  m.scale = glm::vec3(r.log_between(least, most));
+  if (r.chance(0.4f)) m.scale.y *= r.between(0.5f, 2);
+  if (static_cast<int>(m.pattern) == Text) m.scale.y *= 1.6f;
+  m.gap = static_cast<int>(m.pattern) == Mosaic ? r.between(0, 0.1f) : r.between(0.03f, 0.3f);
+  m.warp = r.between(0.2f, 2.5f);
+  m.tint = r.chance(0.4f) ? r.between(0, 0.08f) : 0;
+  return m;
+}
+
+void Palette::cloud(Material& m, float smudged, float stained) {
+  Random& r = random_;
+  const float least = std::min(m.roughness_a, std::min(m.roughness_b, m.roughness_c));
+  m.smudge = r.chance(smudged) ? std::min(r.between(0.04f, 0.25f), least - 0.03f) * r.one_of({1.f, -1.f}) : 0;
+  m.smudge_scale = r.log_between(0.7f, 25);
+  m.stain = r.chance(stained) ? r.between(0.03f, 0.22f) : 0;
+  m.stain_scale = r.log_between(0.4f, 12);
+  // What tint, noise and stain leave of the darkest, planks included.
+  const float least_albedo = 0.021f / (1 - std::max(m.tint, 0.25f) - m.noise - m.stain);
+  colors(m, glm::max(m.color_a, least_albedo), glm::max(m.color_b, least_albedo), glm::max(m.color_c, least_albedo));
+}
+
+bool Palette::further(MaterialClass kind, Material& m) {
+  Random& r = random_;
+  const auto is = [&](float share) { return r.chance(share); };
+  switch (kind) {
+    case MaterialClass::Fabric:
+      if (!is(0.25f)) return false;
+      m = patterned({Stripes, Stripes, Tartan, Dots, Flowers, Zigzag, Rings, Basket, Mosaic, Clouds}, 4, 30);
+      roughness(m, 0.88f, 0.92f, 0.88f);
+      m.tint = r.between(0.02f, 0.15f);
+      return true;
+    case MaterialClass::Paper:
+      if (!is(0.5f)) return false;
+      m = label();
+      return true;
+    case MaterialClass::Carpet:
+      if (!is(0.35f)) return false;
+      m = patterned({Patches, Patches, Stripes, Clouds, Mosaic}, 1.2f, 4);
+      m.color_b = m.color_a * r.between(0.7f, 1), m.color_c = m.color_a * r.between(0.6f, 0.9f);
+      roughness(m, 0.95f, 0.97f, 0.95f);
+      m.tint = r.between(0.1f, 0.25f);
+      return true;
+    case MaterialClass::Wood: {
+      if (!is(0.2f)) return false;
+      const bool chips = is(0.5f);  // chipboard, or fibreboard and cork
+      m = patterned({chips ? Mosaic : Clouds}, 25, 90);
+      const glm::vec3 c = hsv(r.between(0.07f, 0.11f), r.between(0.3f, 0.6f), r.between(0.45f, 0.85f));
+      colors(m, c, c * r.between(0.55f, 0.85f), c * r.between(0.5f, 0.9f));
+      m.gap = chips ? 0 : 0.2f;
+      roughness(m, 0.6f, 0.65f, 0.7f);
+      return true;
+    }
+    case MaterialClass::Tile: {
+      if (!is(0.25f)) return false;
+      const float size = r.one_of({0.1f, 0.15f, 0.2f, 0.3f});
+      m = patterned({Dots, Damask, Flowers, Zigzag, Rings, Blocks, Patches}, 1 / size, 1 / size);
+      const float rough = r.between(0.08f, 0.3f);
+      roughness(m, rough, rough, rough + 0.05f);
+      return true;
+    }
+    case MaterialClass::Ceramic:
+      if (!is(0.25f)) return false;
+      m = patterned({Stripes, Dots, Flowers, Rings, Clouds}, 8, 40);
+      roughness(m, 0.1f, 0.1f, 0.12f);
+      return true;
+    case MaterialClass::Plastic:
+      if (!is(0.12f)) return false;
+      m = patterned({Stripes, Dots, Blocks, Clouds, Text}, 6, 40);
+      roughness(m, 0.3f, 0.3f, 0.3f);
+      return true;
+    case MaterialClass::Metal: {
+      const float look = r.unit();
+      if (look > 0.35f) return false;
+      m = made(MaterialClass::Metal);
+      if (look < 0.18f) {  // powder-coated, which is paint
+        m = made(MaterialClass::GlossPaint);
+      } else if (look < 0.25f) {  // anodised
+        const glm::vec3 c = strong_color() * 0.8f + glm::vec3(0.1f);
+        colors(m, c, c * 0.95f, c * 0.7f);
+      } else {  // rusted, or with paint that comes off
+        const bool rust = is(0.5f);
+        const glm::vec3 off =
+            rust ? hsv(r.between(0.03f, 0.07f), r.between(0.5f, 0.8f), r.between(0.25f, 0.5f)) : any_color();
+        m.texture = static_cast<float>(Texture::Print), m.pattern = Clouds;
+        m.scale = glm::vec3(r.log_between(2, 15)), m.gap = r.between(0.03f, 0.1f), m.warp = r.between(0.5f, 2);
+        colors(m, m.color_a, m.color_b, off);
+        const float rough = rust ? r.between(0.7f, 0.95f) : r.between(0.3f, 0.6f);
+        m.roughness_c = rough, m.metallic_c = 0;
+      }
+      return true;
+    }
+    default:
+      return false;
+  }
+}
+
+Material Palette::lived_with(Material m, MaterialClass kind) {
+  Random& r = random_;
+  const Finish finish = finish_of(kind);
+  if (!r.chance(finish.usual)) {
+    const float shift = r.between(finish.least, finish.most) - m.roughness_a;
+    const auto moved = [shift](float rough) { return std::clamp(rough + shift, 0.04f, 1.f); };
+    roughness(m, moved(m.roughness_a), moved(m.roughness_b), moved(m.roughness_c));
+  }
+  cloud(m, 0.3f, 0.3f);
+  return m;
+}
+
+Material Palette::dressed(const Material& m) { return is_wild() && random_.chance(kWildSurfaces) ? anything() : m; }
+
+glm::vec3 Palette::any_color() {
+  const float saturation = random_.chance(0.4f) ? random_.between(0, 0.2f) : random_.between(0, 0.95f);
+  return hsv(random_.unit(), saturation, random_.between(0.1f, 0.95f));
+}
+
+Material Palette::any_texture() {
+  Random& r = random_;
+  const float kind = r.unit();
+  if (kind < 0.25f) {  // nearly flat
+    Material m = base(Texture::Plain, r);
+    m.scale = glm::vec3(r.log_between(0.5f, 20));
+    return m;
+  }
+  if (kind < 0.7f) {
+    Material m = patterned({0}, 0.5f, 40);
+    m.pattern = static_cast<float>(r.whole(0, kPrints - 1));
+    return m;
+  }
+  const Texture other =
+      r.one_of({Texture::Plaster, Texture::Fabric, Texture::Wood, Texture::Tiles, Texture::Metal, Texture::Leather});
+  Material m = base(other, r);
+  m.scale = glm::vec3(r.log_between(1, 40), r.log_between(1, 40), r.log_between(1, 40));
+  if (other == Texture::Wood) m.scale.x = m.scale.y = 0, m.scale.z = r.log_between(4, 60);
+  if (other == Texture::Metal) m.scale = {3, r.log_between(20, 200), r.log_between(20, 200)};
+  if (other == Texture::Tiles) m.gap = r.between(0.005f, 0.06f), m.tint = r.between(0, 0.3f);
+  m.pattern = static_cast<float>(r.whole(0, 2));
+  m.warp = r.between(0.3f, 3), m.wear = r.chance(0.4f) ? r.between(0.2f, 0.6f) : 0;
+  return m;
+}
+
+Material Palette::anything() {
+  Random& r = random_;
+  Material m = any_texture();
+  const glm::vec3 c = any_color();
+  const bool alike = m.texture == static_cast<float>(Texture::Plain) || r.chance(0.4f);
+  colors(m, c, alike ? c * r.between(0.6f, 1.2f) : any_color(), alike ? c * r.between(0.5f, 1.3f) : any_color());
+  const float rough = r.between(0.05f, 1);
+  if (r.chance(0.5f))
+    roughness(m, rough, rough, rough);  // albedo varies where the material does not
+  else
+    roughness(m, rough, r.between(0.05f, 1), r.between(0.05f, 1));
+  const float metal = r.unit();
+  if (metal < 0.1f) m.metallic_a = m.metallic_b = m.metallic_c = 1;
+  if (metal > 0.93f) m.metallic_b = r.chance(0.5f) ? 1.f : 0.f, m.metallic_c = 1 - m.metallic_b;
+  m.noise = r.chance(0.3f) ? r.between(0, 0.15f) : 0;
+  cloud(m, 0.5f, 0.4f);
+  return m;
+}
+
+Material Palette::label() {
+  Random& r = random_;
+  Material m = patterned({Stripes, Dots, Flowers, Rings, Patches, Text, Text, Text, Blocks, Blocks, Clouds}, 8, 60);
+  const float rough = r.chance(0.5f) ? r.between(0.1f, 0.4f) : r.between(0.5f, 0.9f);
+  roughness(m, rough, rough, rough);
+  return dressed(m);
+}
+
+Material Palette::cardboard() {
+  Random& r = random_;
+  Material m = base(Texture::Plaster, r);
+  const glm::vec3 c = hsv(r.between(0.07f, 0.1f), r.between(0.25f, 0.5f), r.between(0.55f, 0.8f));
+  colors(m, c, c * 0.93f, c * 0.85f);
+  const float rough = r.between(0.7f, 0.95f);
+  roughness(m, rough, std::min(rough + 0.03f, 1.f), rough);
+  m.scale = {3, 60, 3};
+  cloud(m, 0.2f, 0.4f);
+  return dressed(m);
 }
 
 Material Palette::trinket() {
@@ -466,7 +752,7 @@ Material Palette::trinket() {
     case 2:
       return make(MaterialClass::Paper);
     case 3:
-      return stone_only_ ? make(MaterialClass::Stone) : make(MaterialClass::Wood);
+      return stone_only() ? make(MaterialClass::Stone) : make(MaterialClass::Wood);
     case 4:
       return make(MaterialClass::GlossPaint);
     default:

@@ -1,7 +1,10 @@
-// Classes of material. In each, colour, roughness and metallic go together as they do in homes, so that the one can be
-// learned from the looks of the other; within a class they vary from object to object and over the texture.
+// Classes of material. In each, colour, roughness and metallic go together as they do in homes; within a class they
+// vary from object to object and over the texture. What training shows varies further: how glossy, worn and stained a
+// thing is cannot be told from its kind alone, and in some rooms any surface may look and shine in any way (Tobin et
+// al. 2017, "Domain randomization": what a net has seen vary it learns to see through).
 #pragma once
 #include <glm/glm.hpp>
+#include <initializer_list>
 #include <vector>
 
 #include "tracer/random.hpp"
@@ -26,12 +29,20 @@ enum class MaterialClass {
   Concrete,    // 0.7-0.95
 };
 
+/// What a palette draws from.
+enum class Content {
+  Plain,    // the classes as they are, without stone: bare boxes
+  Varied,   // and further prints, finishes, smudges and stains: training rooms
+  Wild,     // and most surfaces of any texture, colour, roughness and metallic: a share of training rooms
+  HeldOut,  // the classes as they are, stone in the place of every hard surface it can take
+};
+
 /// Draws materials. One palette serves one room, so that its pieces match: a few woods, fabrics and metals.
 class Palette {
  public:
-  /// `stone_only`: the texture family Stone takes the place of every hard surface it can (held-out rooms);
-  /// `no_stone`: it never appears (training rooms).
-  Palette(Random random, bool stone_only, bool no_stone);
+  Palette(Random random, Content content);
+  bool is_varied() const { return content_ == Content::Varied || content_ == Content::Wild; }
+  bool is_wild() const { return content_ == Content::Wild; }
 
   /// A fresh material of the class. Where Stone is barred, tiles or concrete take its place.
   Material make(MaterialClass kind);
@@ -64,18 +75,39 @@ class Palette {
   Material glass();
   /// A lamp's diffuser.
   Material diffuser();
+  /// What is printed on packages, covers and posters.
+  Material label();
+  /// Brown packing board.
+  Material cardboard();
+  /// Any texture, colour, roughness and metallic.
+  Material anything();
   /// Thin colourful things: books, boxes, vases, mugs.
   Material trinket();
 
  private:
+  bool stone_only() const { return content_ == Content::HeldOut; }
+  /// The class as it is.
+  Material made(MaterialClass kind);
+  /// Another look of the class, where the draw says so and it has one.
+  bool further(MaterialClass kind, Material& m);
+  /// How glossy, worn and stained this one is.
+  Material lived_with(Material m, MaterialClass kind);
+  void cloud(Material& m, float smudged, float stained);
+  /// In wild rooms most often anything else.
+  Material dressed(const Material& m);
+  /// One of these patterns of Texture::Print, in repeats a metre; its roughness is the caller's.
+  Material patterned(std::initializer_list<int> patterns, float least, float most);
+  Material any_texture();
+  glm::vec3 any_color();
   glm::vec3 paint_color();
   glm::vec3 strong_color();
   Material made_wood();
+  Material vinyl();
   Material brick();
   Material planks(const Material& wood);
 
   Random random_;
-  bool stone_only_, no_stone_;
+  Content content_;
   std::vector<Material> woods_, fabrics_, metals_;
   float body_choice_ = 0;
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tracer/random.hpp"
+
 namespace clerestory {
 namespace {
 
@@ -13,6 +15,21 @@ constexpr float kPi = std::numbers::pi_v<float>;
 glm::vec2 around(int k, int sides) {
   const float angle = 2 * kPi * static_cast<float>(k % sides) / static_cast<float>(sides);
   return {std::cos(angle), std::sin(angle)};
+}
+
+/// Value noise in space, in [0, 1].
+float noise(const glm::vec3& p, std::uint64_t key) {
+  const glm::vec3 cell = glm::floor(p), t = p - cell, s = t * t * (3.f - 2.f * t);
+  const auto value = [&](int corner) {
+    std::uint64_t hash = Random::mix(key);
+    for (int axis = 0; axis < 3; ++axis)
+      hash =
+          Random::mix(hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[axis]) + (corner >> axis & 1)));
+    return static_cast<float>(hash >> 40) * 0x1p-24f;
+  };
+  const auto along_x = [&](int corner) { return value(corner) + (value(corner + 1) - value(corner)) * s.x; };
+  const float near = along_x(0) + (along_x(2) - along_x(0)) * s.y, far = along_x(4) + (along_x(6) - along_x(4)) * s.y;
+  return near + (far - near) * s.z;
 }
 
 /// Local coordinates with the longest side first: u along the grain.
@@ -94,11 +111,13 @@ class Tessellation {
     }
   }
 
-  void lathe() const {
+  /// `smooth`: from ring to ring.
+  void lathe(bool smooth) const {
     const glm::vec3 base = point(0);
     const int sides = part_.steps;
     std::vector<glm::vec2> profile;
     for (std::size_t i = 3; i + 1 < part_.numbers.size(); i += 2) profile.emplace_back(number(i), number(i + 1));
+    const std::vector<glm::vec2> slopes = smooth ? slopes_at(profile) : std::vector<glm::vec2>();
     const auto ring = [&](const glm::vec2& rh, int k, const glm::vec2& slope) {
       const glm::vec2 turn = around(k, sides);
       const glm::vec3 out(turn.x, 0, -turn.y);
@@ -110,8 +129,9 @@ class Tessellation {
       const glm::vec2 slope = profile[i + 1] - profile[i];
       if (glm::length(slope) <= 0) continue;
       for (int k = 0; k < sides; ++k) {
-        const Vertex a = ring(profile[i], k, slope), b = ring(profile[i], k + 1, slope);
-        const Vertex c = ring(profile[i + 1], k + 1, slope), d = ring(profile[i + 1], k, slope);
+        const glm::vec2 low = smooth ? slopes[i] : slope, high = smooth ? slopes[i + 1] : slope;
+        const Vertex a = ring(profile[i], k, low), b = ring(profile[i], k + 1, low);
+        const Vertex c = ring(profile[i + 1], k + 1, high), d = ring(profile[i + 1], k, high);
         if (profile[i].x > 0) add(a, b, c, true);
         if (profile[i + 1].x > 0) add(a, c, d, true);
       }
@@ -163,6 +183,62 @@ class Tessellation {
         if (i > 0) add(a, c, d, true);
       }
     }
+  }
+
+  void blob() const {
+    const glm::vec3 center = point(0), radii = point(3);
+    const float depth = number(6), waves = number(7);
+    const auto key = static_cast<std::uint64_t>(number(8));
+    const auto place = [&](const glm::vec3& n) { return radii * n * (1 - depth * noise(waves * n, key)); };
+    const int steps = part_.steps;
+    const auto at = [&](int i, int k) {
+      const float theta = kPi * static_cast<float>(i) / static_cast<float>(steps);
+      const float out = i > 0 && i < steps ? std::sin(theta) : 0.f;  // each pole is one point
+      const glm::vec2 turn = around(k, 2 * steps);
+      const glm::vec3 n(out * turn.x, std::cos(theta), -out * turn.y);
+      const glm::vec3 side =
+          glm::normalize(glm::cross(std::abs(n.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0), n));
+      const glm::vec3 up = glm::cross(n, side);
+      constexpr float step = 0.02f;  // a hundredth of a bump
+      const auto slope = [&](const glm::vec3& d) {
+        return place(glm::normalize(n + step * d)) - place(glm::normalize(n - step * d));
+      };
+      const glm::vec3 p = place(n);
+      return vertex(center + p, p + part_.shift, glm::normalize(glm::cross(slope(side), slope(up))));
+    };
+    for (int i = 0; i < steps; ++i)
+      for (int k = 0; k < 2 * steps; ++k) {
+        const Vertex a = at(i, k), b = at(i + 1, k), c = at(i + 1, k + 1), d = at(i, k + 1);
+        if (i + 1 < steps) add(a, b, c, true);
+        if (i > 0) add(a, c, d, true);
+      }
+  }
+
+  void cloth() const {
+    const glm::vec3 foot = point(0);
+    const float width = number(3), depth = number(4), height = number(5);
+    const auto key = static_cast<std::uint64_t>(number(6));
+    // Its borders are ragged, and lie on what it lies on.
+    const auto place = [&](float s, float t) {
+      const float rise = (1 - s * s * s * s) * (1 - t * t * t * t);
+      const float hills = noise({1.3f * s, 1.3f * t, 0.5f}, key), fold = noise({3.f * s, 3.f * t, 5.5f}, key);
+      const float pleat = noise({5.f * s + 2 * hills, 5.f * t, 9.5f}, key);
+      const auto ridge = [](float n) { return 4 * n * (1 - n); };
+      const float up = 0.55f * hills + 0.3f * ridge(fold) + 0.15f * ridge(pleat);
+      const glm::vec2 drawn(0.75f + 0.25f * noise({2.f * t, 1.5f, 0}, key),
+                            0.75f + 0.25f * noise({2.f * s, 3.5f, 0}, key));
+      return foot + glm::vec3(0.5f * width * s * drawn.x, height * (0.02f + rise * up), 0.5f * depth * t * drawn.y);
+    };
+    const int steps = part_.steps;
+    const auto share = [&](int i) { return 2 * static_cast<float>(i) / static_cast<float>(steps) - 1; };
+    const auto at = [&](int i, int k) {
+      const float s = share(i), t = share(k), step = 0.5f / static_cast<float>(steps);
+      const glm::vec3 along = place(s + step, t) - place(s - step, t), across = place(s, t + step) - place(s, t - step);
+      const glm::vec3 uvw(0.5f * width * s, 0.5f * depth * t, 0);
+      return vertex(place(s, t), uvw + part_.shift, glm::normalize(glm::cross(across, along)));
+    };
+    for (int i = 0; i < steps; ++i)
+      for (int k = 0; k < steps; ++k) face(at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k), true);
   }
 
   void mesh(const Mesh& mesh) const {
@@ -237,6 +313,22 @@ class Tessellation {
   }
 
  private:
+  /// Directions of a profile at its rings: between those of its neighbours, around where it ends where it begins.
+  static std::vector<glm::vec2> slopes_at(const std::vector<glm::vec2>& profile) {
+    const std::size_t last = profile.size() - 1;
+    const bool closed = profile.front() == profile.back();
+    const auto step = [&](std::size_t i) {
+      const glm::vec2 d = profile[i + 1] - profile[i];
+      return glm::length(d) > 0 ? glm::normalize(d) : glm::vec2(0);
+    };
+    std::vector<glm::vec2> slopes;
+    for (std::size_t i = 0; i <= last; ++i) {
+      const glm::vec2 before = i > 0 ? step(i - 1) : closed ? step(last - 1) : step(0);
+      const glm::vec2 after = i < last ? step(i) : closed ? step(0) : step(last - 1);
+      slopes.push_back(glm::length(before + after) > 1e-3f ? before + after : after);
+    }
+    return slopes;
+  }
   /// The flat end of a tube.
   void cap(const glm::vec3& middle, std::vector<Vertex> ring, bool far) const {
     for (std::size_t k = 0; k + 1 < ring.size(); ++k)
@@ -277,7 +369,7 @@ void add_part(World& world, const Part& part, const Mesh* mesh) {
     case PartKind::Cushion:
       return t.cushion();
     case PartKind::Lathe:
-      return t.lathe();
+      return t.lathe(false);
     case PartKind::Disc:
       return t.disc();
     case PartKind::Sphere:
@@ -288,6 +380,12 @@ void add_part(World& world, const Part& part, const Mesh* mesh) {
       return t.curtain();
     case PartKind::Tube:
       return t.tube();
+    case PartKind::Turned:
+      return t.lathe(true);
+    case PartKind::Blob:
+      return t.blob();
+    case PartKind::Cloth:
+      return t.cloth();
   }
 }
 

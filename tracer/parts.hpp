@@ -11,7 +11,21 @@
 namespace clerestory {
 
 /// In room files by number: new kinds come last, and what a kind becomes never changes.
-enum class PartKind : std::uint8_t { Quad, Canvas, Box, Cushion, Lathe, Disc, Sphere, Mesh, Curtain, Tube };
+enum class PartKind : std::uint8_t {
+  Quad,
+  Canvas,
+  Box,
+  Cushion,
+  Lathe,
+  Disc,
+  Sphere,
+  Mesh,
+  Curtain,
+  Tube,
+  Turned,
+  Blob,
+  Cloth
+};
 
 /// One solid, in coordinates of its own. `numbers`, metres:
 ///   Quad     four corners counter-clockwise seen from the front; u, v at the first one
@@ -24,12 +38,15 @@ enum class PartKind : std::uint8_t { Quad, Canvas, Box, Cushion, Lathe, Disc, Sp
 ///   Mesh     foot, height; `model`
 ///   Curtain  low corner, width, height, depth of a fold; `steps` folds
 ///   Tube     radius, two points or more that its axis runs through; `steps` around
+///   Turned   as Lathe, but smooth from ring to ring; rings may end where they begin (a torus, `open`)
+///   Blob     centre, three radii, depth and waves of its bumps, number of its noise; `steps` from pole to pole
+///   Cloth    middle of its foot, width, depth, height, number of its noise: a crumpled sheet; `steps` along a side
 struct Part {
   PartKind kind = PartKind::Box;
   std::vector<float> numbers;
   int steps = 0;
   int material = 0, emitter = -1;
-  bool open = false;  // a lathe without discs at its ends
+  bool open = false;  // a lathe, or what is turned, without discs at its ends
   std::string model{};
   glm::mat4 to_room{1};  // affine
   glm::vec3 shift{0};    // of texture coordinates

@@ -1,5 +1,6 @@
 // Random numbers for building rooms: the same on every machine, unlike the standard library's distributions.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <initializer_list>
@@ -20,6 +21,8 @@ class Random {
   std::uint64_t bits() { return mix(state_ += 0x9e3779b97f4a7c15u); }
   float unit() { return static_cast<float>(bits() >> 40) * 0x1p-24f; }  // [0, 1)
   float between(float low, float high) { return low + (high - low) * unit(); }
+  /// As likely in one octave as in the next; 0 < low.
+  float log_between(float low, float high) { return low * std::exp(unit() * std::log(high / low)); }
   /// low <= result <= high.
   int whole(int low, int high) { return low + static_cast<int>(bits() % static_cast<std::uint64_t>(high - low + 1)); }
   bool chance(float probability) { return unit() < probability; }

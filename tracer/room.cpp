@@ -42,8 +42,8 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
   return files;
 }
 
-/// Share of training rooms that look out on a sky made by rules.
-constexpr float kSkies = 0.7f;
+/// Share of training rooms that look out on a sky made by rules, and of these skies that of strong suns.
+constexpr float kSkies = 0.75f, kSunny = 0.4f;
 
 }  // namespace
 
@@ -81,6 +81,7 @@ RoomAssets load_assets(const std::filesystem::path& folder, Setting setting) {
 
 Panorama outside_of(const std::string& room, const std::string& name, const RoomAssets& assets) {
   if (const std::optional<std::uint64_t> sky = sky_seed(name)) return make_sky(*sky);
+  if (const std::optional<std::uint64_t> sky = sunny_seed(name)) return make_sunny_sky(*sky);
   const auto outside = std::ranges::find(assets.panoramas, name, &NamedPanorama::name);
   if (outside == assets.panoramas.end()) throw usage_error("no such panorama among the assets", room, name);
   return outside->panorama;
@@ -100,14 +101,38 @@ ShellStyle choose_style(Random& random, bool dark) {
   return style;
 }
 
+/// Further apart than people's rooms are, so that few are beyond: dim evenings, a lamp or two, wide windows at noon.
+ShellStyle choose_varied_style(Random& random, bool dark) {
+  ShellStyle style;
+  const float hour = random.unit();
+  style.daylight = hour < 0.75f ? random.log_between(0.4f, 10) : random.log_between(0.005f, 0.2f);
+  style.lamps_on = hour >= 0.25f || dark;
+  style.lamp_power = random.log_between(0.3f, 2.5f);
+  return style;
+}
+
 /// The panorama outside. Returns whether it is too dark for a room to live on.
 bool choose_outside(Room& room, const RoomAssets& assets, bool held_out, Random& random) {
   const NamedPanorama& one = random.one_of(assets.panoramas);
   const bool sky = !held_out && random.chance(kSkies);
-  room.panorama = sky ? sky_name(random.bits()) : one.name;
+  const bool sunny = sky && random.chance(kSunny);
+  room.panorama = sunny ? sunny_name(random.bits()) : sky ? sky_name(random.bits()) : one.name;
   room.scene.panorama = outside_of("", room.panorama, assets);
   room.scene.panorama_turn = random.between(0, 4 * kQuarter);
   return !sky && one.dark;
+}
+
+/// Lets a strong sun shine through one of the windows, most often.
+void turn_to_sun(Room& room, const std::vector<Wall>& walls, Random random) {
+  const std::optional<std::uint64_t> sky = sunny_seed(room.panorama);
+  if (!sky || !random.chance(0.8f)) return;
+  std::vector<glm::vec3> out;
+  for (const Wall& wall : walls)
+    for (const Opening& o : wall.openings)
+      if (o.kind == Opening::Window) out.push_back(-glm::vec3(wall.to_room[2]));
+  if (out.empty()) return;
+  const glm::vec3 way = random.one_of(out);
+  room.scene.panorama_turn = sun_azimuth(*sky) - std::atan2(way.x, -way.z) + random.between(-1, 1);
 }
 
 }  // namespace
@@ -124,16 +149,18 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
   room.size = {random.between(small ? 2.2f : 2.8f, small ? 3.6f : 6.5f), random.between(2.35f, 3.1f),
                random.between(small ? 2.2f : 2.8f, small ? 3.6f : 6.0f)};
   const bool dark = choose_outside(room, assets, held_out, random);
-  ShellStyle style = choose_style(random, dark);
+  ShellStyle style = held_out ? choose_style(random, dark) : choose_varied_style(random, dark);
   style.tiled_walls = room.kind == "bathroom" && random.chance(0.6f);
   const bool windowed = held_out || !style.lamps_on || random.chance(0.8f);
 
-  Palette palette(root.fork(2), held_out, !held_out);
+  room.content = held_out ? Content::HeldOut : root.fork(7).chance(kWildRooms) ? Content::Wild : Content::Varied;
+  Palette palette(root.fork(2), room.content);
   const Kit kit{&palette, &assets.models, style.lamp_power, style.lamps_on ? 0.75f : 0.25f};
   Shapes shapes(room.scene, glm::mat4(1), root.fork(3), &room.parts);
   std::vector<Wall> walls = make_walls(room.size);
   Random openings = root.fork(4);
   choose_openings(walls, room.size.y, windowed, true, openings);
+  turn_to_sun(room, walls, root.fork(8));
   room.floors = floors_of(walls, room.size);
   build_shell(shapes, walls, room.floors, palette, style);
   furnish_recesses(shapes, walls, kit);
@@ -148,6 +175,7 @@ Room make_room(std::uint64_t seed, Setting setting, const RoomAssets& assets) {
   const glm::vec4 pendant =
       room.kind == "dining" || room.kind == "kitchen" ? layout.last() * glm::vec4(0, 0, 0, 1) : glm::vec4(0);
   furnisher.fill();
+  if (!held_out) furnisher.further();
   furnisher.litter();
 
   const bool central = std::abs(pendant.x) < room.size.x * 0.3f && std::abs(pendant.z) < room.size.z * 0.3f;
@@ -162,7 +190,7 @@ Room make_box_room(std::uint64_t seed) {
   Room room;
   room.size = {4, 2.6f, 4};
   room.kind = "box";
-  Palette palette(root.fork(2), false, true);
+  Palette palette(root.fork(2), Content::Plain);
   Shapes shapes(room.scene, glm::mat4(1), root.fork(3), &room.parts);
   std::vector<Wall> walls = make_walls(room.size);
   ShellStyle style;

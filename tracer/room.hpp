@@ -16,6 +16,9 @@ namespace clerestory {
 /// bodies, a bed, the model on a pedestal.
 enum class Setting { Training, HeldOut };
 
+/// Share of training rooms in which any surface may have any texture, and solids of any shape lie about.
+inline constexpr float kWildRooms = 0.25f;
+
 /// Content kept out of training rooms.
 inline const std::vector<std::string> kHeldOutPanoramas = {"apartment", "lobby"};
 inline constexpr Texture kHeldOutTexture = Texture::Stone;
@@ -58,8 +61,9 @@ struct Room {
   glm::vec3 size{0};          // width (x), height, depth (z); the floor's middle is the origin
   std::vector<Floor> floors;  // the room's own, then those of its recesses
   std::vector<Occupied> occupied;
-  std::string kind;      // living, dining, bedroom, office, kitchen, bathroom, studio
-  std::string panorama;  // name of the one outside: an asset's, or a sky's (tracer/sky.hpp)
+  std::string kind;                  // living, dining, bedroom, office, kitchen, bathroom, studio
+  Content content = Content::Plain;  // what its palette drew from; files do not keep it
+  std::string panorama;              // name of the one outside: an asset's, or a sky's (tracer/sky.hpp)
 };
 
 /// The room of a seed. Equal arguments give equal rooms.

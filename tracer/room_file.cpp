@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
 constexpr std::size_t kMaterialReals = sizeof(Material) / sizeof(float), kPoseReals = 12, kCameraReals = 20;
 constexpr hsize_t kChunk = 1 << 16;            // values that are compressed together
 constexpr std::size_t kMost = 1u << 26;        // values of a column: a file that says more is damaged
@@ -189,8 +189,12 @@ bool has_its_numbers(PartKind kind, std::size_t count) {
     case PartKind::Curtain:
       return count == 6;
     case PartKind::Cushion:
+    case PartKind::Cloth:
       return count == 7;
+    case PartKind::Blob:
+      return count == 9;
     case PartKind::Lathe:
+    case PartKind::Turned:
       return count >= 7 && count % 2 == 1;
     case PartKind::Disc:
     case PartKind::Sphere:
@@ -411,11 +415,21 @@ std::vector<Camera> RoomDescription::views(int count, int width, int height) con
   return views;
 }
 
+int format_of(const RoomFile& file) {
+  const auto begun_with = [](const RoomDescription& room) {
+    return std::ranges::all_of(room.parts, [](const Part& p) { return p.kind <= PartKind::Tube; }) &&
+           std::ranges::all_of(room.materials, [](const Material& m) {
+             return m.texture <= static_cast<float>(Texture::Painting) && m.smudge == 0 && m.stain == 0;
+           });
+  };
+  return std::ranges::all_of(file.rooms, begun_with) ? 1 : kFormat;
+}
+
 void write_room_file(const fs::path& path, const RoomFile& file) {
   Columns c;
   for (const RoomDescription& room : file.rooms) append(c, room);
   Writer to;
-  to.column("format", std::vector<std::int32_t>{kFormat, file.setting == Setting::HeldOut});
+  to.column("format", std::vector<std::int32_t>{format_of(file), file.setting == Setting::HeldOut});
   to.names("name", c.names), to.names("kind", c.kinds), to.names("panorama", c.panoramas), to.names("model", c.models);
   c.each([&](const char* name, RowOf, const auto& values, std::size_t fields) {
     to.column(name, by_field(values, fields));
@@ -427,7 +441,8 @@ void write_room_file(const fs::path& path, const RoomFile& file) {
 RoomFile read_room_file(const fs::path& path) {
   const Reader from(path);
   const std::vector<std::int32_t> format = from.column<std::int32_t>("format", 2);
-  if (format[0] != kFormat) from.fail("of another format", fmt::format("{}", format[0]), fmt::format("{}", kFormat));
+  if (format[0] < 1 || format[0] > kFormat)
+    from.fail("of another format", fmt::format("{}", format[0]), fmt::format("1 to {}", kFormat));
   const Columns columns = read_columns(from);
   RoomFile file{format[1] != 0 ? Setting::HeldOut : Setting::Training, {}};
   Rooms rooms(from, columns);

@@ -40,6 +40,10 @@ struct RoomFile {
   std::vector<RoomDescription> rooms;
 };
 
+/// The oldest format that holds the rooms, so that programs of before read what they can. 1: as when such files began;
+/// 2: also what is turned, blobs, cloths, prints, smudges and stains.
+int format_of(const RoomFile& file);
+
 /// Equal rooms give equal bytes.
 void write_room_file(const std::filesystem::path& path, const RoomFile& file);
 

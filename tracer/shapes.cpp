@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
 
 namespace clerestory {
 namespace {
@@ -78,16 +79,54 @@ void Shapes::cushion(const glm::vec3& low, const glm::vec3& high, float radius, 
        .shift = random_shift(random_)});
 }
 
-void Shapes::lathe(const glm::vec3& base, const std::vector<glm::vec2>& profile, int material, int sides, int emitter,
-                   bool open) {
+void Shapes::rings(PartKind kind, const glm::vec3& base, const std::vector<glm::vec2>& profile, int material, int sides,
+                   int emitter, bool open) {
   std::vector<float> numbers = numbers_of({base});
   for (const glm::vec2& ring : profile) numbers.insert(numbers.end(), {ring.x, ring.y});
-  add({.kind = PartKind::Lathe,
+  add({.kind = kind,
        .numbers = std::move(numbers),
        .steps = sides,
        .material = material,
        .emitter = emitter,
        .open = open,
+       .shift = random_shift(random_)});
+}
+
+void Shapes::lathe(const glm::vec3& base, const std::vector<glm::vec2>& profile, int material, int sides, int emitter,
+                   bool open) {
+  rings(PartKind::Lathe, base, profile, material, sides, emitter, open);
+}
+
+void Shapes::turned(const glm::vec3& base, const std::vector<glm::vec2>& profile, int material, int sides, int emitter,
+                    bool open) {
+  rings(PartKind::Turned, base, profile, material, sides, emitter, open);
+}
+
+void Shapes::torus(const glm::vec3& center, float radius, float thickness, int material, int sides, int emitter) {
+  constexpr int section = 12;
+  std::vector<glm::vec2> profile;
+  for (int i = 0; i <= section; ++i) {
+    const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i % section) / section;
+    profile.push_back({radius + thickness / 2 * std::cos(angle), thickness / 2 * std::sin(angle)});
+  }
+  turned(center, profile, material, sides, emitter, true);
+}
+
+void Shapes::blob(const glm::vec3& center, const glm::vec3& radii, float depth, float waves, int material, int steps) {
+  const auto noise = static_cast<float>(random_.whole(0, 65535));
+  add({.kind = PartKind::Blob,
+       .numbers = numbers_of({center, radii}, {depth, waves, noise}),
+       .steps = steps,
+       .material = material,
+       .shift = random_shift(random_)});
+}
+
+void Shapes::cloth(const glm::vec3& foot, const glm::vec3& size, int material, int steps) {
+  const auto noise = static_cast<float>(random_.whole(0, 65535));
+  add({.kind = PartKind::Cloth,
+       .numbers = numbers_of({foot}, {size.x, size.z, size.y, noise}),
+       .steps = steps,
+       .material = material,
        .shift = random_shift(random_)});
 }
 

@@ -57,9 +57,21 @@ class Shapes {
   /// A round rod through points: handles, taps, legs, cables.
   void tube(const std::vector<glm::vec3>& points, float radius, int material, int sides = 8);
 
+  /// As lathe(), smooth from ring to ring too.
+  void turned(const glm::vec3& base, const std::vector<glm::vec2>& radius_height, int material, int sides = 20,
+              int emitter = -1, bool open = false);
+  /// A ring of round section that lies flat, its middle at `center`.
+  void torus(const glm::vec3& center, float radius, float thickness, int material, int sides = 24, int emitter = -1);
+  /// An ellipsoid with dents of up to `depth` of its radii.
+  void blob(const glm::vec3& center, const glm::vec3& radii, float depth, float waves, int material, int steps = 14);
+  /// A crumpled sheet that lies on `foot`.
+  void cloth(const glm::vec3& foot, const glm::vec3& size, int material, int steps = 22);
+
   Random& random() { return random_; }
 
  private:
+  void rings(PartKind kind, const glm::vec3& base, const std::vector<glm::vec2>& profile, int material, int sides,
+             int emitter, bool open);
   /// Under the own transform.
   void add(Part part, const Mesh* mesh = nullptr);
 

@@ -22,7 +22,9 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kSunRadius = 2.4f * kPi / 180;
 /// The sun's irradiance over that of the clear sky on level ground. Four is true; less is what few samples resolve.
 constexpr float kSunShare = 0.8f;
-constexpr std::string_view kPrefix = "sky-";
+/// The same of sunny skies, and the radius of their disc: two or three pixels, for patches with borders.
+constexpr float kSunnyShare = 3.2f, kSunnyRadius = 1.6f * kPi / 180;
+constexpr std::string_view kPrefix = "sky-", kSunnyPrefix = "sun-";
 
 glm::vec3 rgb_of_xyz(const glm::vec3& c) {
   return {3.2406f * c.x - 1.5372f * c.y - 0.4986f * c.z, -0.9689f * c.x + 1.8758f * c.y + 0.0415f * c.z,
@@ -121,9 +123,10 @@ struct Standing {
 
 class View {
  public:
-  explicit View(Random r) {
+  explicit View(Random r, bool sunny = false)
+      : sun_share_(sunny ? kSunnyShare : kSunShare), sun_radius_(sunny ? kSunnyRadius : kSunRadius) {
     const float cloudy = r.unit();
-    cloud_ = cloudy < 0.4f ? 0.f : cloudy < 0.75f ? 1.f : r.unit();
+    cloud_ = sunny ? 0.f : cloudy < 0.4f ? 0.f : cloudy < 0.75f ? 1.f : r.unit();
     turbidity_ = r.between(2, 8);
     const float height = std::asin(r.between(0.06f, 0.85f)), around = r.between(0, 2 * kPi);
     sun_ = {std::cos(height) * std::sin(around), std::sin(height), -std::cos(height) * std::cos(around)};
@@ -139,6 +142,8 @@ class View {
     // Nearer things cover what is behind them.
     std::stable_sort(standing_.begin(), standing_.end(), [](const auto& a, const auto& b) { return a.foot < b.foot; });
   }
+
+  float sun_azimuth() const { return std::atan2(sun_.x, -sun_.z); }
 
   glm::vec3 operator()(const glm::vec3& d) const {
     const float around = std::atan2(d.x, -d.z), up = std::asin(std::clamp(d.y, -1.f, 1.f));
@@ -167,8 +172,8 @@ class View {
         clear += 4 * static_cast<float>(panorama_solid_angle(y, kWidth, kHeight)) * d.y * sky_(d);
       }
     clear_ = kPi / (0.2126f * clear.x + 0.7152f * clear.y + 0.0722f * clear.z);
-    const float disc = 2 * kPi * (1 - std::cos(kSunRadius));
-    sun_light_ = through_air(turbidity_, height) * (kPi * kSunShare * (1 - cloud_));
+    const float disc = 2 * kPi * (1 - std::cos(sun_radius_));
+    sun_light_ = through_air(turbidity_, height) * (kPi * sun_share_ * (1 - cloud_));
     sun_radiance_ = sun_light_ / disc;
   }
 
@@ -180,7 +185,7 @@ class View {
     const float cover = std::clamp(cloud_ + 4 * cloud_ * (1 - cloud_) * (4 * mass - 2), 0.f, 1.f);
     glm::vec3 c = sky_(d) * clear_ * (1 - cover) + grey * (cover * (0.75f + 0.5f * mass));
     const float angle = std::acos(std::clamp(glm::dot(d, sun_), -1.f, 1.f));
-    if (angle < kSunRadius) c += sun_radiance_;
+    if (angle < sun_radius_) c += sun_radiance_;
     return c;
   }
 
@@ -231,6 +236,7 @@ class View {
     return glm::vec3(0.1f, 0.12f, 0.15f) * (0.5f + noise(std::floor(x), std::floor(y), s.key));
   }
 
+  float sun_share_, sun_radius_;
   float cloud_ = 0, turbidity_ = 3, clear_ = 1, hills_ = 0;
   glm::vec3 sun_{0, 1, 0}, sun_light_{0}, sun_radiance_{0}, ground_{0}, hill_color_{0};
   ClearSky sky_{3, {0, 1, 0}};
@@ -238,10 +244,7 @@ class View {
   std::uint64_t key_ = 0;
 };
 
-}  // namespace
-
-Panorama make_sky(std::uint64_t seed) {
-  const View view{Random(seed)};
+Panorama panorama_of(const View& view) {
   Panorama p{kWidth, kHeight, {}};
   double sum = 0;
   for (int y = 0; y < kHeight; ++y)
@@ -255,14 +258,23 @@ Panorama make_sky(std::uint64_t seed) {
   return p;
 }
 
-std::string sky_name(std::uint64_t seed) { return fmt::format("{}{:016x}", kPrefix, seed); }
-
-std::optional<std::uint64_t> sky_seed(const std::string& name) {
-  if (!name.starts_with(kPrefix) || name.size() != kPrefix.size() + 16) return std::nullopt;
+std::optional<std::uint64_t> seed_after(std::string_view prefix, const std::string& name) {
+  if (!name.starts_with(prefix) || name.size() != prefix.size() + 16) return std::nullopt;
   std::uint64_t seed = 0;
   const char* end = name.data() + name.size();
-  const auto [at, error] = std::from_chars(name.data() + kPrefix.size(), end, seed, 16);
+  const auto [at, error] = std::from_chars(name.data() + prefix.size(), end, seed, 16);
   return error == std::errc() && at == end ? std::optional(seed) : std::nullopt;
 }
+
+}  // namespace
+
+Panorama make_sky(std::uint64_t seed) { return panorama_of(View{Random(seed)}); }
+Panorama make_sunny_sky(std::uint64_t seed) { return panorama_of(View{Random(seed), true}); }
+float sun_azimuth(std::uint64_t seed) { return View{Random(seed), true}.sun_azimuth(); }
+
+std::string sky_name(std::uint64_t seed) { return fmt::format("{}{:016x}", kPrefix, seed); }
+std::optional<std::uint64_t> sky_seed(const std::string& name) { return seed_after(kPrefix, name); }
+std::string sunny_name(std::uint64_t seed) { return fmt::format("{}{:016x}", kSunnyPrefix, seed); }
+std::optional<std::uint64_t> sunny_seed(const std::string& name) { return seed_after(kSunnyPrefix, name); }
 
 }  // namespace clerestory

@@ -150,7 +150,11 @@ class _Texture:
         self.scale = mi.Vector3f(*[float(scale[i]) for i in range(3)])
         self.gap, self.tint, self.warp = (mi.Float(number(k)) for k in ("gap", "tint", "warp"))
         self.noise, self.wear = mi.Float(number("noise")), mi.Float(number("wear"))
+        self.clouded = {k: number(k) != 0 for k in ("smudge", "stain")}
+        self.smudge, self.smudge_scale = mi.Float(number("smudge")), mi.Float(number("smudge_scale"))
+        self.stain, self.stain_scale = mi.Float(number("stain")), mi.Float(number("stain_scale"))
         dr.make_opaque(self.key, self.scale, self.gap, self.tint, self.warp, self.noise, self.wear)
+        dr.make_opaque(self.smudge, self.smudge_scale, self.stain, self.stain_scale)
 
     def __call__(self, p, footprint):
         family = {"plain": "plaster"}.get(self.family, self.family)
@@ -158,7 +162,18 @@ class _Texture:
         if self.has["noise"]:
             fine = self.seen(45, footprint) * self.noise
             tint = tint + fine * (2 * _noise(p * 90, self.key + 6) - 1)
+        if self.clouded["stain"]:
+            tint = tint + self.stain * self.clouds(p, self.stain_scale, self.key + 31, footprint)
         return b, c, tint
+
+    def smudged(self, roughness, p, footprint):
+        """What varies beside the pattern's weights."""
+        if self.clouded["smudge"]:
+            roughness = roughness + self.smudge * self.clouds(p, self.smudge_scale, self.key + 37, footprint)
+        return dr.clip(roughness, 0, 1)
+
+    def clouds(self, p, scale, key, footprint):
+        return self.seen(2 * scale, footprint) * (2 * _ramp(0.3, 0.7, _fractal(p * scale, key)) - 1)
 
     @staticmethod
     def seen(waves, footprint):
@@ -279,6 +294,130 @@ class _Texture:
         return b, c, self.lighter(_noise(q * 40, self.key + 2))
 
 
+    def print(self, p, footprint):
+        x, y = (p.x + 0.61 * p.z) * self.scale.x, (p.y + 0.47 * p.z) * self.scale.y
+        width = footprint * dr.maximum(self.scale.x, self.scale.y)
+        pattern = _Print(self, p, x, y, width)
+        b, c, mean_b, mean_c = getattr(pattern, _Print.NAMES[min(self.pattern, len(_Print.NAMES) - 1)])()
+        share = 1 - _ramp(0.5, 1.5, width)
+        thread = self.seen(60, footprint) * (2 * _noise(p * 120, self.key + 2) - 1)
+        return _blur(b, mean_b, share), _blur(c, mean_c, share), 1 + self.tint * thread
+
+
+class _Print:
+    """Patterns in repeats of x and y, seen over `width` repeats: two weights, and their means from afar."""
+
+    NAMES = ("stripes", "tartan", "dots", "damask", "flowers", "zigzag", "rings", "patches", "text", "blocks", "mosaic",
+             "basket", "spread")
+
+    def __init__(self, texture, p, x, y, width):
+        self.texture, self.p, self.x, self.y, self.width = texture, p, x, y, width
+        self.key = texture.key
+
+    def at(self, x, y, z):
+        return _cell(_whole(x), _whole(y), z, self.key)
+
+    def inside(self, distance):
+        return dr.clip(0.5 + distance / dr.maximum(self.width, 0.02), 0, 1)
+
+    @staticmethod
+    def off(x):
+        return x - dr.floor(x) - 0.5
+
+    def middle(self):
+        return dr.abs(self.off(self.x)), dr.abs(self.off(self.y))
+
+    def stripes(self):
+        half, zero = 0.1 + 0.35 * self.at(self.x, mi.Float(0), 1), mi.Float(0)
+        line = self.inside(0.05 - dr.abs(self.off(self.x + 0.3)))
+        c = dr.select(self.at(self.x, zero, 2) > 0.5, line, 0)
+        return self.inside(half - self.middle()[0]), c, 0.55, 0.05
+
+    def tartan(self):
+        mx, my = self.middle()
+        u, v = (self.inside(0.04 - dr.abs(self.off(t + 0.35))) for t in (self.x, self.y))
+        return 0.5 * (self.inside(0.3 - mx) + self.inside(0.3 - my)), _either(u, v), 0.6, 0.154
+
+    def from_center(self, reach):
+        """Off a point of the cell that lies within `reach` / 2 of its middle."""
+        return (self.off(t) - reach * (self.at(self.x, self.y, k) - 0.5) for k, t in ((1, self.x), (2, self.y)))
+
+    def dots(self):
+        du, dv = self.from_center(0.4)
+        radius, far = 0.12 + 0.15 * self.at(self.x, self.y, 3), dr.sqrt(du * du + dv * dv)
+        hole = dr.select(self.at(self.x, self.y, 4) > 0.6, self.inside(0.5 * radius - far), 0)
+        return self.inside(radius - far), hole, 0.125, 0.0125
+
+    def damask(self):
+        lift = 0.5 * mi.Float(_whole(self.x) & 1)
+        motif = _fractal(mi.Vector3f(5 * self.middle()[0], 5 * dr.abs(self.off(self.y + lift)), 0), self.key)
+        return self.inside(0.25 * (motif - 0.5)), self.inside(0.25 * (motif - 0.64)), 0.5, 0.15
+
+    def flowers(self):
+        du, dv = self.from_center(0.3)
+        size, far = 0.2 + 0.12 * self.at(self.x, self.y, 3), dr.sqrt(du * du + dv * dv)
+        petals = 4 + dr.floor(4 * self.at(self.x, self.y, 4))
+        turn = 2 * dr.pi * self.at(self.x, self.y, 5)
+        edge = size * (0.7 + 0.3 * dr.cos(petals * dr.atan2(dv, du) + turn))
+        return self.inside(edge - far), self.inside(0.3 * size - far), 0.116, 0.0195
+
+    def zigzag(self):
+        along = self.y + 2 * self.middle()[0]
+        return (self.inside(0.25 - dr.abs(self.off(along))), self.inside(0.04 - dr.abs(self.off(along + 0.4))), 0.5,
+                0.08)
+
+    def rings(self):
+        du, dv = self.off(self.x + 0.5 * mi.Float(_whole(self.y) & 1)), self.off(self.y)
+        wave = dr.abs(self.off(4 * dr.sqrt(du * du + dv * dv)))
+        return self.inside(0.25 * (0.25 - wave)), mi.Float(0), 0.5, 0
+
+    def patches(self):
+        return self.at(self.x, self.y, 1), _where(self.at(self.x, self.y, 2) > 0.7), 0.5, 0.3
+
+    def text(self):
+        kind = self.at(self.x / 12, self.y / 8, 3)
+        size = dr.select(kind < 0.3, mi.Float(1 / 3), 1)
+        x, y = self.x * size, self.y * size
+        marked = (self.at(1.6 * x, y, 1) > 0.2) & (dr.abs(self.off(y)) < 0.3) & (self.at(6.4 * x, 5 * y, 7) > 0.45)
+        ink = _blur(_where(marked), 0.26, 1 - _ramp(0.08, 0.4, self.width * size))
+        return dr.select((kind < 0.15) | (kind > 0.8), 0, ink), _where(kind > 0.8), 0.17, 0.2
+
+    def blocks(self):
+        mx, my = self.middle()
+        half_u, half_v = (0.08 + 0.2 * self.at(self.x, self.y, k) for k in (1, 2))
+        s, t = 0.7 * self.x + 0.37, 0.7 * self.y + 0.59
+        du, dv = self.off(s), self.off(t)
+        disc = 1.4 * (0.1 + 0.25 * self.at(s, t, 4) - dr.sqrt(du * du + dv * dv))
+        return self.inside(dr.minimum(half_u - mx, half_v - my)), self.inside(disc), 0.13, 0.175
+
+    def mosaic(self):
+        first, second, value = mi.Float(9), mi.Float(9), mi.Float(0)
+        for j in (-1, 0, 1):
+            for i in (-1, 0, 1):
+                column, row = dr.floor(self.x) + i, dr.floor(self.y) + j
+                du = column + 0.15 + 0.7 * self.at(column, row, 1) - self.x
+                dv = row + 0.15 + 0.7 * self.at(column, row, 2) - self.y
+                far = dr.sqrt(du * du + dv * dv)
+                value = dr.select(far < first, self.at(column, row, 3), value)
+                second = dr.minimum(second, dr.maximum(first, far))
+                first = dr.minimum(first, far)
+        gap = self.texture.gap
+        return value, self.inside(gap - 0.5 * (second - first)), 0.5, dr.minimum(4.2 * gap, 1)
+
+    def basket(self):
+        odd = ((_whole(self.x) + _whole(self.y)) & 1) == 1
+        strands = _wave(4 * dr.select(odd, self.y, self.x))
+        b = _blur(strands, 0.5, 1 - _ramp(0.06, 0.25, self.width))
+        return b, _either(*(_line_share(t, 0.04, self.width) for t in (self.x, self.y))), 0.5, 0.154
+
+    def spread(self):
+        """Clouds in space."""
+        q = self.p * self.texture.scale
+        bend, soft = self.texture.warp * _fractal(q, self.key), dr.maximum(self.texture.gap, 0.02)
+        b = _ramp(0.5 - soft, 0.5 + soft, _fractal(q + bend, self.key + 5))
+        return b, _ramp(0.58, 0.58 + soft, _fractal(q * 1.3 - bend, self.key + 8)), 0.5, 0.2
+
+
 # ---- The surface ----------------------------------------------------------------------------------------------------
 
 
@@ -368,12 +507,13 @@ class ClerestoryBSDF(mi.BSDF):
 
     def material(self, si, towards_viewer, active):
         p = _uvw(si, active)
-        b, c, tint = self.texture(p, self.footprint(si, towards_viewer))
+        footprint = self.footprint(si, towards_viewer)
+        b, c, tint = self.texture(p, footprint)
         weights = mi.Vector3f((1 - c) * (1 - b), (1 - c) * b, c)
         metallic = dr.clip(dr.dot(weights, self.metallic), 0, 1)
         most = MOST_DIELECTRIC + (MOST_METAL - MOST_DIELECTRIC) * metallic if self.capped else 1
         color = sum(self.colors[k] * weights[k] for k in range(3))
-        return dr.clip(color * tint, 0, most), dr.clip(dr.dot(weights, self.roughness), 0, 1), metallic
+        return dr.clip(color * tint, 0, most), self.texture.smudged(dr.dot(weights, self.roughness), p, footprint), metallic
 
     def stand(self, si, active):
         """The lobes, the frame they stand in, and the triangle's normal in it, on the viewer's side."""

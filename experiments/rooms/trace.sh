@@ -1,19 +1,20 @@
 #!/usr/bin/env bash
 # Traces the lists of rooms that judge every leg into data/judge/NAME, where the configs of legs look for them.
 # usage: bash experiments/rooms/trace.sh [ROOMS [OPTION...]]
-# Of each list the first ROOMS, or all of 200, 100 and three times 64: hours on two cores; --no-light is enough for maps.
-# Those with a number were made by later rules: matt paint, cameras rolled, a quarter of the views close up.
+# Of each list the first ROOMS, or all of 200, 100, three times 64 and 32: hours on two cores; --no-light is enough for maps.
+# Those with a number were made by later rules, with cameras rolled and a quarter of the views close up: 2 has matt paint,
+# 3 any texture on anything in a quarter of its rooms, and finishes that a thing's kind does not tell.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
 cd "$root"
 install_packages
 build clerestory
 rooms=("${@:1:1}")
-for list in training held_out seen training_2 held_out_2; do
+for list in training held_out seen training_2 held_out_2 training_3; do
   split=test
   [ $list != seen ] || split=train # these rooms are among those that a leg learns from
   clamp=0
-  [[ $list != *_2 ]] || clamp=1 # photographs have no fireflies
+  [[ $list != *_[23] ]] || clamp=1 # photographs have no fireflies
   build/clerestory generate --from-rooms experiments/rooms/judge_$list.h5 --out data/judge/$list --split $split \
     --size 160x120 --spp 64 --clamp $clamp "${rooms[@]/#/--rooms=}" "${@:2}"
 done

@@ -151,21 +151,47 @@ TEST(Room, OutsideDiffersFromRoomToRoom) {
   int skies = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
-    outside.insert(room.panorama), skies += sky_seed(room.panorama).has_value();
+    outside.insert(room.panorama), skies += sky_seed(room.panorama) || sunny_seed(room.panorama);
   }
   EXPECT_GE(outside.size(), 36u);
   EXPECT_GE(skies, 30);
   EXPECT_LE(skies, 54) << "photographed panoramas are still seen";
 }
 
+// A quarter of training rooms is wild; what training alone shows is not among what is held out.
+TEST(Room, HeldOutRoomsKeepTheirOwnLooks) {
+  int wild = 0, prints = 0, smudged = 0;
+  constexpr int count = 200;
+  for (std::uint64_t seed = 0; seed < count; ++seed) {
+    const Room room = make_room(seed, Setting::Training, assets_of(Setting::Training));
+    wild += room.content == Content::Wild;
+    for (const Material& m : room.scene.materials) {
+      prints += m.texture == static_cast<float>(Texture::Print), smudged += m.smudge != 0;
+      ASSERT_GE(std::min({m.roughness_a, m.roughness_b, m.roughness_c}) - std::abs(m.smudge), 0.02f) << seed;
+    }
+    if (seed >= 30) continue;
+    const Room kept = make_room(seed, Setting::HeldOut, assets_of(Setting::HeldOut));
+    EXPECT_EQ(kept.content, Content::HeldOut);
+    for (const Part& part : kept.parts) EXPECT_LE(part.kind, PartKind::Tube) << seed;
+    for (const Material& m : kept.scene.materials) {
+      EXPECT_NE(m.texture, static_cast<float>(Texture::Print)) << seed;
+      EXPECT_EQ(m.smudge, 0);
+      EXPECT_EQ(m.stain, 0);
+    }
+  }
+  EXPECT_NEAR(wild, kWildRooms * count, 3 * std::sqrt(count * kWildRooms * (1 - kWildRooms)));  // 3 deviations
+  EXPECT_GT(prints, 10 * count);
+  EXPECT_GT(smudged, 10 * count);
+}
+
 TEST(Palette, WallsAreMostlyMatt) {
   int matt = 0, polished = 0, printed = 0;
   constexpr int count = 600;
   for (int seed = 0; seed < count; ++seed) {
-    const Material m = Palette(Random(static_cast<std::uint64_t>(seed)), false, true).wall();
+    const Material m = Palette(Random(static_cast<std::uint64_t>(seed)), Content::Varied).wall();
     matt += m.roughness_a >= 0.5f, polished += m.roughness_a < 0.3f;
     printed += m.texture == static_cast<float>(Texture::Rug) || m.texture == static_cast<float>(Texture::Fabric) ||
-               m.texture == static_cast<float>(Texture::Painting);
+               m.texture == static_cast<float>(Texture::Painting) || m.texture == static_cast<float>(Texture::Print);
   }
   EXPECT_GT(matt, 0.88 * count);
   EXPECT_LT(polished, 0.05 * count);

@@ -82,6 +82,15 @@ TEST(Shapes, SolidsAreClosedAndTurnedOutwards) {
        [](Shapes& s) {
          s.sphere({1, 1, 1}, 0.5f, 0, 40);
        }},
+      // Twelve sides of a section, 64 around, hold as much of their circles as a prism does of its cylinder.
+      {"torus", 2 * pi * 0.5 * 0.01 * 6 * std::sin(pi / 6) * std::sin(2 * pi / 64) / (2 * pi / 64), 1e-5,
+       [](Shapes& s) {
+         s.torus({1, 1, 1}, 0.5f, 0.2f, 0, 64);
+       }},
+      {"ellipsoid", 4.0 / 3 * pi * 0.5 * 0.25 * 0.75, 4.0 / 3 * pi * 0.5 * 0.25 * 0.75 * of_facets,
+       [](Shapes& s) {
+         s.blob({1, 1, 1}, {0.5f, 0.25f, 0.75f}, 0, 1, 0, 40);
+       }},
       {"mesh of a sphere", 4.0 / 3 * pi * 0.125, 4.0 / 3 * pi * 0.125 * of_facets,
        [](Shapes& s) {
          s.mesh({"sphere", sphere_mesh({0, 0, 0}, 1, 40)}, {1, 1, 1}, 1, 0);
@@ -123,6 +132,28 @@ TEST(Shapes, SpheresHaveTheNormalsOfSpheres) {
     for (const Vertex& v : t.v)
       EXPECT_LT(glm::length(v.normal - (v.position - glm::vec3(1, 2, 3)) / 0.5f), 16 * 3 * kFloatRounding);
   }
+}
+
+// Normals of what is turned, dented or crumpled are those of the surface that the facets stand for: of many facets.
+TEST(Shapes, SmoothOnesHaveTheNormalsOfTheirFacets) {
+  const auto farthest = [](auto&& build) {
+    World scene;
+    Shapes shapes(scene, glm::mat4(1), Random(3));
+    build(shapes);
+    float least = 1;
+    for (const Triangle& t : scene.triangles) {
+      if (glm::length(face_cross(t)) < 1e-9f) continue;
+      for (const Vertex& v : t.v) least = std::min(least, glm::dot(v.normal, glm::normalize(face_cross(t))));
+    }
+    EXPECT_FALSE(scene.triangles.empty());
+    return least;
+  };
+  EXPECT_GT(farthest([](Shapes& s) {
+              s.torus({0, 0, 0}, 0.5f, 0.2f, 0, 200);
+            }),
+            std::cos(std::numbers::pi_v<float> / 11));
+  EXPECT_GT(farthest([](Shapes& s) { s.blob({0, 0, 0}, {0.5f, 0.4f, 0.3f}, 0.4f, 2, 0, 120); }), 0.97f);
+  EXPECT_GT(farthest([](Shapes& s) { s.cloth({0, 0, 0}, {1, 0.2f, 1}, 0, 200); }), 0.97f);
 }
 
 TEST(Shapes, DiscsLookDown) {

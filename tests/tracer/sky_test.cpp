@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "tests/roundings.hpp"
@@ -48,6 +49,35 @@ TEST(Sky, ClearOnesHaveASunAndAreBlueOvercastOnesNeither) {
   EXPECT_GT(grey, 10);
 }
 
+TEST(Sky, SunnyOnesHaveAStrongSunWhereTheySay) {
+  int suns = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Panorama p = make_sunny_sky(seed);
+    int brightest = 0;
+    double all = 0, sun = 0;
+    for (int i = 0; i < p.width * p.height / 2; ++i) {
+      const int x = i % p.width, y = i / p.width;
+      const double weight = std::sin((y + 0.5) / p.height * std::numbers::pi) * static_cast<double>(luminance(p, x, y));
+      if (luminance(p, x, y) > luminance(p, brightest % p.width, brightest / p.width)) brightest = i;
+      all += weight;
+      if (luminance(p, x, y) > 100) sun += weight;
+    }
+    if (luminance(p, brightest % p.width, brightest / p.width) < 100) continue;  // behind a house
+    ++suns;
+    const double x = (brightest % p.width + 0.5) / p.width, from_zenith = (brightest / p.width + 0.5) / p.height;
+    if (from_zenith < 1.0 / 3) {  // low ones shine through much air
+      EXPECT_GT(sun, 0.1 * all) << seed;
+    }
+    const double off =
+        std::remainder((x - 0.5) * 2 * std::numbers::pi - static_cast<double>(sun_azimuth(seed)), 2 * std::numbers::pi);
+    // The disc's radius and a pixel.
+    EXPECT_LT(std::abs(off) * std::sin(from_zenith * std::numbers::pi),
+              (1.6 + 360.0 / p.width) * std::numbers::pi / 180)
+        << seed;
+  }
+  EXPECT_GE(suns, 10);
+}
+
 TEST(Sky, GroundIsDarkerThanSky) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const Panorama p = make_sky(seed);
@@ -71,8 +101,11 @@ TEST(Sky, OfASeedIsWhatItAlwaysWas) {
 }
 
 TEST(Sky, NamesHoldTheirSeeds) {
-  for (const std::uint64_t seed : {std::uint64_t{0}, std::uint64_t{77}, ~std::uint64_t{0}})
+  for (const std::uint64_t seed : {std::uint64_t{0}, std::uint64_t{77}, ~std::uint64_t{0}}) {
     EXPECT_EQ(sky_seed(sky_name(seed)), seed);
+    EXPECT_EQ(sunny_seed(sunny_name(seed)), seed);
+    EXPECT_EQ(sky_seed(sunny_name(seed)), std::nullopt);
+  }
   for (const char* name : {"park", "sky-", "sky-1", "sky-00000000000000zz", "sky-00000000000000001"})
     EXPECT_EQ(sky_seed(name), std::nullopt) << name;
 }

@@ -18,13 +18,18 @@ class TextureFormula {
   std::array<double, 5> operator()(const glm::dvec3& p, double footprint) const {
     Weights w = weights(p, footprint);
     if (m_.noise > 0) w.tint += left(45, footprint) * double{m_.noise} * (2 * noise(p * 90.0, key_ + 6) - 1);
+    if (m_.stain != 0) w.tint += double{m_.stain} * clouds(p, double{m_.stain_scale}, key_ + 31, footprint);
     const auto blend = [&](const auto& a, const auto& b, const auto& c) {
       return (1 - w.c) * ((1 - w.b) * a + w.b * b) + w.c * c;
     };
     const auto number = [&](float a, float b, float c) {
       return std::clamp(blend(double{a}, double{b}, double{c}), 0.0, 1.0);
     };
-    const double roughness = number(m_.roughness_a, m_.roughness_b, m_.roughness_c);
+    double roughness = number(m_.roughness_a, m_.roughness_b, m_.roughness_c);
+    if (m_.smudge != 0) {
+      const double more = double{m_.smudge} * clouds(p, double{m_.smudge_scale}, key_ + 37, footprint);
+      roughness = std::clamp(roughness + more, 0.0, 1.0);
+    }
     const double metallic = number(m_.metallic_a, m_.metallic_b, m_.metallic_c);
     const double most = m_.uncapped != 0 ? 1 : (1 - metallic) * 0.78 + metallic * 0.92;
     const glm::dvec3 color = w.tint * blend(glm::dvec3(m_.color_a), glm::dvec3(m_.color_b), glm::dvec3(m_.color_c));
@@ -70,6 +75,9 @@ class TextureFormula {
   static double cloud(const V& p, std::uint32_t key) {
     return (4 * noise(p, key) + 2 * noise(p * 2.03, key + 1) + noise(p * 4.01, key + 2)) / 7;
   }
+  static double clouds(const V& p, double scale, std::uint32_t key, double footprint) {
+    return left(2 * scale, footprint) * (2 * ease(0.3, 0.7, cloud(p * scale, key)) - 1);
+  }
   static double wave(double turns) { return (1 + std::sin(2 * std::numbers::pi * turns)) / 2; }
   static double left(double waves, double footprint) { return 1 - ease(0.25, 1, waves * footprint); }
   static double dimmed(double value, double mean, double share) { return mean * (1 - share) + value * share; }
@@ -83,6 +91,90 @@ class TextureFormula {
     return covered / width;
   }
   static double either(double u, double v) { return 1 - (1 - u) * (1 - v); }
+
+  /// Prints: distances in repeats, inside of an edge where positive.
+  static double inside(double distance, double width) {
+    return std::clamp(distance / std::max(width, 0.02) + 0.5, 0.0, 1.0);
+  }
+  static double off(double x) { return x - std::floor(x) - 0.5; }
+  double at(double x, double y, double z) const { return cell(x, y, z, key_); }
+
+  struct Print {
+    double b = 0, c = 0, mean_b = 0.5, mean_c = 0;
+  };
+  Print print(const V& p, double x, double y, double width) const {
+    const double mx = std::abs(off(x)), my = std::abs(off(y));
+    const bool odd_row = std::fmod(std::floor(y), 2) != 0, odd_column = std::fmod(std::floor(x), 2) != 0;
+    switch (static_cast<int>(m_.pattern)) {
+      case 0:
+        return {inside(0.1 + 0.35 * at(x, 0, 1) - mx, width),
+                at(x, 0, 2) > 0.5 ? inside(0.05 - std::abs(off(x + 0.3)), width) : 0, 0.55, 0.05};
+      case 1:
+        return {(inside(0.3 - mx, width) + inside(0.3 - my, width)) / 2,
+                either(inside(0.04 - std::abs(off(x + 0.35)), width), inside(0.04 - std::abs(off(y + 0.35)), width)),
+                0.6, 0.154};
+      case 2: {
+        const double far = std::hypot(off(x) - 0.4 * (at(x, y, 1) - 0.5), off(y) - 0.4 * (at(x, y, 2) - 0.5));
+        const double radius = 0.12 + 0.15 * at(x, y, 3);
+        return {inside(radius - far, width), at(x, y, 4) > 0.6 ? inside(radius / 2 - far, width) : 0, 0.125, 0.0125};
+      }
+      case 3: {
+        const double motif = cloud(V(5 * mx, 5 * std::abs(off(y + (odd_column ? 0.5 : 0))), 0), key_);
+        return {inside((motif - 0.5) / 4, width), inside((motif - 0.64) / 4, width), 0.5, 0.15};
+      }
+      case 4: {
+        const double du = off(x) - 0.3 * (at(x, y, 1) - 0.5), dv = off(y) - 0.3 * (at(x, y, 2) - 0.5);
+        const double size = 0.2 + 0.12 * at(x, y, 3), far = std::hypot(du, dv);
+        const double angle = (4 + std::floor(4 * at(x, y, 4))) * std::atan2(dv, du);
+        const double edge = size * (0.7 + 0.3 * std::cos(angle + 2 * std::numbers::pi * at(x, y, 5)));
+        return {inside(edge - far, width), inside(0.3 * size - far, width), 0.116, 0.0195};
+      }
+      case 5: {
+        const double along = y + 2 * mx;
+        return {inside(0.25 - std::abs(off(along)), width), inside(0.04 - std::abs(off(along + 0.4)), width), 0.5,
+                0.08};
+      }
+      case 6: {
+        const double far = std::hypot(off(x + (odd_row ? 0.5 : 0)), off(y));
+        return {inside((0.25 - std::abs(off(4 * far))) / 4, width), 0, 0.5, 0};
+      }
+      case 7:
+        return {at(x, y, 1), at(x, y, 2) > 0.7 ? 1.0 : 0.0, 0.5, 0.3};
+      case 8: {
+        const double kind = at(x / 12, y / 8, 3), size = kind < 0.3 ? 1.0 / 3 : 1, s = x * size, t = y * size;
+        const bool marked = at(1.6 * s, t, 1) > 0.2 && std::abs(off(t)) < 0.3 && at(6.4 * s, 5 * t, 7) > 0.45;
+        const double ink = dimmed(marked ? 1 : 0, 0.26, 1 - ease(0.08, 0.4, width * size));
+        return {kind < 0.15 || kind > 0.8 ? 0 : ink, kind > 0.8 ? 1.0 : 0.0, 0.17, 0.2};
+      }
+      case 9: {
+        const double s = 0.7 * x + 0.37, t = 0.7 * y + 0.59, radius = 0.1 + 0.25 * at(s, t, 4);
+        return {inside(std::min(0.08 + 0.2 * at(x, y, 1) - mx, 0.08 + 0.2 * at(x, y, 2) - my), width),
+                inside((radius - std::hypot(off(s), off(t))) * 1.4, width), 0.13, 0.175};
+      }
+      case 10: {
+        double first = 9, second = 9, value = 0;
+        for (double j = std::floor(y) - 1; j <= std::floor(y) + 1; ++j)
+          for (double i = std::floor(x) - 1; i <= std::floor(x) + 1; ++i) {
+            const double far = std::hypot(i + 0.15 + 0.7 * at(i, j, 1) - x, j + 0.15 + 0.7 * at(i, j, 2) - y);
+            if (far < first) value = at(i, j, 3);
+            second = std::min(second, std::max(first, far)), first = std::min(first, far);
+          }
+        const double gap = double{m_.gap};
+        return {value, inside(gap - (second - first) / 2, width), 0.5, std::min(4.2 * gap, 1.0)};
+      }
+      case 11: {
+        const double strands = wave(4 * (odd_row != odd_column ? y : x));
+        return {dimmed(strands, 0.5, 1 - ease(0.06, 0.25, width)), either(line(x, 0.04, width), line(y, 0.04, width)),
+                0.5, 0.154};
+      }
+      default: {
+        const V q = p * V(m_.scale);
+        const double bend = double{m_.warp} * cloud(q, key_), soft = std::max(double{m_.gap}, 0.02);
+        return {ease(0.5 - soft, 0.5 + soft, cloud(q + bend, key_ + 5)),
+                ease(0.58, 0.58 + soft, cloud(q * 1.3 - bend, key_ + 8)), 0.5, 0.2};
+      }
+    }
+  }
 
   Weights weights(const V& p, double footprint) const {
     const V scale(m_.scale);
@@ -187,6 +279,13 @@ class TextureFormula {
           w.c = ease(0.52, 0.62, cloud(q * 1.3 - bend * warp, key_ + 8));
         }
         w.tint = varied(noise(q * 40.0, key_ + 2));
+        break;
+      }
+      case Texture::Print: {
+        const double width = footprint * std::max(scale.x, scale.y), share = 1 - ease(0.5, 1.5, width);
+        const Print print_of = print(p, (p.x + 0.61 * p.z) * scale.x, (p.y + 0.47 * p.z) * scale.y, width);
+        w.b = dimmed(print_of.b, print_of.mean_b, share), w.c = dimmed(print_of.c, print_of.mean_c, share);
+        w.tint = 1 + tint * left(60, footprint) * (2 * noise(p * 120.0, key_ + 2) - 1);
         break;
       }
     }

@@ -12,6 +12,7 @@
 namespace clerestory {
 namespace {
 
+constexpr int kPrints = 13;  // patterns of Texture::Print
 constexpr int kWidth = 40, kHeight = 30, kTimes = 16;
 
 /// A wall two metres before the camera, texture coordinates along x and y in metres.
@@ -109,6 +110,7 @@ Material vivid(Texture texture, int pattern, bool gap, Random random) {
   m.gap = !gap ? 0 : texture == Texture::Stone ? 0.5f : random.between(0.02f, 0.1f);
   m.tint = 0.2f, m.warp = 1.5f, m.noise = gap ? 0.1f : 0.f, m.wear = gap ? 0.4f : 0.f;
   m.seed = static_cast<float>(random.whole(0, 4095));
+  if (gap) m.smudge = 0.3f, m.smudge_scale = 5, m.stain = 0.25f, m.stain_scale = 3;
   return m;
 }
 
@@ -142,9 +144,11 @@ TEST(Texture, EveryFamilyEqualsItsFormula) {
   constexpr double in_double = 1000 * 120 * 4 * DBL_EPSILON, in_float = 200 * 120 * FLT_EPSILON;
   Random random(17);
   int far_in_float = 0, all = 0;
-  for (int texture = 0; texture <= static_cast<int>(Texture::Painting); ++texture)
-    for (int kind = 0; kind < 6; ++kind) {
-      const Material m = vivid(static_cast<Texture>(texture), kind % 3, kind < 3, random.fork(random.bits()));
+  for (int texture = 0; texture <= static_cast<int>(Texture::Print); ++texture) {
+    const int patterns = texture == static_cast<int>(Texture::Print) ? kPrints : 3;
+    for (int kind = 0; kind < 2 * patterns; ++kind) {
+      const Material m =
+          vivid(static_cast<Texture>(texture), kind % patterns, kind < patterns, random.fork(random.bits()));
       const std::vector<double> at = places(count, random.fork(random.bits()));
       const std::vector<double> exact = textured<double>(double_device(), m, at, count),
                                 rounded = textured<float>(test_device(), m, at, count);
@@ -161,8 +165,33 @@ TEST(Texture, EveryFamilyEqualsItsFormula) {
         }
       }
     }
+  }
   // Joints and cells are steps: a rounding decides where a point lies within 1e-5 of one, a few in a cell.
   EXPECT_LT(far_in_float, 1e-3 * all);
+}
+
+TEST(Texture, PrintsBelowThePixelBlurToTheirMean) {
+  Random random(5);
+  for (int pattern = 0; pattern < kPrints; ++pattern) {
+    double seen[2] = {0, 0}, near = 0;
+    constexpr int count = 20000, seeds = 16;
+    for (int seed = 0; seed < seeds; ++seed) {  // damask has one motif of each
+      Material m;
+      m.texture = static_cast<float>(Texture::Print), m.pattern = static_cast<float>(pattern);
+      m.roughness_a = 0, m.roughness_b = 0.5f, m.roughness_c = 1;
+      m.gap = 0.05f, m.warp = 1, m.seed = static_cast<float>(seed);
+      const reference::TextureFormula formula(m);
+      for (int i = 0; i < count; ++i) {
+        const glm::dvec3 p(random.between(-50, 50), random.between(-50, 50), 0);
+        near += formula(p, 0)[3] / (count * seeds);
+      }
+      const glm::dvec3 p(0.3, 0.4, 0);
+      seen[0] = formula(p, 1.5)[3], seen[1] = formula(p + 3.3, 2)[3];
+    }
+    EXPECT_EQ(seen[0], seen[1]) << pattern;
+    // Motifs of sixteen seeds, cells of one repeat over a hundred metres.
+    EXPECT_NEAR(seen[0], near, 0.03) << pattern;
+  }
 }
 
 TEST(Texture, AlbedoEndsAtTheMostOfItsKind) {
