@@ -47,7 +47,7 @@ void add_invert_command(CommandLine& line) {
       .flag("--force", "Replace a RUN folder even if it holds other files, or results made from it: they are lost",
             options->force)
       .choice("--sampler", "How directions are drawn", options->render.sampler,
-              {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
+              {"vndf_caps", "guided", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
       .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
       .choice("--delta",

@@ -42,7 +42,12 @@ struct BrdfSamples {
 /// and are detached; `weight` and `lobes` are functions of the `evaluation` maps (by default the same), to which their
 /// gradients go as those of f cos over a fixed pdf. The adjoint draws each ray again, from the seed.
 /// depth {n, 1, h, w} (0 = no surface), camera {n, 4, 1, 1}. Random numbers: (run seed, pixel, sample).
+/// `guide`: rows of light_guide() for these pixels, or none. With one, some directions are drawn towards lamps and the
+/// others by the sampler, and pdf is that of both together. Not for Grid8x16.
 BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, const Surfaces& evaluation, int pixels,
-                        int samples, const SamplingOptions& options = {});
+                        int samples, const SamplingOptions& options = {}, Value guide = {});
+
+/// A guide's row (kernels/lib/guide.clh): numbers before its lobes, and of each of them.
+constexpr int kGuideHead = 2, kGuideLobe = 6;
 
 }  // namespace clerestory
