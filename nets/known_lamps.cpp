@@ -10,10 +10,10 @@ namespace clerestory {
 namespace {
 
 constexpr double kBright = 3;  // times the ambient luminance
-constexpr std::size_t kPatches = 12, kLamps = 20;
+constexpr std::size_t kPatches = 8, kLamps = 20;
 constexpr double kSmall = 0.02;  // of the scene's scale: patches of this radius are not split
 constexpr double kWider = 1.44;  // a lobe's variance over that of what it covers: with it squares and discs cost least
-constexpr double kPixelsOwn = 0.25;  // variance of a pixel over its area; rays meet cells of a depth map to half a cell
+constexpr double kPixelsOwn = 0.5;  // variance of a pixel over its area; rays meet cells of a depth map to half a cell
 constexpr double kLeastFacing = 0.1;  // cosine: what a pixel that is seen edge-on shows of a surface
 
 double luminance_of(const std::array<double, 3>& c) { return luminance(c[0], c[1], c[2]); }

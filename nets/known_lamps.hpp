@@ -15,7 +15,7 @@ struct RenderSettings;
 constexpr auto kGuidedSampler = "guided";
 
 /// Bright patches of the photograph, where its surfaces are: pixels of more than three times the radiance of rays that
-/// leave the picture (ambient_of), split until patches are small or there are twelve; each the soft lamp of its extent
+/// leave the picture (ambient_of), split until patches are small or there are eight; each the soft lamp of its extent
 /// and power, its radiance as luminance. None without a bright pixel that has a depth.
 std::vector<SoftLamp> bright_patches(const Scene& scene);
 

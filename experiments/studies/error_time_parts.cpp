@@ -67,6 +67,10 @@ ErrorTimePart gradients(const Config& config) {
         estimator.settings.points = points, estimator.settings.sampler = sampler;
         estimator.result = draws == "one" ? LayerResult::OneDraw : LayerResult::TwoDraws;
         part.estimators.push_back(estimator);
+        const auto batches = static_cast<int>(config.integer("gradients.batches"));
+        if (batches == 1 || draws == "one") continue;
+        estimator.name += fmt::format(", {} batches", batches), estimator.batches = batches;
+        part.estimators.push_back(estimator);
       }
   return part;
 }
@@ -114,6 +118,10 @@ void add_error_time_keys(Schema& schema) {
              {"two", "one"})
       .texts("gradients.samplers", {"vndf_caps"}, "Samplers", {"vndf_caps", "guided"})
       .texts("gradients.points", {"sobol", "independent"}, "Points", {"sobol", "independent"})
+      .integer("gradients.batches", 1,
+               "Of more, rows with two draws have another whose samples come in so many batches, which state the "
+               "gradient's standard error",
+               {1, 64})
       .integer("gradients.truth_spp", 16384, "Samples a pixel of the truth", {4, 1 << 24});
   schema.section("learned", "Pictures under learned light: one switch another than by default.")
       .integers("learned.spp", {1, 4, 16, 64, 256}, "Samples a pixel", {1, 65536})

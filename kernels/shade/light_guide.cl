@@ -14,12 +14,12 @@
 #include "lib/guide.clh"
 #include "lib/surface.clh"
 
-#define MOST R(0.75)
+#define MOST R(0.85)
 #define LEAST R(0.01)
-// Bounds of sharpness: of a lamp all around, and of one as small as hundredths of its distance, which is about what depth
-// tells of its direction.
+// Bounds of sharpness: of a lamp all around, and of one of a fiftieth of its distance, which is about what depth tells of
+// its direction.
 #define LEAST_SHARPNESS R(0.01)
-#define MOST_SHARPNESS R(1e4)
+#define MOST_SHARPNESS R(2500)
 
 typedef struct {
   real3 axis;
