@@ -60,7 +60,7 @@ inline Tensor guide_rows(const Tensors& t) {
     const SurfaceReference s = surface_of(t, "", p);
     const double cosine = glm::dot(normal, -eye.direction(x + 0.5, y + 0.5));
     const double broad = 1 - s.specular_probability({0, 0, cosine}) * (1 - std::min(s.alpha(), 1.0));
-    const double chance = 0.85 * broad * all / (1 + all);
+    const double chance = 0.6 * broad * all / (1 + all);
     if (!(kept > 0 && chance > 0)) continue;
     rows.at(p, 0, 0, 0) = chance, rows.at(p, 1, 0, 0) = static_cast<double>(lobes.size());
     double sum = 0;

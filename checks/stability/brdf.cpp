@@ -132,7 +132,7 @@ std::vector<StabilityCase> aside() {
 std::vector<StabilityCase> by_sampler() {
   const Tensors maps = maps_of({inner_cosines(), usual_roughness(), some(0, 1)}, 5);
   std::vector<StabilityCase> cases;
-  for (const char* name : {"vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"})
+  for (const char* name : {"vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "ndf_roughness"})
     cases.push_back(drawn(fmt::format("sampler {}", name), maps, {.sampler = sampler_of(name)}));
   cases.front().inside = false;  // a cross-check, not a way to render
   Tensors lit = maps;

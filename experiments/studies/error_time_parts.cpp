@@ -116,7 +116,7 @@ void add_error_time_keys(Schema& schema) {
       .integers("gradients.spp", {1, 4, 16, 64, 256, 1024}, "Samples a pixel", {1, 65536})
       .texts("gradients.draws", {"two", "one"}, "Whether dL/dI and dI have samples of their own; none: no gradients",
              {"two", "one"})
-      .texts("gradients.samplers", {"vndf_caps"}, "Samplers", {"vndf_caps", "guided"})
+      .texts("gradients.samplers", {"vndf_caps"}, "Samplers", {"vndf_caps", "guided", "ndf", "ndf_roughness"})
       .texts("gradients.points", {"sobol", "independent"}, "Points", {"sobol", "independent"})
       .integer("gradients.batches", 1,
                "Of more, rows with two draws have another whose samples come in so many batches, which state the "

@@ -14,7 +14,7 @@
 #include "lib/guide.clh"
 #include "lib/surface.clh"
 
-#define MOST R(0.85)
+#define MOST R(0.6)
 #define LEAST R(0.01)
 // Bounds of sharpness: of a lamp all around, and of one of a fiftieth of its distance, which is about what depth tells of
 // its direction.

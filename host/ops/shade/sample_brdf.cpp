@@ -11,7 +11,8 @@
 namespace clerestory {
 namespace {
 
-constexpr std::array kSamplers{"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"};
+constexpr std::array kSamplers{"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf",
+                               "cosine",    "uniform",         "grid8x16",     "ndf_roughness"};
 constexpr int kGridDirections = 128;
 
 constexpr auto kFile = "shade/sample_brdf.cl";
@@ -142,8 +143,7 @@ struct SampleBrdfOp : Op {
 Sampler sampler_of(const std::string& name) {
   for (std::size_t i = 0; i < kSamplers.size(); ++i)
     if (name == kSamplers[i]) return static_cast<Sampler>(i);
-  throw usage_error("no such sampler", "sampler", name,
-                    "vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16");
+  throw usage_error("no such sampler", "sampler", name, fmt::format("{}", fmt::join(kSamplers, " | ")));
 }
 
 Points points_of(const std::string& name) {

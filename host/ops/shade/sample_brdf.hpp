@@ -9,11 +9,13 @@ namespace clerestory {
 
 /// The mixtures draw the specular lobe by visible normals (three ways) or all normals, and the cosine lobe at least one
 /// time in ten; Cosine and Uniform are single lobes; Grid8x16 is the fixed grid of Li et al. 2020: 128 samples.
-enum class Sampler { VndfCaps, VndfHemisphere, VndfBounded, Ndf, Cosine, Uniform, Grid8x16 };
+/// NdfRoughness is a mixture like Ndf whose normals are, half of them, those for which the lobe changes with roughness
+/// (after Belhe et al. 2024): for gradients.
+enum class Sampler { VndfCaps, VndfHemisphere, VndfBounded, Ndf, Cosine, Uniform, Grid8x16, NdfRoughness };
 enum class Points { Independent, Sobol };
 enum class BrdfModel { Ggx, Li2020 };
 
-Sampler sampler_of(const std::string& name);       // vndf_caps | ... | uniform | grid8x16; throws usage_error
+Sampler sampler_of(const std::string& name);       // vndf_caps | ... | ndf_roughness; throws usage_error
 Points points_of(const std::string& name);         // independent | sobol; throws usage_error
 BrdfModel brdf_model_of(const std::string& name);  // ggx | li2020; throws usage_error
 

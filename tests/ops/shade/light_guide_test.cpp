@@ -16,7 +16,7 @@ namespace {
 
 using namespace light_guide_reference;
 
-constexpr int kSamplers[] = {0, 1, 2, 3, 4, 5};  // vndf_caps ... uniform
+constexpr int kSamplers[] = {0, 1, 2, 3, 4, 5, 7};  // all but the grid
 
 /// What is drawn for maps(20) with lamps(), all materials as rough.
 struct Rays {
