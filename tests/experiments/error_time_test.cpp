@@ -147,6 +147,7 @@ TEST(ErrorTimeStudy, AnUnbiasedEstimatorsErrorFallsAsOneOverItsSamples) {
     EXPECT_EQ(std::get<std::string>(head.rows[e][2]), names[e]);
     EXPECT_LT(std::abs(number(head, e, 7)), 4) << names[e] << ": z of the bias";
     EXPECT_GT(number(head, e, 8), 1e-3) << names[e] << ": p of the sum";
+    EXPECT_EQ(std::get<std::string>(head.rows[e][9]), "unbiased") << names[e];
     const auto& slope = std::get<Measure>(head.rows[e][5]);
     if (names[e].ends_with("independent")) {
       // Its standard error over six seeds, known itself to a third: 4 of them.
@@ -188,6 +189,7 @@ TEST(ErrorTimeStudy, GradientsOfTwoDrawsAreUnbiasedAndThoseOfOneAreNot) {
       EXPECT_GT(p, 1e-3) << what;
     } else if (what == "albedo" || what == "metallic") {
       EXPECT_LT(p, 1e-6) << what;
+      EXPECT_EQ(std::get<std::string>(head.rows[e][9]), "biased") << what;
     }
     EXPECT_LT(number(rows, 3 * e + 2, 3), number(rows, 3 * e, 3)) << what << ", " << who << ": error by samples";
   }
