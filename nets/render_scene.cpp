@@ -10,6 +10,7 @@
 #include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/shade/render.hpp"
+#include "nets/known_lamps.hpp"
 #include "nets/scene_light.hpp"
 #include "nets/scene_maps.hpp"
 
@@ -37,7 +38,7 @@ std::array<double, 3> ambient_of(const Image& photo, const float* emits) {
 
 RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light) {
   RenderSpec spec = render_spec(settings);
-  spec.trace = light.traces, spec.sampling.lobes = light.lamps;
+  spec.trace = light.traces, spec.sampling.lobes = light.lamps, spec.lamps = light.lamps_known;
   if (settings.chunk_rays == 0) spec.chunk_rays = light.chunk_rays;
   return spec;
 }
@@ -61,7 +62,7 @@ DeltaDepth delta_of(const RenderSettings& settings) {
 RenderSpec render_spec(const RenderSettings& settings) {
   RenderSpec spec;
   spec.spp = settings.spp;
-  spec.sampling.sampler = sampler_of(settings.sampler);
+  spec.sampling.sampler = settings.sampler == kGuidedSampler ? Sampler::VndfCaps : sampler_of(settings.sampler);
   if (spec.sampling.sampler == Sampler::Grid8x16) spec.spp = 128;
   spec.sampling.points = points_of(settings.points);
   spec.sampling.brdf = brdf_model_of(settings.brdf);

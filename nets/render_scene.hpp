@@ -24,7 +24,9 @@ enum class Sharing { WhereItPays, Never, Always };
 /// Names as on the command line; render_scene() throws usage_error naming the setting on an unknown one.
 struct RenderSettings {
   int spp = 64;
-  std::string sampler = "vndf_caps";  // vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16
+  // vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16 | ndf_roughness, or guided:
+  // vndf_caps and directions drawn towards lamps (known_lamps); without one it is vndf_caps
+  std::string sampler = "vndf_caps";
   std::string points = "sobol";       // independent | sobol
   std::string ssrt = "hierarchical";  // dda | hierarchical
   std::string delta;                  // linear | window; empty: as the light's nets were trained, linear without nets

@@ -4,6 +4,7 @@
 
 #include "host/graph/map_chunks.hpp"
 #include "host/ops/light/image_light.hpp"
+#include "nets/known_lamps.hpp"
 #include "nets/learned_light.hpp"
 
 namespace clerestory {
@@ -63,7 +64,10 @@ bool is_learned_light(const std::string& name) {
 SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
                        double rays_to_come) {
   check_name(settings.light);
-  return with_lamps(graph, named_light(graph, v, scene, settings, rays_to_come), settings.lamps);
+  SceneLight light = with_lamps(graph, named_light(graph, v, scene, settings, rays_to_come), settings.lamps);
+  if (settings.sampler == kGuidedSampler)
+    if (const std::optional<Tensor> known = known_lamps(scene, settings)) light.lamps_known = graph.constant(*known);
+  return light;
 }
 
 std::vector<Value> inputs_of(const SceneLight& light, Value points) {

@@ -29,6 +29,7 @@ struct SceneLight {
   bool traces = false;        // reads AskedRays::hits
   bool lamps = false;         // reads AskedRays::lobes
   double shared_answers = 0;  // of the in-view MLP, from which many rays are answered; 0: each asks it
+  Value lamps_known;          // RenderSpec::lamps under settings.sampler = guided; no value: none
   int chunk_rays = 1 << 18;   // at most this many at once, so that what it keeps of them stays below half a GiB
   /// Radiance {1, 3, P, S} in the photograph's unit. `inputs`: the above, as the body sees them. Learned light appends
   /// to `counts`, unless it is null, how many rays each of its parts answered.

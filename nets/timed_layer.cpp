@@ -1,6 +1,9 @@
 #include "nets/timed_layer.hpp"
 
+#include <cmath>
+
 #include "host/cl/seconds_of.hpp"
+#include "host/error.hpp"
 #include "host/math/radiance.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
@@ -31,15 +34,18 @@ std::size_t memory_from_here(Device& device) {
 }  // namespace
 
 TimedLayer::TimedLayer(const Device& device, const Scene& scene, const RenderSettings& settings, LayerResult result,
-                       Precision precision)
-    : device_(device), held_before_(memory_from_here(device_)) {
+                       Precision precision, int batches)
+    : device_(device), held_before_(memory_from_here(device_)), batches_(batches) {
+  if (batches < 1 || settings.spp % batches != 0)
+    throw usage_error("these samples do not come in batches of equal size", "spp", std::to_string(settings.spp),
+                      fmt::format("a multiple of {}", batches));
   const SceneValues values = scene_values(graph_, scene);
   const SceneLight light =
       scene_light(graph_, values, scene, settings);  // of few rays: none share an answer unless told to
   RenderSettings with_error = settings;  // render_spec() refuses one sample, whose standard error nobody can tell
   with_error.spp = std::max(settings.spp, 2);
   RenderSpec spec = render_spec(with_error, light);
-  spec.spp = settings.spp, spec.statistics = false;
+  spec.spp = settings.spp / batches, spec.statistics = false;
   if (result == LayerResult::Picture)
     outputs_ = {{"picture", picture_of(values, light, spec)}};
   else
@@ -79,10 +85,41 @@ void TimedLayer::add_gradients(const SceneValues& values, const SceneLight& ligh
 }
 
 double TimedLayer::run(std::uint32_t seed) {
-  return seconds_of(device_, [&] { executor_->run(seed); });
+  if (batches_ == 1) return seconds_of(device_, [&] { executor_->run(seed); });
+  added_ = 0;
+  return seconds_of(device_, [&] {
+    for (int k = 0; k < batches_; ++k) {  // seeds that no other run of as many batches has
+      executor_->run(seed * static_cast<std::uint32_t>(batches_) + static_cast<std::uint32_t>(k));
+      add_batch();
+    }
+  });
 }
 
-std::map<std::string, std::vector<double>> TimedLayer::values() {
+/// Running means and squares (Welford 1962).
+void TimedLayer::add_batch() {
+  ++added_;
+  for (auto& [name, values] : fetched()) {
+    std::vector<double>&mean = means_[name], &squares = squares_[name];
+    if (added_ == 1) mean.assign(values.size(), 0), squares.assign(values.size(), 0);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double from_old = values[i] - mean[i];
+      mean[i] += from_old / added_;
+      squares[i] += from_old * (values[i] - mean[i]);
+    }
+  }
+}
+
+std::map<std::string, std::vector<double>> TimedLayer::values() { return batches_ == 1 ? fetched() : means_; }
+
+std::map<std::string, std::vector<double>> TimedLayer::standard_errors() const {
+  if (added_ < 2) throw Error(ErrorKind::Failed, "one batch has no spread", "standard errors of the layer");
+  std::map<std::string, std::vector<double>> errors = squares_;
+  for (auto& [name, values] : errors)
+    for (double& v : values) v = std::sqrt(v / (static_cast<double>(added_) * (added_ - 1)));
+  return errors;
+}
+
+std::map<std::string, std::vector<double>> TimedLayer::fetched() {
   std::map<std::string, std::vector<double>> values;
   for (const auto& [name, value] : outputs_) values[name] = executor_->fetch(value).real;
   const auto material = values.find("material");

@@ -45,6 +45,7 @@ double SurfaceReference::specular_pdf(int sampler, const Vec3& wo, const Vec3& w
   const double a = alpha(), across = a * a * (wo.x * wo.x + wo.y * wo.y);
   const double t = std::sqrt(across + wo.z * wo.z);
   if (sampler == 3) return d(h) * h.z / (4 * glm::dot(wo, h));
+  if (sampler == 7) return d(h) * h.z / (4 * glm::dot(wo, h)) * (0.5 + std::abs(2 * LobeChart{a}.u(h) - 1));
   if (sampler == 2) {  // Eto and Tokuyoshi 2023, listing of the density
     const double s = 1 + std::sqrt(wo.x * wo.x + wo.y * wo.y);
     const double k = (1 - a * a) * s * s / (s * s + a * a * wo.z * wo.z);

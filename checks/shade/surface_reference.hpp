@@ -29,9 +29,9 @@ struct SurfaceReference {
   Vec3 diffuse_f_cos(const Vec3& wi) const;                   // its Lambertian part, wi above the surface
   Vec3 specular_share(const Vec3& wo, const Vec3& wi) const;  // of the rest, in the whole
   double specular_probability(const Vec3& wo) const;
-  /// Density of a direction of the specular lobe (samplers 0 to 3 of ggx.clh).
+  /// Density of a direction of the specular lobe (samplers 0 to 3 and 7 of ggx.clh).
   double specular_pdf(int sampler, const Vec3& wo, const Vec3& wi) const;
-  /// Density of a sampler (0 to 5); p: probability of the specular lobe.
+  /// Density of a sampler (0 to 5, 7); p: probability of the specular lobe.
   double pdf(int sampler, const Vec3& wo, const Vec3& wi, double p) const;
   /// Solid angle of wi for du dazimuth of the chart at the half vector h: 4 (wo.h) / (2 pi D cos).
   double directions_per_chart(const Vec3& wo, const Vec3& h) const;

@@ -5,7 +5,7 @@
 #include "checks/stability/stability_case.hpp"
 #include "host/math/frames.hpp"
 #include "host/ops/light/ssrt.hpp"
-#include "host/ops/shade/sample_brdf.hpp"
+#include "host/ops/shade/light_guide.hpp"
 
 namespace clerestory {
 namespace {
@@ -69,7 +69,7 @@ std::vector<char> rays_inside(const Tensors& maps, const Tensor& direction) {
 }
 
 /// What sample_brdf draws for the maps, by value and by the gradients of one ray each. Where there are "e_normal",
-/// "e_albedo" and "e_material" these weigh it.
+/// "e_albedo" and "e_material" these weigh it; where there are "lamps" some directions are drawn towards them.
 StabilityCase drawn(const std::string& name, const Tensors& maps, const SamplingOptions& options = {}) {
   Formula f{.inputs = maps};
   const std::string prefix = maps.count("e_normal") ? "e_" : "";
@@ -78,7 +78,10 @@ StabilityCase drawn(const std::string& name, const Tensors& maps, const Sampling
     const Surfaces weighing{v.at(prefix + "albedo"), v.at(prefix + "normal"), v.at(prefix + "material")};
     SamplingOptions with_lobes = options;
     with_lobes.lobes = true;
-    const BrdfSamples s = sample_brdf(v.at("depth"), v.at("camera"), sampling, weighing, kCount, kRays, with_lobes);
+    const Value guide =
+        v.count("lamps") ? light_guide(v.at("depth"), v.at("camera"), sampling, v.at("lamps"), kCount) : Value{};
+    const BrdfSamples s =
+        sample_brdf(v.at("depth"), v.at("camera"), sampling, weighing, kCount, kRays, with_lobes, guide);
     return std::vector<Compared>{
         {s.direction, false}, {s.weight}, {s.pdf, false}, {s.lobes.specular, false}, {s.lobes.density, false}};
   };
@@ -129,9 +132,12 @@ std::vector<StabilityCase> aside() {
 std::vector<StabilityCase> by_sampler() {
   const Tensors maps = maps_of({inner_cosines(), usual_roughness(), some(0, 1)}, 5);
   std::vector<StabilityCase> cases;
-  for (const char* name : {"vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"})
+  for (const char* name : {"vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "ndf_roughness"})
     cases.push_back(drawn(fmt::format("sampler {}", name), maps, {.sampler = sampler_of(name)}));
   cases.front().inside = false;  // a cross-check, not a way to render
+  Tensors lit = maps;
+  lit["lamps"] = Tensor({1, 5, 1, 2}, std::vector<double>{1.5, -4, 2, 0, 1, 3, 0.05, 1, 2000, 20});
+  cases.push_back(drawn("guided, a small lamp and a large one", lit));
   return cases;
 }
 

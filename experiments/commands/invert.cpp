@@ -7,6 +7,7 @@
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
+#include "nets/known_lamps.hpp"
 
 namespace clerestory {
 namespace {
@@ -46,8 +47,11 @@ void add_invert_command(CommandLine& line) {
           options->out)
       .flag("--force", "Replace a RUN folder even if it holds other files, or results made from it: they are lost",
             options->force)
-      .choice("--sampler", "How directions are drawn", options->render.sampler,
-              {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
+      .choice(
+          "--sampler",
+          "How directions are drawn; default: guided, towards bright pixels too, under --light image, else vndf_caps",
+          options->render.sampler,
+          {"vndf_caps", "guided", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
       .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
       .choice("--delta",
@@ -76,6 +80,7 @@ void add_invert_command(CommandLine& line) {
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
+    if (options->render.light == "image" && !was_given(common, "--sampler")) options->render.sampler = kGuidedSampler;
     if (*every_ray) {
       if (options->render.light != "net")
         throw usage_error("no net answers rays one by one there", "--every-ray", "--light " + options->render.light,

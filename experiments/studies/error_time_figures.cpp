@@ -61,6 +61,12 @@ double ErrorReference::error(const Estimate& estimate) const {
   return sum.value();
 }
 
+double ErrorReference::stated(const Estimate& standard_errors) const {
+  CompensatedSum sum;
+  for (std::size_t i = 0; i < weight_.size(); ++i) sum.add(weight_[i] * standard_errors[i] * standard_errors[i]);
+  return sum.value();
+}
+
 ErrorReference::Moments ErrorReference::moments(const std::vector<Estimate>& estimates) const {
   check_runs(estimates, mean_.size(), "estimates");
   const auto count = static_cast<double>(estimates.size());

@@ -23,6 +23,8 @@ class ErrorReference {
 
   /// Weighed squared error. Its expectation holds no noise of the reference, so it may fall below 0 by chance.
   double error(const Estimate& estimate) const;
+  /// What estimates with these standard errors would have of it: their squares, weighed alike.
+  double stated(const Estimate& standard_errors) const;
 
   /// Of estimates by several seeds, at least two, in the unit of error(): the squared bias of their estimator, the
   /// square of that number's standard error if there is none, and the estimator's variance. `shift`: how far the sum

@@ -56,16 +56,22 @@ ErrorTimePart gradients(const Config& config) {
   ErrorTimePart part{.name = "gradients", .title = "Gradients under the photograph as light", .light = "image"};
   part.note =
       "of the mean of (I - P)^2 / (P^2 + 0.01), I the re-render and P the photograph; one draw: dL/dI and dI of the "
-      "same samples, two draws: of independent ones; sampler vndf_caps";
+      "same samples, two draws: of independent ones; sampler vndf_caps unless another is named";
   part.what = {"albedo", "roughness", "metallic", "normal", "radiance"};
   part.truth = truth_under("image", LayerResult::TwoDraws);
   for (const std::string& draws : config.texts("gradients.draws"))
-    for (const std::string& points : config.texts("gradients.points")) {
-      TimedEstimator estimator{fmt::format("{} draw{}, {}", draws, draws == "one" ? "" : "s", points), {}};
-      estimator.settings.points = points;
-      estimator.result = draws == "one" ? LayerResult::OneDraw : LayerResult::TwoDraws;
-      part.estimators.push_back(estimator);
-    }
+    for (const std::string& sampler : config.texts("gradients.samplers"))
+      for (const std::string& points : config.texts("gradients.points")) {
+        TimedEstimator estimator{fmt::format("{} draw{}, {}", draws, draws == "one" ? "" : "s", points), {}};
+        if (sampler != RenderSettings{}.sampler) estimator.name += ", " + sampler;
+        estimator.settings.points = points, estimator.settings.sampler = sampler;
+        estimator.result = draws == "one" ? LayerResult::OneDraw : LayerResult::TwoDraws;
+        part.estimators.push_back(estimator);
+        const auto batches = static_cast<int>(config.integer("gradients.batches"));
+        if (batches == 1 || draws == "one") continue;
+        estimator.name += fmt::format(", {} batches", batches), estimator.batches = batches;
+        part.estimators.push_back(estimator);
+      }
   return part;
 }
 
@@ -81,7 +87,7 @@ ErrorTimePart learned(const Config& config) {
     if (choice == "shared") estimator.settings.sharing = Sharing::Always;
     if (choice == "dda") estimator.settings.ssrt = choice;
     if (choice == "independent") estimator.settings.points = choice;
-    if (choice == "vndf_hemisphere") estimator.settings.sampler = choice;
+    if (choice == "vndf_hemisphere" || choice == "guided") estimator.settings.sampler = choice;
     part.estimators.push_back(estimator);
   }
   return part;
@@ -100,21 +106,27 @@ void check_names(const ErrorTimePart& part) {
 void add_error_time_keys(Schema& schema) {
   schema.section("pictures", "Pictures under the photograph as light: every sampler with all points.")
       .integers("pictures.spp", {1, 4, 16, 64, 256, 1024}, "Samples a pixel", {1, 65536})
-      .texts("pictures.samplers", {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"},
+      .texts("pictures.samplers",
+             {"vndf_caps", "guided", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"},
              "Samplers; none: no pictures",
-             {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"})
+             {"vndf_caps", "guided", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"})
       .texts("pictures.points", {"sobol", "independent"}, "Points", {"sobol", "independent"})
       .integer("pictures.truth_spp", 16384, "Samples a pixel of the truth", {4, 1 << 24});
   schema.section("gradients", "Gradients of a loss of the re-render under the photograph as light.")
       .integers("gradients.spp", {1, 4, 16, 64, 256, 1024}, "Samples a pixel", {1, 65536})
       .texts("gradients.draws", {"two", "one"}, "Whether dL/dI and dI have samples of their own; none: no gradients",
              {"two", "one"})
+      .texts("gradients.samplers", {"vndf_caps"}, "Samplers", {"vndf_caps", "guided", "ndf", "ndf_roughness"})
       .texts("gradients.points", {"sobol", "independent"}, "Points", {"sobol", "independent"})
+      .integer("gradients.batches", 1,
+               "Of more, rows with two draws have another whose samples come in so many batches, which state the "
+               "gradient's standard error",
+               {1, 64})
       .integer("gradients.truth_spp", 16384, "Samples a pixel of the truth", {4, 1 << 24});
   schema.section("learned", "Pictures under learned light: one switch another than by default.")
       .integers("learned.spp", {1, 4, 16, 64, 256}, "Samples a pixel", {1, 65536})
       .texts("learned.switches", {"default", "shared", "dda", "independent", "vndf_hemisphere"},
-             "Rows; none: no learned light", {"default", "shared", "dda", "independent", "vndf_hemisphere"})
+             "Rows; none: no learned light", {"default", "shared", "dda", "independent", "vndf_hemisphere", "guided"})
       .integer("learned.truth_spp", 4096, "Samples a pixel of the truth", {4, 1 << 24});
 }
 

@@ -14,6 +14,7 @@ struct TimedEstimator {
   std::string name;
   RenderSettings settings;  // without nets
   LayerResult result = LayerResult::Picture;
+  int batches = 1;  // of TimedLayer; more state their standard error
 };
 
 /// Estimators of one thing, beside one truth.

@@ -21,6 +21,11 @@ constexpr std::array kBuilding{16, 64};
 
 using References = std::map<std::string, ErrorReference>;  // by what is estimated
 
+/// Fewer samples than batches come at once.
+int batches_of(const TimedEstimator& estimator) {
+  return estimator.settings.spp % estimator.batches == 0 ? estimator.batches : 1;
+}
+
 double smape(const Estimate& picture, const Estimate& truth, const std::vector<bool>& used) {
   RadianceErrorSums sums;
   for (std::size_t i = 0; i < picture.size(); ++i)
@@ -91,7 +96,8 @@ class ErrorTimeStudy : public RoomStudy {
 
   void measure_row(const ErrorTimePart& part, const TimedEstimator& estimator, const Scene& scene,
                    const References& truth, const Random& random, RoomFindings& found) {
-    TimedLayer layer(device_, scene, estimator.settings, estimator.result);
+    const int batches = batches_of(estimator);
+    TimedLayer layer(device_, scene, estimator.settings, estimator.result, Precision::Single, batches);
     std::map<std::string, std::vector<Estimate>> estimates;
     Finding of{"", part.name, estimator.name, std::to_string(estimator.settings.spp)};
     const auto note = [&](const char* metric, double value, std::int64_t seed = 0) {
@@ -108,6 +114,9 @@ class ErrorTimeStudy : public RoomStudy {
         if (part.floor) note("smape", smape(values, truth.at(what).mean(), pixels_with_depth(scene)), s);
         estimates[what].push_back(std::move(values));
       }
+      if (batches == 1) continue;
+      for (const auto& [what, errors] : layer.standard_errors())
+        of.region = region_of(part, what), note("stated", truth.at(what).stated(errors), s);
     }
     of.region = part.name;
     note("memory", static_cast<double>(layer.memory()) / 0x1p20);

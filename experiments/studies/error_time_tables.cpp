@@ -9,6 +9,8 @@
 namespace clerestory {
 namespace {
 
+// A bias is told by its square, whose z is above 0, or by the sum over pixels.
+constexpr double kBiasedAt = 4, kBiasedBelow = 1e-3;
 constexpr double kHeadline = 0.01;   // the error of which the seconds are told
 constexpr std::size_t kColours = 6;  // of curves, before they repeat
 
@@ -25,11 +27,14 @@ constexpr auto kOfBoth =
     "it is from none. p: of Welch's test that the sum over pixels, in which biases of one sign add up, is that of the "
     "truth; where errors are mostly of rare bright samples, few seeds make it too small. Memory: the most on the "
     "device";
+constexpr auto kOfStated =
+    ". Stated: the mean square of the standard errors that the estimator states by its batches, over its variance";
 constexpr auto kOfHeadline =
     "Seconds: on the straight line in logarithms between the two numbers of samples around it; < and >: it lies before "
     "the fewest or behind the most. Slopes of ln error, ± over seeds. Error: relMSE of pictures, of gradients squared "
     "distance from the true one over its square. z of the bias and p of the sum over pixels: over all numbers of "
-    "samples. Rooms, truths and what is timed: in the tables of the parts";
+    "samples; tag: biased where z is above 4 or p below 0.001. Rooms, truths and what is timed: in the tables of the "
+    "parts";
 
 Cell number(double value) { return Measure{value}; }
 Cell cell_of(const std::optional<double>& value) { return value ? number(*value) : Cell(); }
@@ -44,6 +49,13 @@ Cell z_of(const std::vector<double>& biases, const std::vector<double>& spreads)
     sum += biases[k] / std::sqrt(spreads[k]);
   }
   return number(sum / std::sqrt(static_cast<double>(biases.size())));
+}
+
+/// What the two tests say. An unbiased estimator is called biased about once in a thousand times.
+Cell tag_of(const Cell& z, const std::optional<double>& p) {
+  const auto* standard_errors = std::get_if<Measure>(&z);
+  if (!standard_errors || !p) return {};
+  return standard_errors->mean > kBiasedAt || *p < kBiasedBelow ? Cell("biased") : Cell("unbiased");
 }
 
 /// Over rooms, one a seed. What is not a number stays one that shows.
@@ -65,6 +77,11 @@ std::vector<Shift> shifts_of(const OfRooms& of_rooms, std::int64_t seeds, int tr
   return shifts;
 }
 
+/// Whether some estimator tells its standard errors.
+bool states_errors(const ErrorTimePart& part) {
+  return std::ranges::any_of(part.estimators, [](const TimedEstimator& e) { return e.batches > 1; });
+}
+
 std::vector<Column> columns_of(const ErrorTimePart& part) {
   const bool picture = part.floor.has_value();
   std::vector<Column> columns{{"estimator", ""}};
@@ -79,6 +96,7 @@ std::vector<Column> columns_of(const ErrorTimePart& part) {
                                  {"z", "of the bias", Best::None, 2},
                                  {"p", "of the sum", Best::None, 2},
                                  {"memory", "MiB"}});
+  if (states_errors(part)) columns.push_back({"stated", "of the variance", Best::None, 2});
   return columns;
 }
 
@@ -103,6 +121,7 @@ struct ErrorTimeTables::Curve {
   std::vector<Measure> error, smape;          // over seeds
   std::vector<std::vector<double>> of_seeds;  // error [seed]
   std::vector<double> bias, bias_spread, variance, memory;
+  std::vector<std::optional<double>> stated;   // the mean square of standard errors that are stated, if they are
   std::vector<std::optional<double>> shift_p;  // that there is no shift
 
   std::vector<double> errors() const {
@@ -152,6 +171,10 @@ ErrorTimeTables::Curve ErrorTimeTables::curve(const ErrorTimePart& part, const s
     curve.bias_spread.push_back(sum(of_rooms("bias spread")) / (rooms * rooms));
     curve.shift_p.push_back(p_of_shifts(shifts_of(of_rooms, seeds, part.truth_runs)));
     curve.memory.push_back(std::ranges::max(found_.values(named("memory", part.name).of(0))));
+    std::vector<double> stated;
+    for (std::int64_t s = 0; s < seeds; ++s)
+      for (const double square : found_.values(named("stated", region).of(s))) stated.push_back(square);
+    curve.stated.push_back(stated.empty() ? std::nullopt : std::optional(mean(stated)));
   }
   return curve;
 }
@@ -171,6 +194,7 @@ Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
   Table table;
   table.title = part.title, table.columns = columns_of(part);
   table.note = sentence(part) + (picture ? kOfPictures : kOfGradients) + kOfBoth;
+  if (states_errors(part)) table.note += kOfStated;
   for (const std::string& what : part.what) {
     std::vector<Curve> curves;
     std::vector<double> all_seconds, all_errors;
@@ -193,6 +217,7 @@ Table ErrorTimeTables::table_of(const ErrorTimePart& part) const {
                    {number(c.seconds[k]), efficiency > 0 ? number(efficiency) : Cell(),
                     front[e * part.spp.size() + k] ? Cell("front") : Cell(), number(c.variance[k]), number(c.bias[k]),
                     z_of({c.bias[k]}, {c.bias_spread[k]}), cell_of(c.shift_p[k]), number(c.memory[k])});
+        if (states_errors(part)) row.push_back(c.stated[k] ? number(*c.stated[k] / c.variance[k]) : Cell());
         table.add(std::move(row));
       }
   }
@@ -211,13 +236,15 @@ Table ErrorTimeTables::headline() const {
                    {"slope", "against samples"},
                    {"error", "at the most samples"},
                    {"z", "of the bias", Best::None, 2},
-                   {"p", "of the sum", Best::None, 2}};
+                   {"p", "of the sum", Best::None, 2},
+                   {"tag", ""}};
   for (const ErrorTimePart& part : parts_)
     for (const std::string& what : part.what)
       for (const TimedEstimator& estimator : part.estimators) {
         const Curve c = curve(part, what, estimator);
         table.add({part.light, what, estimator.name, seconds_to(kHeadline, c.seconds, c.errors()), c.slope(c.seconds),
-                   c.slope(c.spp), c.error.back(), z_of(c.bias, c.bias_spread), cell_of(p_together(c.shift_p))});
+                   c.slope(c.spp), c.error.back(), z_of(c.bias, c.bias_spread), cell_of(p_together(c.shift_p)),
+                   tag_of(z_of(c.bias, c.bias_spread), p_together(c.shift_p))});
       }
   return table;
 }

@@ -11,30 +11,24 @@
 // status {1, 1, pixels, 1}: 0 shaded, 1 no depth, 2 the normal faces away from the viewer (n.v <= 0) or
 // is not a number.
 //
+// GUIDED: some directions are drawn towards lamps, by the pixels' rows guide {pixels, C, 1, 1} (lib/guide.clh), the others
+// by SAMPLER; whoever drew it, a direction has the density of both together (the one-sample balance heuristic of Veach
+// and Guibas 1995).
 // SAMPLER: as in ggx.clh, or 6: the 8 x 16 grid of Li et al. 2020, sample = direction. SOBOL: points by Owen-scrambled
 // Sobol, else independent. LI2020: their surface model instead of ours.
 #include "lib/camera.clh"
 #include "lib/chunk.clh"
 #include "lib/ggx.clh"
+#include "lib/guide.clh"
 #include "lib/li2020.clh"
 #include "lib/rng.clh"
+#include "lib/surface.clh"
 
 #define SAMPLER_GRID 6
 #ifndef SAMPLER
 #define SAMPLER SAMPLER_VNDF_CAPS
 #endif
 #define SALT 0x62726466u
-
-static inline real3 rgb_at(global const real *map, int plane, int pixel) {
-  return (real3)(map[pixel], map[plane + pixel], map[2 * plane + pixel]);
-}
-static inline Material material_at(global const real *albedo, global const real *material, int plane, int pixel) {
-  Material m;
-  m.albedo = rgb_at(albedo, plane, pixel);
-  m.roughness = material[pixel];
-  m.metallic = material[plane + pixel];
-  return m;
-}
 
 static inline Parts f_times_cosine(Material m, real3 wo, Drawn in) {
 #ifdef LI2020
@@ -70,12 +64,6 @@ static inline real3 local_view(const Frame frame, const real3 normal, const real
   return (real3)(dot3(frame.t, view), dot3(frame.b, view), cosine);
 }
 
-// What a normal of any length is divided by so that no square over- or underflows: a power of two, which loses nothing.
-static inline real unit_near(const real3 v) {
-  const real most = fmax(fmax(fabs(v.x), fabs(v.y)), fabs(v.z));
-  return most > R(0x1p32) ? R(0x1p64) : most < R(0x1p-32) ? R(0x1p-64) : R(1);
-}
-
 // A vector of the local frame around one normal in that around another; both as in their maps, of any length. What one
 // normal is along the other's tangents comes from their difference, in which what they share is gone: tangential parts
 // as small as a narrow lobe's keep their digits.
@@ -93,9 +81,10 @@ typedef struct {
   global const real *normal, *albedo, *material;
 } Maps;
 
+// guide: the pixel's row, or 0: no lamps are known.
 static inline Sample sample_of(global const real *depth, const Camera camera, const Maps drawing, const Maps evaluated,
-                               const int w, const int plane, const int pixel, const uint row, const uint index,
-                               const uint seed) {
+                               global const real *guide, const int w, const int plane, const int pixel, const uint row,
+                               const uint index, const uint seed) {
   const int j = pixel / w;
   const real column = (real)(pixel - j * w) + R(0.5), line = (real)j + R(0.5);
   const real3 ray = unproject(camera, column, line), rest = unproject_rest(camera, column, line);
@@ -121,14 +110,21 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
   const real3 wo = local_view(frame, raw, ray, rest);
   const real alpha = alpha_of(m.roughness);
   const real chance = specular_probability(m, wo);
-  const Drawn in = draw_direction(SAMPLER, wo, alpha, chance, u.xyz);
-  sample.density = drawn_pdf(SAMPLER, wo, in, alpha, chance);
+  const real aimed = guide ? guide_chance(guide) : R(0);
+  const real3 rest_of_u = (real3)(u.xy, guide ? (u.z - aimed) / (R(1) - aimed) : u.z);
+  Drawn in = draw_direction(SAMPLER, wo, alpha, chance, rest_of_u);
+  if (guide && u.z < aimed) in = drawn_of(wo, to_local(frame, guided_direction(guide, u.xyz)));
+  const real by_surface = drawn_pdf(SAMPLER, wo, in, alpha, chance);
+  sample.density = by_surface;
 #endif
   // Of both cosines: wo.z is the exact one, but not of a normal without length.
   sample.status = depth[pixel] > R(0) ? (dot3(raw, view) > R(0) && !(wo.z <= R(0)) ? 0 : 2) : 1;
   // Not wi.z > 0: a direction that is not a number is handed on, to be dropped and counted where samples are summed.
   sample.drawn = sample.status == 0 && !(in.wi.z <= R(0));
   sample.towards = to_world(frame, in.wi);
+#ifdef GUIDED
+  sample.density = (R(1) - aimed) * by_surface + guide_density(guide, sample.towards);
+#endif
 
 #ifdef DETACHED
   sample.normal = rgb_at(evaluated.normal, plane, pixel);
@@ -147,26 +143,37 @@ static inline Sample sample_of(global const real *depth, const Camera camera, co
   sample.weight.diffuse /= sample.density, sample.weight.specular /= sample.density;
 #else
   sample.weight = drawn_weight(SAMPLER, m, wo, in, chance);
+#ifdef GUIDED
+  const real balance = sample.drawn ? by_surface / sample.density : R(0);
+  sample.weight.diffuse *= balance, sample.weight.specular *= balance;
+#endif
 #endif
   return sample;
 }
 
+#ifdef GUIDED
+#define GUIDE_ARG , IN(guide)
+#define GUIDE_ROW AT(guide, p)
+#else
+#define GUIDE_ARG
+#define GUIDE_ROW 0
+#endif
 #ifdef DETACHED
 #define MAP_ARGS \
-  IN(depth), IN(camera), IN(normal), IN(albedo), IN(material), IN(e_normal), IN(e_albedo), IN(e_material)
+  IN(depth), IN(camera), IN(normal), IN(albedo), IN(material), IN(e_normal), IN(e_albedo), IN(e_material) GUIDE_ARG
 #define EVALUATED (Maps){AT(e_normal, n), AT(e_albedo, n), AT(e_material, n)}
 #else
-#define MAP_ARGS IN(depth), IN(camera), IN(normal), IN(albedo), IN(material)
+#define MAP_ARGS IN(depth), IN(camera), IN(normal), IN(albedo), IN(material) GUIDE_ARG
 #define EVALUATED DRAWING
 #endif
 #define DRAWING (Maps){AT(normal, n), AT(albedo, n), AT(material, n)}
 
 // The ray of the work-item: that of picture n, `pixel` of its plane.
-#define SAMPLE_OF_RAY                                                                                             \
-  const int plane = w * h;                                                                                        \
-  const int n = (first_pixel + p) / plane;                                                                        \
-  const Sample sample = sample_of(AT(depth, n), camera_at(AT(camera, n)), DRAWING, EVALUATED, w, plane,           \
-                                  first_pixel + p - n * plane, (uint)(first_pixel + p), (uint)(first_sample + s), \
+#define SAMPLE_OF_RAY                                                                                                \
+  const int plane = w * h;                                                                                           \
+  const int n = (first_pixel + p) / plane;                                                                           \
+  const Sample sample = sample_of(AT(depth, n), camera_at(AT(camera, n)), DRAWING, EVALUATED, GUIDE_ROW, w, plane,   \
+                                  first_pixel + p - n * plane, (uint)(first_pixel + p), (uint)(first_sample + s),    \
                                   seed);
 
 static inline void store3(real3 v, global real *to, ulong step) { to[0] = v.x, to[step] = v.y, to[2 * step] = v.z; }

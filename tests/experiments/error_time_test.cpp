@@ -134,19 +134,20 @@ double number(const Table& table, std::size_t row, std::size_t column) {
 TEST(ErrorTimeStudy, AnUnbiasedEstimatorsErrorFallsAsOneOverItsSamples) {
   const ScratchFolder folder{"clerestory-error-time"};
   const Config config = error_time_config(
-      folder.path(), {"data.spp=16", "pictures.samplers=[vndf_caps, vndf_bounded]", "pictures.spp=[1, 4, 16, 64, 256]",
+      folder.path(), {"data.spp=16", "pictures.samplers=[vndf_caps, guided]", "pictures.spp=[1, 4, 16, 64, 256]",
                       "pictures.truth_spp=8192", "gradients.draws=[]", "learned.switches=[]", "study.seeds=6"});
   const std::filesystem::path run = run_study(config, {"clerestory", "run"});
   const RunTables tables = study_tables(run);
   const Table &head = tables.at("error_time"), &rows = tables.at("pictures");
   ASSERT_EQ(head.rows.size(), 4u) << "two samplers with two points";
   ASSERT_EQ(rows.rows.size(), 4u * 5u);
-  const std::vector<std::string> names{"vndf_caps, sobol", "vndf_bounded, sobol", "vndf_caps, independent",
-                                       "vndf_bounded, independent"};
+  const std::vector<std::string> names{"vndf_caps, sobol", "guided, sobol", "vndf_caps, independent",
+                                       "guided, independent"};
   for (std::size_t e = 0; e < names.size(); ++e) {
     EXPECT_EQ(std::get<std::string>(head.rows[e][2]), names[e]);
     EXPECT_LT(std::abs(number(head, e, 7)), 4) << names[e] << ": z of the bias";
     EXPECT_GT(number(head, e, 8), 1e-3) << names[e] << ": p of the sum";
+    EXPECT_EQ(std::get<std::string>(head.rows[e][9]), "unbiased") << names[e];
     const auto& slope = std::get<Measure>(head.rows[e][5]);
     if (names[e].ends_with("independent")) {
       // Its standard error over six seeds, known itself to a third: 4 of them.
@@ -174,7 +175,8 @@ TEST(ErrorTimeStudy, GradientsOfTwoDrawsAreUnbiasedAndThoseOfOneAreNot) {
   const ScratchFolder folder{"clerestory-error-time-gradients"};
   const Config config = error_time_config(
       folder.path(), {"data.spp=16", "pictures.samplers=[]", "learned.switches=[]", "gradients.spp=[1, 4, 16]",
-                      "gradients.points=[independent]", "gradients.truth_spp=8192", "study.seeds=16"});
+                      "gradients.points=[independent]", "gradients.truth_spp=8192", "study.seeds=16",
+                      "gradients.samplers=[vndf_caps]", "gradients.batches=1"});
   const RunTables tables = study_tables(run_study(config, {"clerestory", "run"}));
   const Table &head = tables.at("error_time"), &rows = tables.at("gradients");
   ASSERT_EQ(head.rows.size(), 5u * 2u);
@@ -187,8 +189,30 @@ TEST(ErrorTimeStudy, GradientsOfTwoDrawsAreUnbiasedAndThoseOfOneAreNot) {
       EXPECT_GT(p, 1e-3) << what;
     } else if (what == "albedo" || what == "metallic") {
       EXPECT_LT(p, 1e-6) << what;
+      EXPECT_EQ(std::get<std::string>(head.rows[e][9]), "biased") << what;
     }
     EXPECT_LT(number(rows, 3 * e + 2, 3), number(rows, 3 * e, 3)) << what << ", " << who << ": error by samples";
+  }
+}
+
+// Batches state what the spread over seeds is: of all values together, over 24 seeds.
+TEST(ErrorTimeStudy, BatchesStateTheErrorThatGradientsHave) {
+  const ScratchFolder folder{"clerestory-error-time-batches"};
+  const Config config =
+      error_time_config(folder.path(), {"data.spp=16", "pictures.samplers=[]", "learned.switches=[]",
+                                        "gradients.spp=[4, 64]", "gradients.draws=[two]", "gradients.points=[sobol]",
+                                        "gradients.samplers=[guided]", "gradients.truth_spp=4096", "study.seeds=24"});
+  const Table rows = study_tables(run_study(config, {"clerestory", "run"})).at("gradients");
+  ASSERT_EQ(rows.rows.size(), 5u * 2u * 2u);
+  const std::size_t last = rows.columns.size() - 1;
+  EXPECT_EQ(rows.columns[last].name, "stated");
+  for (const auto& row : rows.rows) {
+    const bool states = std::get<std::string>(row[0]).ends_with("8 batches") && std::get<Measure>(row[2]).mean == 64;
+    ASSERT_EQ(std::holds_alternative<Measure>(row[last]), states) << "fewer samples than batches come at once";
+    // Both are estimates of one expectation: half of the square is that of few bright pixels.
+    if (states) {
+      EXPECT_NEAR(std::get<Measure>(row[last]).mean, 1, 0.35) << std::get<std::string>(row[1]);
+    }
   }
 }
 
@@ -196,7 +220,8 @@ TEST(ErrorTimeStudy, LearnedLightHasARowForEachSwitch) {
   const ScratchFolder folder{"clerestory-error-time-learned"};
   const Config config =
       error_time_config(folder.path(), {"data.spp=16", "pictures.samplers=[]", "gradients.draws=[]", "study.seeds=2",
-                                        "learned.spp=[4, 16]", "learned.truth_spp=256"});
+                                        "learned.spp=[4, 16]", "learned.truth_spp=256",
+                                        "learned.switches=[default, shared, dda, independent, vndf_hemisphere]"});
   const RunTables tables = study_tables(run_study(config, {"clerestory", "run"}));
   const Table& rows = tables.at("learned");
   ASSERT_EQ(rows.rows.size(), 5u * 2u);

@@ -5,6 +5,7 @@
 #include "host/graph/map_chunks.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/light/surface_points.hpp"
+#include "host/ops/shade/light_guide.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/slice.hpp"
 
@@ -72,6 +73,8 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   } else {
     graph.left_out("screen-space rays: the light does not ask where they end");
   }
+  const std::size_t lamps_at = outer.size();
+  if (spec.lamps) outer.push_back(spec.lamps);
   const std::size_t light_at = outer.size();
   outer.insert(outer.end(), light_inputs.begin(), light_inputs.end());
 
@@ -79,8 +82,9 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   const auto body = [=](Graph& g, std::span<const Value> in) -> std::vector<ChunkOutput> {
     const Surfaces surfaces{in[2], in[3], in[4]};
     const Surfaces from = detached ? Surfaces{in[sampling_at], in[sampling_at + 1], in[sampling_at + 2]} : surfaces;
+    const Value guide = spec.lamps ? light_guide(in[0], in[1], from, in[lamps_at], domain.chunk_pixels) : Value{};
     const BrdfSamples samples =
-        sample_brdf(in[0], in[1], from, surfaces, domain.chunk_pixels, domain.chunk_samples, spec.sampling);
+        sample_brdf(in[0], in[1], from, surfaces, domain.chunk_pixels, domain.chunk_samples, spec.sampling, guide);
     Traced traced;
     if (spec.trace) {
       const std::span<const Value> t = in.subspan(traced_at);
@@ -133,6 +137,7 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
   };
   const Shape picture = feed("depth").shape;
   const ChunkDomain domain = domain_of(spec, picture);
+  if (spec.lamps) throw Error(ErrorKind::Failed, "lamps of another graph", "render_with_host_light");
   if (sample_chunks(domain) > 1)
     throw usage_error("more samples than one chunk holds", "spp", std::to_string(spec.spp),
                       fmt::format("at most {}", spec.chunk_rays));

@@ -18,6 +18,7 @@ struct RenderSpec {
   bool trace = true;   // false: no ray is traced (a light that does not ask where rays end); u is 0
   int chunk_rays = 1 << 18;
   bool statistics = true;  // false: neither standard error nor uncertainty, and then one sample is enough
+  Value lamps{};  // of light_guide(), {n or 1, 5, 1, K}: some directions are drawn towards them; none: no guide
 };
 
 /// What is shaded. depth {n, 1, h, w}: axial metres, 0 = none.

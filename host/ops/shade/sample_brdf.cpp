@@ -11,27 +11,30 @@
 namespace clerestory {
 namespace {
 
-constexpr std::array kSamplers{"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"};
+constexpr std::array kSamplers{"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf",
+                               "cosine",    "uniform",         "grid8x16",     "ndf_roughness"};
 constexpr int kGridDirections = 128;
 
 constexpr auto kFile = "shade/sample_brdf.cl";
 
 /// What both kernels are built with, and how many inputs are maps: depth, camera, normal, albedo, material of sampling,
-/// and those of evaluation when they differ.
+/// and those of evaluation when they differ. The guide, if there is one, comes behind them.
 struct Drawing {
   SamplingOptions options;
-  bool detached;
+  bool detached, guided;
 
   std::size_t maps() const { return detached ? 8 : 5; }
+  std::size_t inputs() const { return maps() + guided; }
   Defines defines() const {
     Defines defines{{"SAMPLER", std::to_string(static_cast<int>(options.sampler))}};
     if (options.points == Points::Sobol && options.sampler != Sampler::Grid8x16) defines["SOBOL"] = "1";
     if (options.brdf == BrdfModel::Li2020) defines["LI2020"] = "1";
     if (options.lobes) defines["LOBES"] = "1";
     if (detached) defines["DETACHED"] = "1";
+    if (guided) defines["GUIDED"] = "1";
     return defines;
   }
-  /// Runs `kernel` with the maps, then all other tensors of the launch, the tile and the seed.
+  /// Runs `kernel` with its inputs and outputs, the tile and the seed.
   void run(Launch& l, const char* kernel, const Shape& rays) const {
     const Shape& s = l.in(0).shape;
     const RayTile t = ray_tile(l, rays, s.n * s.plane());
@@ -42,19 +45,19 @@ struct Drawing {
   }
 };
 
-// Inputs: maps, gradients of the weight and, with lobes, of its specular share and their density.
+// Inputs: maps, the guide, gradients of the weight and, with lobes, of its specular share and their density.
 struct SampleBrdfAdjointOp : NotDifferentiable {
   Drawing drawing;
   explicit SampleBrdfAdjointOp(const Drawing& d) : drawing(d) {}
   std::string name() const override { return "sample_brdf_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    const Shape& rays = in[drawing.maps()].shape();
+    const Shape& rays = in[drawing.inputs()].shape();
     return {{{1, 8, rays.h, rays.w}, Type::Real}};
   }
   void launch(Launch& l) const override { drawing.run(l, "sample_brdf_adjoint", l.out().shape); }
 };
 
-// Inputs: maps. Outputs: direction, weight, pdf, status and, with lobes, their specular share and density.
+// Inputs: maps, the guide. Outputs: direction, weight, pdf, status and, with lobes, their specular share and density.
 struct SampleBrdfOp : Op {
   int pixels, samples;
   Drawing drawing;
@@ -78,6 +81,7 @@ struct SampleBrdfOp : Op {
     if (samples % 16 != 0 || samples < 16 || pixels < 1)
       throw Error(ErrorKind::Failed, "samples come in sixteens", "sample_brdf",
                   fmt::format("{} x {}", pixels, samples));
+    if (drawing.guided) check_guide(in.back());
     if (drawing.options.sampler == Sampler::Grid8x16 && samples > kGridDirections)
       throw usage_error("the grid has a fixed number of directions", "spp", std::to_string(samples), "128");
     const Signature one{{1, 1, pixels, samples}}, three{{1, 3, pixels, samples}};
@@ -88,9 +92,9 @@ struct SampleBrdfOp : Op {
 
   Slope slope(int input, int output) const override {
     const int evaluation = static_cast<int>(drawing.maps()) - 3;  // the first of the maps that weights are functions of
-    const bool weighs = (output == 1 || output >= 4) && input >= evaluation;
+    const bool weighs = (output == 1 || output >= 4) && input >= evaluation && input < evaluation + 3;
     if (input == 1 || (weighs && drawing.options.brdf == BrdfModel::Li2020)) return Slope::None;
-    // Depth only says where a surface is; maps of sampling choose.
+    // Depth only says where a surface is; maps of sampling and the guide choose.
     return weighs ? Slope::Adjoint : Slope::Detached;
   }
 
@@ -119,6 +123,15 @@ struct SampleBrdfOp : Op {
 
   void launch(Launch& l) const override { drawing.run(l, "sample_brdf", l.out().shape); }
 
+  void check_guide(const Value& guide) const {
+    const Shape& rows = guide.shape();
+    if (rows.n != pixels || rows.c <= kGuideHead || (rows.c - kGuideHead) % kGuideLobe != 0 || rows.plane() != 1)
+      throw Error(ErrorKind::Failed, "not a guide for these pixels", "sample_brdf", rows.text(),
+                  fmt::format("{}x({} + {} k)x1x1", pixels, kGuideHead, kGuideLobe));
+    if (drawing.options.sampler == Sampler::Grid8x16)
+      throw Error(ErrorKind::Failed, "the directions of the grid are fixed: no guide joins them", "sample_brdf");
+  }
+
   Cost cost(const Node& node) const override {
     const double rays = static_cast<double>(node.outputs[2].shape.count());
     return {rays * 250, rays * 7 * 4};
@@ -130,8 +143,7 @@ struct SampleBrdfOp : Op {
 Sampler sampler_of(const std::string& name) {
   for (std::size_t i = 0; i < kSamplers.size(); ++i)
     if (name == kSamplers[i]) return static_cast<Sampler>(i);
-  throw usage_error("no such sampler", "sampler", name,
-                    "vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16");
+  throw usage_error("no such sampler", "sampler", name, fmt::format("{}", fmt::join(kSamplers, " | ")));
 }
 
 Points points_of(const std::string& name) {
@@ -147,12 +159,14 @@ BrdfModel brdf_model_of(const std::string& name) {
 }
 
 BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, const Surfaces& evaluation, int pixels,
-                        int samples, const SamplingOptions& options) {
+                        int samples, const SamplingOptions& options, Value guide) {
   std::vector<Value> inputs{depth, camera, sampling.normal, sampling.albedo, sampling.material};
   const bool detached = !(evaluation.normal == sampling.normal && evaluation.albedo == sampling.albedo &&
                           evaluation.material == sampling.material);
   if (detached) inputs.insert(inputs.end(), {evaluation.normal, evaluation.albedo, evaluation.material});
-  const Value first = depth.graph().make<SampleBrdfOp>(inputs, pixels, samples, Drawing{options, detached});
+  if (guide) inputs.push_back(guide);
+  const Drawing drawing{options, detached, static_cast<bool>(guide)};
+  const Value first = depth.graph().make<SampleBrdfOp>(inputs, pixels, samples, drawing);
   const auto output = [&](int k) { return first.node->value(k); };
   return {first, output(1), output(2), output(3), options.lobes ? Lobes{output(4), output(5)} : Lobes{}};
 }

@@ -9,11 +9,13 @@ namespace clerestory {
 
 /// The mixtures draw the specular lobe by visible normals (three ways) or all normals, and the cosine lobe at least one
 /// time in ten; Cosine and Uniform are single lobes; Grid8x16 is the fixed grid of Li et al. 2020: 128 samples.
-enum class Sampler { VndfCaps, VndfHemisphere, VndfBounded, Ndf, Cosine, Uniform, Grid8x16 };
+/// NdfRoughness is a mixture like Ndf whose normals are, half of them, those for which the lobe changes with roughness
+/// (after Belhe et al. 2024): for gradients.
+enum class Sampler { VndfCaps, VndfHemisphere, VndfBounded, Ndf, Cosine, Uniform, Grid8x16, NdfRoughness };
 enum class Points { Independent, Sobol };
 enum class BrdfModel { Ggx, Li2020 };
 
-Sampler sampler_of(const std::string& name);       // vndf_caps | ... | uniform | grid8x16; throws usage_error
+Sampler sampler_of(const std::string& name);       // vndf_caps | ... | ndf_roughness; throws usage_error
 Points points_of(const std::string& name);         // independent | sobol; throws usage_error
 BrdfModel brdf_model_of(const std::string& name);  // ggx | li2020; throws usage_error
 
@@ -42,7 +44,12 @@ struct BrdfSamples {
 /// and are detached; `weight` and `lobes` are functions of the `evaluation` maps (by default the same), to which their
 /// gradients go as those of f cos over a fixed pdf. The adjoint draws each ray again, from the seed.
 /// depth {n, 1, h, w} (0 = no surface), camera {n, 4, 1, 1}. Random numbers: (run seed, pixel, sample).
+/// `guide`: rows of light_guide() for these pixels, or none. With one, some directions are drawn towards lamps and the
+/// others by the sampler, and pdf is that of both together. Not for Grid8x16.
 BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, const Surfaces& evaluation, int pixels,
-                        int samples, const SamplingOptions& options = {});
+                        int samples, const SamplingOptions& options = {}, Value guide = {});
+
+/// A guide's row (kernels/lib/guide.clh): numbers before its lobes, and of each of them.
+constexpr int kGuideHead = 2, kGuideLobe = 6;
 
 }  // namespace clerestory

@@ -45,6 +45,16 @@ Tensors wall_before_lamps(double roughness) {
   return t;
 }
 
+/// The lamps as those who draw directions towards them know them.
+Tensor known_lamps() {
+  Tensor known(Shape{1, 5, 1, kLamps});
+  for (int k = 0; k < kLamps; ++k) {
+    for (int c = 0; c < 4; ++c) known.at(0, c, 0, k) = kPlaces[c][k];
+    known.at(0, 4, 0, k) = kColors[1][k];
+  }
+  return known;
+}
+
 /// What lamp k gives along wi to a lobe of this density (1/sr; 0: to a Lambertian part).
 double lamp_seen(const Vec3& point, const Vec3& wi, int k, double density) {
   const Vec3 to = Vec3(kPlaces[0][k], kPlaces[1][k], kPlaces[2][k]) - point;
@@ -94,13 +104,17 @@ TEST(LampsPicture, IsTheSameWhoeverDraws) {
       truth.push_back(reflected_light(s, kCamera.unproject(x + 0.5, y + 0.5, 2), -kCamera.direction(x + 0.5, y + 0.5)));
       all += truth.back().x + truth.back().y + truth.back().z;
     }
-    for (const char* name : {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform"})
+    for (const char* name : {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "guided"})
       for (const Points points : {Points::Independent, Points::Sobol}) {
         Graph graph;
         Values v;
         for (const auto& [input, tensor] : t) v[input] = graph.input(input, tensor.shape);
         RenderSpec spec{.spp = 4096};
-        spec.sampling.sampler = sampler_of(name), spec.sampling.points = points, spec.sampling.lobes = true;
+        spec.sampling.points = points, spec.sampling.lobes = true;
+        if (std::string(name) == "guided")
+          spec.lamps = graph.constant(known_lamps());
+        else
+          spec.sampling.sampler = sampler_of(name);
         const auto light = [](Graph& g, const RayBatch& rays, std::span<const Value> in) {
           const Value dark = g.fill(rays.direction.shape(), 0);
           const Value points_of_rows = take_pixels(in[2], rays.direction.shape().h);

@@ -17,7 +17,10 @@ namespace {
 
 // The adjoint replays each chunk from the seed: against differences at equal seeds, with chunks of pixels and of
 // samples, under a light that is traced; what draws the samples stays.
-TEST(RenderGradient, IsThatOfTheEstimateAtEqualSeeds) {
+class EqualSeeds : public testing::TestWithParam<bool> {};
+
+TEST_P(EqualSeeds, GiveTheGradientOfTheEstimate) {
+  const bool guided = GetParam();
   const int w = 6, h = 4;
   Tensors t = wall(w, h, 0.4, 0.3);
   t["depth"].at(0, 0, 1, 1) = 0;
@@ -30,6 +33,7 @@ TEST(RenderGradient, IsThatOfTheEstimateAtEqualSeeds) {
     for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
     RenderSpec spec;
     spec.spp = 32, spec.chunk_rays = chunk_rays;
+    if (guided) spec.lamps = graph.constant(lamp_of_wall());
     const Value radiance = render(graph, spec, {v["depth"], {v["albedo"], v["normal"], v["material"]}}, v["camera"],
                                   v["range"], std::vector{v["image"], v["ambient"]}, image_answers, {},
                                   {v["s_albedo"], v["s_normal"], v["s_material"]})
@@ -79,6 +83,9 @@ TEST(RenderGradient, IsThatOfTheEstimateAtEqualSeeds) {
     gradients_of_chunks = stated;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(RenderGradient, EqualSeeds, testing::Bool(),
+                         [](const auto& guided) { return guided.param ? "guided" : "by_surfaces"; });
 
 /// One way to move what the picture depends on: a channel of an input, or all of them.
 struct Move {

@@ -33,7 +33,10 @@ struct Layer {
   Rendered rendered;
   std::unique_ptr<Executor> executor;
 
-  Layer(const Tensors& t, const RenderSpec& spec, const std::string& light, bool other_sampling = false) {
+  Layer(const Tensors& t, RenderSpec spec, const std::string& light, bool other_sampling = false, bool guided = false) {
+    if (guided)  // above the wall's left half, before its right one
+      spec.lamps =
+          graph.constant(Tensor({1, 5, 1, 2}, std::vector<double>{-0.4, 0.5, 0.8, 0, -1, -1, 0.2, 0.5, 20, 1}));
     const auto in = [&](const std::string& name) { return graph.input(name, t.at(name).shape); };
     const SurfaceMaps maps{in("depth"), {in("albedo"), in("normal"), in("material")}};
     const Value camera = in("camera"), range = in("range"), ambient = in("ambient"), image = in("image");
@@ -72,11 +75,13 @@ TEST(Render, ConstantLightGivesTheDirectionalAlbedo) {
         const Vec3 n{t["normal"].at(0, 0, y, x), t["normal"].at(0, 1, y, x), t["normal"].at(0, 2, y, x)};
         truth.push_back(s.directional_albedo(frame_around(n).to_local(view), 400, 64));
       }
-    for (const char* name : {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "detached"}) {
-      const bool detached = std::string(name) == "detached";
+    for (const char* name :
+         {"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "detached", "guided"}) {
+      const bool detached = std::string(name) == "detached", guided = std::string(name) == "guided";
       RenderSpec spec{.spp = 1024, .trace = false};
-      spec.sampling = {.sampler = detached ? Sampler::VndfCaps : sampler_of(name), .points = Points::Independent};
-      const Picture p = Layer(t, spec, "constant", detached).run(4);
+      spec.sampling = {.sampler = detached || guided ? Sampler::VndfCaps : sampler_of(name),
+                       .points = Points::Independent};
+      const Picture p = Layer(t, spec, "constant", detached, guided).run(4);
       // All pixels together: a pixel's own error is small by luck where none of its few directions below the surface
       // fell.
       double difference = 0, variance = 0;

@@ -30,6 +30,9 @@ inline Tensors wall(int w, int h, double roughness, double metallic, int n = 1) 
   return t;
 }
 
+/// A lamp for directions to be drawn towards: {1, 5, 1, 1} of light_guide().
+inline Tensor lamp_of_wall() { return Tensor({1, 5, 1, 1}, std::vector<double>{0.3, 0, -1.6, 0.2, 20}); }
+
 /// Its inputs: image, ambient.
 inline Value image_answers(Graph&, const RayBatch& rays, std::span<const Value> in) {
   return image_light(in[0], in[1], rays.hits.pixel);
