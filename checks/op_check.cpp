@@ -391,7 +391,8 @@ bool walks_rows(const std::string& stem) {
 
 /// True when a kernel of the case multiplies in a register tile, on a CPU.
 bool multiplies_in_tiles(const OpCase& c) {
-  static const std::set<std::string> kernels{"conv_cpu", "conv_weights_cpu", "ask_mlp", "ask_field", "ray_mlp"};
+  static const std::set<std::string> kernels{"conv_cpu", "conv_weights_outer", "conv_weights_dot",
+                                             "ask_mlp",  "ask_field",          "ray_mlp"};
   return std::ranges::any_of(c.kernels, [&](const std::string& kernel) { return kernels.count(kernel) > 0; });
 }
 

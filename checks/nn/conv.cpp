@@ -21,7 +21,7 @@ struct Named {
 
 const std::vector<Named>& all_kernels() {
   static const std::vector<Named> all{
-      {"cpu", ConvKernels::Cpu, {"conv_pack_weights", "conv_cpu"}, {"conv_weights_cpu", "conv_bias_gradient"}},
+      {"cpu", ConvKernels::Cpu, {"conv_pack_weights", "conv_cpu"}, {"conv_bias_gradient"}},
       {"gpu", ConvKernels::Gpu, {"conv_pack_weights", "conv_gpu"}, {"conv_weights_gpu", "conv_bias_gradient"}},
       {"clblast", ConvKernels::Clblast, {"conv_fill_bias"}, {"conv_bias_gradient"}}};
   return all;
@@ -93,10 +93,17 @@ OpCase forward_case(const Sizes& s, const Named& k) {
   return c;
 }
 
+// The two forms of backward weights on a CPU: dot products where eight outputs or fewer would not fill vectors.
+std::vector<std::string> backward_kernels(const Sizes& s, const Named& k) {
+  std::vector<std::string> kernels = k.backward;
+  if (k.kernels == ConvKernels::Cpu) kernels.push_back(s.w.n > 8 ? "conv_weights_outer" : "conv_weights_dot");
+  return kernels;
+}
+
 OpCase backward_case(const Sizes& s, const Named& k) {
   OpCase c;
   c.stem = "conv", c.label = s.label + "_gradients_" + k.name;
-  c.kernels = k.backward;
+  c.kernels = backward_kernels(s, k);
   c.inputs = inputs(s);
   c.inputs["dy"] = integers(s.y(), 4);
   c.build = [=](Graph&, const Values& v) {
@@ -157,9 +164,12 @@ OP_CASES(conv) {
   for (const Named& k : all_kernels()) {
     const bool library = k.kernels == ConvKernels::Clblast;
     std::vector<std::string> launched = library ? std::vector<std::string>{"im2col"} : k.forward;
-    launched.insert(launched.end(), k.backward.begin(), k.backward.end());
-    for (const Sizes& s : {bottleneck, growth, reduction})
-      if (!library || s.label != "reduction") cases.push_back(normalised_case(s, k, s.label != "growth", launched));
+    for (const Sizes& s : {bottleneck, growth, reduction}) {
+      if (library && s.label == "reduction") continue;
+      std::vector<std::string> both = launched;
+      for (const std::string& kernel : backward_kernels(s, k)) both.push_back(kernel);
+      cases.push_back(normalised_case(s, k, s.label != "growth", both));
+    }
   }
   for (const Named& k : all_kernels())
     for (const Sizes& s : grid()) {
@@ -176,6 +186,7 @@ OP_CASES(conv) {
   const std::vector<Sizes> tight{{"tight", {2, 30, 9, 11}, {40, 30, 3, 3}, 1, 1, 4096},
                                  {"tight_wide", {1, 3, 5, 300}, {9, 3, 3, 3}, 1, 1, 4096},
                                  {"tight_stride2", {2, 3, 9, 301}, {9, 3, 7, 7}, 2, 3, 4096},
+                                 {"tight_many", {5, 20, 4, 5}, {50, 20, 3, 3}, 1, 1, 4096},
                                  {"tight_deep", {3, 60, 6, 5}, {17, 60, 3, 3}, 1, 1, 4096},
                                  {"tight_pointwise", {1, 300, 20, 30}, {20, 300, 1, 1}, 1, 0, 4096}};
   for (const Sizes& s : tight) {

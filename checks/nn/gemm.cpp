@@ -70,7 +70,9 @@ OP_CASES(gemm) {
   std::vector<OpCase> cases;
   for (const Product& p : products) {
     const bool partials = p.bias || p.label == "long_inner";
-    std::vector<std::string> cpu{p.transpose_b ? "conv_weights_cpu" : "conv_cpu"},
+    std::vector<std::string> cpu{!p.transpose_b ? "conv_cpu"
+                                 : p.rows > 8   ? "conv_weights_outer"
+                                                : "conv_weights_dot"},
         gpu{p.transpose_b ? "conv_weights_gpu" : "conv_gpu"};
     if (partials) cpu.push_back("conv_sum_partials"), gpu.push_back("conv_sum_partials");
     cases.push_back(product_case(p, "cpu", ConvKernels::Cpu, cpu));

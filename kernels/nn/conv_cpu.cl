@@ -3,7 +3,9 @@
 //   forward, backward data:  target[n,m,p] = bias[m] + sum_k weights[m,k] * panel[k, p]
 //   backward weights:        gradient[m,k] = sum_n,p target[n,m,p] * panel[k, p]
 //
-// where panel[k, p] is the padded source under tap k at grid position p (nn/conv_geometry.clh). Work-groups hold one
+// where panel[k, p] is the padded source under tap k at grid position p (nn/conv_geometry.clh). Backward weights are sums
+// of outer products over positions, whose vectors run over outputs; where outputs are too few to fill vectors, they are
+// dot products, whose vectors run over positions. Work-groups hold one
 // work-item, whose vectors are explicit real16, so local memory is private scratch and there are no barriers (after Goto
 // and van de Geijn, "Anatomy of High-Performance Matrix Multiplication", ACM TOMS 34(3), 2008: the band's panel is their
 // packed B, the weights packed by nn/conv_pack.cl their A). All sums run in a fixed order.
@@ -95,42 +97,40 @@ static void tap_offsets(local int *offset, const ConvGeometry g, const ConvBlock
   for (; k < b.channel_block * taps; ++k) offset[k] = offset[k - taps] + b.plane;
 }
 
-// What will be copied next: `pieces` of `length` elements, `pitch` apart, asked for a few cache lines at a time while
+// What will be copied next: `pieces` of `length` elements, `pitch` apart, asked for `lines` cache lines at a time while
 // what was copied before is multiplied. A hint: nothing depends on it.
 typedef struct {
   global const real *at;
-  int pieces, length, done;
+  int pieces, length, done, lines;
   ulong pitch;
 } Ahead;
 
 static inline Ahead ahead_of(global const real *at, int pieces, int length, ulong pitch) {
-  const Ahead a = {at, length > 0 ? pieces : 0, length, 0, pitch};
+  const Ahead a = {at, length > 0 ? pieces : 0, length, 0, 1, pitch};
   return a;
 }
 
-static inline void ask(Ahead *a, int lines) {
-  for (; lines > 0 && a->pieces > 0; --lines) {
+// So many lines with each of `tiles` that none is left.
+static inline void spread(Ahead *a, int tiles) { a->lines = (a->pieces * (a->length / LINE + 1) + tiles - 1) / tiles; }
+
+static inline void ask(Ahead *a) {
+  for (int lines = a->lines; lines > 0 && a->pieces > 0; --lines) {
     ASK_FOR(a->at + a->done);
     a->done += LINE;
     if (a->done >= a->length) a->done = 0, a->at += a->pitch, --a->pieces;
   }
 }
 
-// Cache lines to ask for with each of `tiles`, so that none is left.
-static inline int lines_each(const Ahead *a, int tiles) {
-  return (a->pieces * (a->length / LINE + 1) + tiles - 1) / tiles;
-}
-
 // Weights times `vectors` vectors of the band's panel: sums[outputs][positions] (+)= weights * panel[offset[k]], where
-// weights are panels of [k][8], weights_pitch apart. With every tile some `lines` of what is ahead are asked for. One
+// weights are panels of [k][8], weights_pitch apart. With every tile some lines of what is ahead are asked for. One
 // function for each number of vectors, so that positions need rounding up to one vector only.
 #define PANEL_ROW(k) (panel + offset[k])
 #define DEFINE_MULTIPLY(vectors)                                                                                    \
   static void multiply_##vectors(local real *sums, int pitch, global const real *weights, int weights_pitch,        \
                                  int outputs, local const real *panel, local const int *offset, int depth,          \
-                                 bool first, Ahead *ahead, int lines) {                                             \
+                                 bool first, Ahead *ahead) {                                                        \
     for (int m = 0; m < outputs; m += TILE_ROWS, sums += TILE_ROWS * pitch) {                                       \
-      ask(ahead, lines);                                                                                            \
+      ask(ahead);                                                                                                   \
       global const real *from = weights + (ulong)(m / PANEL) * weights_pitch + m % PANEL;                           \
       vec sum[TILE_ROWS][vectors];                                                                                  \
       if (first) {                                                                                                  \
@@ -146,22 +146,24 @@ DEFINE_MULTIPLY(1)
 DEFINE_MULTIPLY(2)
 DEFINE_MULTIPLY(3)
 
+// Vectors of the next tile, where so many are left: two twos are faster than three and one.
+static inline int vectors_of(int left) { return left == 4 ? 2 : min(left, TILE_VECTORS); }
+
 // The same for all positions, tile by tile: what of the panel is under a tile stays in the first cache while the weights
 // of all outputs stream past it.
 static void multiply_band(local real *sums, int pitch, global const real *weights, int weights_pitch, int outputs,
                           local const real *panel, local const int *offset, int depth, int positions, bool first,
                           Ahead *ahead) {
   int left = (positions + TILE_WIDTH - 1) / TILE_WIDTH;
-  const int tiles = (left + TILE_VECTORS - 1) / TILE_VECTORS * ((outputs + TILE_ROWS - 1) / TILE_ROWS);
-  const int lines = lines_each(ahead, tiles);
+  spread(ahead, (left + TILE_VECTORS - 1) / TILE_VECTORS * ((outputs + TILE_ROWS - 1) / TILE_ROWS));
   while (left > 0) {
-    const int vectors = left == 4 ? 2 : min(left, TILE_VECTORS);  // two twos are faster than three and one
+    const int vectors = vectors_of(left);
     if (vectors == 3)
-      multiply_3(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead, lines);
+      multiply_3(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead);
     else if (vectors == 2)
-      multiply_2(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead, lines);
+      multiply_2(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead);
     else
-      multiply_1(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead, lines);
+      multiply_1(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead);
     left -= vectors, sums += vectors * TILE_WIDTH, panel += vectors * TILE_WIDTH;
   }
 }
@@ -223,6 +225,147 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
     }
 }
 
+// to[column][row] = from[row][column] of 8 x 8: halves, quarters and single elements of every two rows change places.
+#define DEFINE_TRANSPOSE(to_space, from_space)                                                                      \
+  static inline void __attribute__((overloadable))                                                                  \
+  transpose_block(to_space real *to, int to_pitch, from_space const real *from, int from_pitch) {                   \
+    real8 a[8], b[8];                                                                                               \
+    UNROLL for (int r = 0; r < 8; ++r) a[r] = vload8(0, from + (ulong)r * from_pitch);                              \
+    UNROLL for (int r = 0; r < 4; ++r) {                                                                            \
+      b[r] = (real8)(a[r].lo, a[r + 4].lo);                                                                         \
+      b[r + 4] = (real8)(a[r].hi, a[r + 4].hi);                                                                     \
+    }                                                                                                               \
+    UNROLL for (int i = 0; i < 4; ++i) {                                                                            \
+      const int r = i / 2 * 4 + i % 2;                                                                              \
+      a[r] = (real8)(b[r].s01, b[r + 2].s01, b[r].s45, b[r + 2].s45);                                               \
+      a[r + 2] = (real8)(b[r].s23, b[r + 2].s23, b[r].s67, b[r + 2].s67);                                           \
+    }                                                                                                               \
+    UNROLL for (int r = 0; r < 8; r += 2) {                                                                         \
+      const real8 x = a[r], y = a[r + 1];                                                                           \
+      vstore8((real8)(x.s0, y.s0, x.s2, y.s2, x.s4, y.s4, x.s6, y.s6), 0, to + (ulong)r * to_pitch);                \
+      vstore8((real8)(x.s1, y.s1, x.s3, y.s3, x.s5, y.s5, x.s7, y.s7), 0, to + (ulong)(r + 1) * to_pitch);          \
+    }                                                                                                               \
+  }                                                                                                                 \
+  static void __attribute__((overloadable))                                                                         \
+  transpose(to_space real *to, int to_pitch, from_space const real *from, int from_pitch, int rows, int columns) {  \
+    if (rows < 8 || columns < 8) {                                                                                  \
+      for (int r = 0; r < rows; ++r)                                                                                \
+        for (int c = 0; c < columns; ++c) to[(ulong)c * to_pitch + r] = from[(ulong)r * from_pitch + c];            \
+      return;                                                                                                       \
+    }                                                                                                               \
+    for (int i = 0; i < rows; i += 8)                                                                               \
+      for (int j = 0; j < columns; j += 8) {                                                                        \
+        const int r = min(i, rows - 8), c = min(j, columns - 8);                                                    \
+        transpose_block(to + (ulong)c * to_pitch + r, to_pitch, from + (ulong)r * from_pitch + c, from_pitch);      \
+      }                                                                                                             \
+  }
+DEFINE_TRANSPOSE(local, global)
+DEFINE_TRANSPOSE(global, local)
+
+// The bands of a partial sum: one stretch of those of all batch items.
+static int2 bands_of_partial(int partial, const ConvBlocking b) {
+  const long all = (long)b.bands * b.batch;
+  return (int2)((int)(all * partial / b.partials), (int)(all * (partial + 1) / b.partials));
+}
+
+// Positions of a stack: bands panel_pitch apart in the panel, their rows pitch apart.
+typedef struct {
+  int bands, rows, columns;
+  int panel_pitch, pitch;
+} Positions;
+
+// sums[depth][vectors] (+)= over all positions, in order, the panel's rows offset[0..depth) times the target, which lies as
+// [position][vectors]. The rows of sums are rounded up to tiles.
+#define DEFINE_OUTER(vectors)                                                                                        \
+  static void outer_##vectors(local real *sums, int pitch, local const real *target, local const real *panel,        \
+                              local const int *offset, int depth, const Positions p, bool first,                     \
+                              Ahead *next_target, Ahead *next_source) {                                              \
+    for (int k = 0; k < depth; k += TILE_ROWS, sums += TILE_ROWS * pitch) {                                          \
+      ask(next_target), ask(next_source);                                                                            \
+      local const real *row[TILE_ROWS], *from = target;                                                              \
+      vec sum[TILE_ROWS][vectors];                                                                                   \
+      UNROLL for (int r = 0; r < TILE_ROWS; ++r) row[r] = panel + offset[min(k + r, depth - 1)];                     \
+      FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                     \
+      for (int q = 0; q < p.bands; ++q)                                                                              \
+        for (int y = 0; y < p.rows; ++y) {                                                                           \
+          const int begin = q * p.panel_pitch + y * p.pitch;                                                         \
+          for (int f = begin; f < begin + p.columns; ++f, from += vectors * TILE_WIDTH) {                            \
+            vec t[vectors];                                                                                          \
+            UNROLL for (int v = 0; v < vectors; ++v) t[v] = vec_load(v, from);                                       \
+            FOR_TILE(vectors) sum[r][v] = fma((vec)(row[r][f]), t[v], sum[r][v]);                                    \
+          }                                                                                                          \
+        }                                                                                                            \
+      if (!first) {                                                                                                  \
+        FOR_TILE(vectors) sum[r][v] += vec_load(v, sums + r * pitch);                                                \
+      }                                                                                                              \
+      FOR_TILE(vectors) vec_store(sum[r][v], v, sums + r * pitch);                                                   \
+    }                                                                                                                \
+  }
+DEFINE_OUTER(1)
+DEFINE_OUTER(2)
+DEFINE_OUTER(3)
+
+// Group (block of source channels, partial, chunk of outputs). A partial sums its bands, `stack` of them at a time, into
+// gradient[partial][outputs][depth]; conv_sum_partials adds the partials in order. Only bands that are whole items are
+// stacked.
+// Scratch: panel stack*channel_block*plane; rows stack*band_rows*band_columns*48, the target under the widest tile;
+// sums chunk*(channel_block*taps_y*taps_x rounded up to 8); offset channel_block*taps_y*taps_x.
+kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_outer(
+    IN(source), SOURCE_MAP_PARAMS IN(target), OUT(gradient), const ConvGeometry g, const ConvBlocking b,
+    local real *panel, local real *rows, local real *sums, local int *offset) {
+  const int c0 = (int)get_group_id(0) * b.channel_block, m0 = (int)get_group_id(2) * b.chunk;
+  const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
+  const int channels = min(b.channel_block, g.channels - c0), columns = channels * taps;
+  const int outputs = min(b.chunk, g.outputs - m0), vectors = (outputs + TILE_WIDTH - 1) / TILE_WIDTH;
+  const int tiles = (columns + TILE_ROWS - 1) / TILE_ROWS;
+  const int2 own = bands_of_partial(get_group_id(1), b);
+  tap_offsets(offset, g, b);
+  for (int at = own.x; at < own.y; at += b.stack) {
+    const int next = min(at + b.stack, own.y);
+    const int2 start = band_start(at % b.bands, b), next_start = band_start(next % b.bands, b);
+    const Positions p = {next - at, min(b.band_rows, g.grid_h - start.y), min(b.band_columns, g.grid_w - start.x),
+                         b.channel_block * b.plane, b.pitch};
+    for (int i = 0; i < p.bands; ++i)
+      for (int c = 0; c < channels; ++c)
+        pack_plane(panel + i * p.panel_pitch + c * b.plane,
+                   AT(source, (at + i) / b.bands) + (ulong)(c0 + c) * g.source_plane, source_h, SOURCE_MAP(c0 + c),
+                   start, g, b);
+    Ahead next_source = panel_ahead(AT(source, next / b.bands), c0, next < own.y ? c0 + channels : c0, next_start, g, b);
+    spread(&next_source, tiles * ((vectors + TILE_VECTORS - 1) / TILE_VECTORS));
+    // Whole rows of the target are one row of many positions.
+    const int pieces = p.columns == g.target_w ? 1 : p.rows, piece = p.rows * p.columns / pieces;
+    for (int m = 0, left = vectors; left > 0;) {
+      const int count = vectors_of(left), width = count * TILE_WIDTH, present = min(width, outputs - m);
+      local real *to = rows;
+      if (present < width) fill_zeros(rows, p.bands * p.rows * p.columns * width);
+      for (int i = 0; i < p.bands; ++i)
+        for (int y = 0; y < pieces; ++y, to += piece * width)
+          transpose(to, width,
+                    AT(target, (at + i) / b.bands) + (ulong)(m0 + m) * g.target_plane + (start.y + y) * g.target_w +
+                        start.x,
+                    g.target_plane, present, piece);
+      left -= count;
+      const int after = left > 0 ? m + width : 0, item = (left > 0 ? at : next) / b.bands;
+      const int2 from = left > 0 ? start : next_start;
+      Ahead next_target = ahead_of(
+          AT(target, item) + (ulong)(m0 + after) * g.target_plane + from.y * g.target_w + from.x,
+          left > 0 || next < own.y ? min(TILE_VECTORS * TILE_WIDTH, outputs - after) : 0, piece, g.target_plane);
+      spread(&next_target, tiles);
+      if (count == 3)
+        outer_3(sums + m, b.chunk, rows, panel, offset, columns, p, at == own.x, &next_target, &next_source);
+      else if (count == 2)
+        outer_2(sums + m, b.chunk, rows, panel, offset, columns, p, at == own.x, &next_target, &next_source);
+      else
+        outer_1(sums + m, b.chunk, rows, panel, offset, columns, p, at == own.x, &next_target, &next_source);
+      m += width;
+    }
+  }
+  // Eight rows of the gradient at a time, so that whole cache lines of them are written.
+  global real *to = AT(gradient, 0) + ((ulong)get_group_id(1) * g.outputs + m0) * depth + c0 * taps;
+  for (int m = 0; m < outputs; m += 8)
+    transpose(to + (ulong)m * depth, depth, sums + m, b.chunk, columns, min(8, outputs - m));
+}
+
 // The sums of the elements of eight vectors: halves, quarters, pairs and elements are added while vectors are put
 // together, so that every addition has sixteen useful lanes until the last.
 static real8 sums_of(const real16 *v) {
@@ -238,73 +381,44 @@ static real8 sums_of(const real16 *v) {
 #undef PAIRS
 }
 
-// lanes[3][8][16] (+)= products of target rows [8][pitch], of which there are `rows`, and panel rows offset[0..2], of which
-// there are `columns`, over positions [begin, end) of `count` bands that lie target_pitch and panel_pitch apart: each of 16 lanes sums every 16th position, in one order for
-// every tile. A tile takes TILE_ROWS of the rows and TILE_WIDTH of the lanes at a time.
-static void dot_tile(local real *lanes, local const real *target, int pitch, int target_pitch, local const real *panel,
-                     int panel_pitch, local const int *offset, int rows, int columns, int begin, int end, int count,
-                     bool first) {
+// lanes[3][8][16] (+)= products of target rows [8][positions], of which there are `rows`, and panel rows offset[0..2], of
+// which there are `columns`: each of 16 lanes sums every 16th position, in one order for every tile. A tile takes TILE_ROWS
+// of the rows and TILE_WIDTH of the lanes at a time.
+static void dot_tile(local real *lanes, local const real *target, int positions, local const real *panel,
+                     local const int *offset, int rows, int columns, bool first) {
   const int offset0 = offset[0], offset1 = offset[columns > 1 ? 1 : 0], offset2 = offset[columns > 2 ? 2 : 0];
   for (int lane = 0; lane < 16; lane += TILE_WIDTH)
-    for (int m = 0; m < min(rows, PANEL); m += TILE_ROWS) {
+    for (int m = 0; m < rows; m += TILE_ROWS) {
       local real *to = lanes + m * 16 + lane;
+      local const real *from = target + m * positions + lane, *band = panel + lane;
       vec sum[TILE_ROWS][3];
       if (first) {
         FOR_TILE(3) sum[r][v] = (vec)(R(0));
       } else {
         FOR_TILE(3) sum[r][v] = vec_load(0, to + (v * PANEL + r) * 16);
       }
-      for (int q = 0; q < count; ++q) {
-        local const real *from = target + q * target_pitch + m * pitch + lane, *band = panel + q * panel_pitch + lane;
-        for (int f = begin; f < end; f += 16) {
-          const vec row[3] = {vec_load(0, band + offset0 + f), vec_load(0, band + offset1 + f),
-                              vec_load(0, band + offset2 + f)};
-          UNROLL for (int r = 0; r < TILE_ROWS; ++r) {
-            const vec t = vec_load(0, from + r * pitch + f);
-            UNROLL for (int v = 0; v < 3; ++v) sum[r][v] = fma(t, row[v], sum[r][v]);
-          }
+      for (int f = 0; f < positions; f += 16) {
+        const vec row[3] = {vec_load(0, band + offset0 + f), vec_load(0, band + offset1 + f),
+                            vec_load(0, band + offset2 + f)};
+        UNROLL for (int r = 0; r < TILE_ROWS; ++r) {
+          const vec t = vec_load(0, from + r * positions + f);
+          UNROLL for (int v = 0; v < 3; ++v) sum[r][v] = fma(t, row[v], sum[r][v]);
         }
       }
       FOR_TILE(3) vec_store(sum[r][v], 0, to + (v * PANEL + r) * 16);
     }
 }
 
-// to[8 rows of `pitch`][3] (+)= the sums of lanes[3][8][16].
-static void add_lanes(global real *to, int pitch, int rows, int columns, local const real *lanes, bool first) {
+// to[8 rows of `pitch`][3] = the sums of lanes[3][8][16].
+static void add_lanes(global real *to, int pitch, int rows, int columns, local const real *lanes) {
   real sum[3][PANEL];
   UNROLL for (int v = 0; v < 3; ++v) {
     real16 of[PANEL];
     UNROLL for (int r = 0; r < PANEL; ++r) of[r] = vload16(v * PANEL + r, lanes);
     vstore8(sums_of(of), 0, sum[v]);
   }
-  for (int r = 0; r < min(rows, PANEL); ++r, to += pitch)
-    for (int v = 0; v < min(columns, 3); ++v) to[v] = sum[v][r] + (first ? R(0) : to[v]);
-}
-
-// Of `total` things the share of each of the fewest groups of at most `most`, or of one each.
-static inline int even_share(const int total, const int most) {
-  const int groups = (total + max(1, most) - 1) / max(1, most);
-  return (total + groups - 1) / groups;
-}
-
-// to[outputs][columns] (+)= dot products of target and panel rows over all positions of `count` bands, stretch by stretch:
-// so many positions of so many bands that eight rows of the target stay in the first cache. The lanes of all tiles wait
-// for the next stretch in memory, if there is one.
-static void dot_band(global real *to, int pitch, int outputs, int columns, local const real *target, int target_pitch,
-                     local const real *panel, int panel_pitch, local const int *offset, local real *lanes,
-                     const ConvBlocking b, int count, bool first) {
-  const int part = 16 * even_share(b.positions / 16, b.stretch / 16), bands = even_share(count, b.stretch / b.positions);
-  const bool whole = part >= b.positions && bands >= count;
-  for (int m = 0; m < outputs; m += PANEL, to += PANEL * pitch, target += PANEL * b.positions)
-    for (int q = 0; q < count; q += bands)
-      for (int f = 0; f < b.positions; f += part)
-        for (int k = 0; k < columns; k += 3) {
-          local real *own = lanes + (whole ? 0 : k * PANEL * 16);
-          dot_tile(own, target + q * target_pitch, b.positions, target_pitch, panel + q * panel_pitch, panel_pitch,
-                   offset + k, outputs - m, columns - k, f, min(f + part, b.positions), min(bands, count - q), q == 0 && f == 0);
-          if (q + bands >= count && f + part >= b.positions)
-            add_lanes(to + k, pitch, outputs - m, columns - k, own, first);
-        }
+  for (int r = 0; r < rows; ++r, to += pitch)
+    for (int v = 0; v < min(columns, 3); ++v) to[v] = sum[v][r];
 }
 
 // One target channel under the band that starts at grid position `start`, on the panel's positions: zero between rows and
@@ -319,59 +433,28 @@ static void pack_target(local real *to, global const real *target, bool exists, 
   fill_zeros(to + f, b.positions - f);
 }
 
-// Row `row` of n elements of an item among those of a stack that lie end to end in to[0, size): zeros follow the last.
-static void pack_item(local real *to, global const real *row, int n, int item, bool last, int size, bool mapped,
-                      const SourceMap map) {
-  copy_padded(to + item * n, row, 0, n, n, mapped, map);
-  if (last) fill_zeros(to + (item + 1) * n, size - (item + 1) * n);
-}
-
-// Group (block of source channels, partial, share of outputs). Partial s sums the bands s, s + partials, ... of all batch
-// items into gradient[s][outputs][depth], `stack` of them at a time; conv_sum_partials adds the partials in order. Where
-// b.item is not 0 the bands are whole items of one row, and those of a stack lie end to end as one.
-// Scratch: panel strips*channel_block*plane, rows strips*chunk*positions, where strips is 1 or, without b.item, the stack;
-// lanes 3*8*16 or, where a stretch is not all, as many for every three columns; offset channel_block*taps_y*taps_x.
-kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_cpu(IN(source), SOURCE_MAP_PARAMS
-                                                                            IN(target), OUT(gradient),
-                                                                            const ConvGeometry g, const ConvBlocking b,
-                                                                            local real *panel, local real *rows,
-                                                                            local real *lanes, local int *offset) {
-  const int c0 = (int)get_group_id(0) * b.channel_block, s = get_group_id(1);
-  const int begin = (int)get_group_id(2) * b.share, end = min(begin + b.share, g.outputs);
+// Group (block of source channels, partial), of at most PANEL outputs: the same gradient by dot products.
+// Scratch: panel channel_block*plane; rows PANEL*positions, the target; lanes 3*8*16 for every three of
+// channel_block*taps_y*taps_x; offset as many of these.
+kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_dot(
+    IN(source), SOURCE_MAP_PARAMS IN(target), OUT(gradient), const ConvGeometry g, const ConvBlocking b,
+    local real *panel, local real *rows, local real *lanes, local int *offset) {
+  const int c0 = (int)get_group_id(0) * b.channel_block;
   const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
   const int channels = min(b.channel_block, g.channels - c0), columns = channels * taps;
-  const int panel_pitch = b.channel_block * b.plane, rows_pitch = b.chunk * b.positions;
-  global real *to = AT(gradient, 0) + (ulong)s * g.outputs * depth + c0 * taps;
+  const int2 own = bands_of_partial(get_group_id(1), b);
   tap_offsets(offset, g, b);
-  for (int first = s; first < b.bands * b.batch; first += b.partials * b.stack) {
-    const int count = min(b.stack, (b.bands * b.batch - first + b.partials - 1) / b.partials);
-    for (int i = 0; i < count; ++i) {
-      const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
-      for (int c = 0; c < channels; ++c) {
-        global const real *from = AT(source, n) + (ulong)(c0 + c) * g.source_plane;
-        if (b.item > 0)
-          pack_item(panel + c * b.plane, from, b.item, i, i + 1 == count, b.plane, true, SOURCE_MAP(c0 + c));
-        else
-          pack_plane(panel + i * panel_pitch + c * b.plane, from, source_h, SOURCE_MAP(c0 + c), band_start(band, b), g, b);
-      }
-    }
-    for (int m0 = begin; m0 < end; m0 += b.chunk) {
-      const int outputs = min(b.chunk, end - m0);
-      for (int i = 0; i < count; ++i) {
-        const int band = (first + i * b.partials) % b.bands, n = (first + i * b.partials) / b.bands;
-        for (int m = 0; m < (outputs + PANEL - 1) / PANEL * PANEL; ++m) {
-          global const real *from = AT(target, n) + (ulong)(m0 + m) * g.target_plane;
-          local real *row = rows + m * b.positions;
-          if (b.item == 0)
-            pack_target(row + i * rows_pitch, from, m < outputs, band_start(band, b), g, b);
-          else if (m < outputs)
-            pack_item(row, from, b.item, i, i + 1 == count, b.positions, false, SOURCE_MAP_NONE);
-          else if (i == 0)
-            fill_zeros(row, b.positions);
-        }
-      }
-      dot_band(to + (ulong)m0 * depth, depth, outputs, columns, rows, rows_pitch, panel, panel_pitch, offset, lanes, b,
-               b.item > 0 ? 1 : count, first == s);
-    }
+  for (int at = own.x; at < own.y; ++at) {
+    const int n = at / b.bands;
+    const int2 start = band_start(at % b.bands, b);
+    for (int c = 0; c < channels; ++c)
+      pack_plane(panel + c * b.plane, AT(source, n) + (ulong)(c0 + c) * g.source_plane, source_h, SOURCE_MAP(c0 + c),
+                 start, g, b);
+    for (int m = 0; m < PANEL; ++m)
+      pack_target(rows + m * b.positions, AT(target, n) + (ulong)m * g.target_plane, m < g.outputs, start, g, b);
+    for (int k = 0; k < columns; k += 3)
+      dot_tile(lanes + k * PANEL * 16, rows, b.positions, panel, offset + k, g.outputs, columns - k, at == own.x);
   }
+  global real *to = AT(gradient, 0) + (ulong)get_group_id(1) * g.outputs * depth + c0 * taps;
+  for (int k = 0; k < columns; k += 3) add_lanes(to + k, depth, g.outputs, columns - k, lanes + k * PANEL * 16);
 }

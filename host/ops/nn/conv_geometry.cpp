@@ -12,14 +12,17 @@ namespace {
 
 constexpr int position_tile = 16;
 constexpr int most_positions = 512, fewest_positions = 128;  // of a band, aimed at
-constexpr int weights_positions =
-    2048;                          // aimed at by backward weights, whose register tiles are summed at the end of a band
-constexpr int wanted_groups = 16;  // of backward weights, whatever the device: partial sums are part of its result
+// Of backward weights: their part of the target and of the panel stays in the first cache.
+constexpr int outer_positions = 320, dot_positions = 640;
+constexpr int vector_outputs = 16, most_outputs = 3 * vector_outputs;  // of the widest tile
+constexpr int most_sums = 1 << 16;  // of a backward-weights group, so that they stay in the second cache
+constexpr int wanted_groups = 16;   // of backward weights, whatever the device: partial sums are part of its result
 // Of sixteen elements of a panel and of the weights, in multiplications of sixteen positions (measured, memory
 // counted).
 constexpr double copying = 16, reading = 4;
-// Of the lanes of one element of a partial sum, in the same.
-constexpr double adding = 12;
+// Of sixteen elements of the target transposed, and of sixteen elements of a partial sum written and added, in the
+// same.
+constexpr double transposing = 28, adding = 36;
 constexpr int under_a_tile = 128;  // rows of a panel, so that what all outputs read of them stays in the first cache
 
 // Rows of the panel are grid_w - 1 + columns wide, where `columns` are the taps of one residue. The last entries of a
@@ -89,44 +92,67 @@ double time_of(const ConvGeometry& g, const ConvBlocking& b, int batch, int unit
   return ceil_div(groups, units) * (copying * b.plane + reading * outputs + b.positions * outputs);
 }
 
-// Source channels of a backward-weights group at most: few, since its work grows with the outputs too.
-int channels_at_once(const ConvGeometry& g) { return std::max(1, 256 / g.taps()); }
-
-// What the groups of a backward-weights pass share: blocks of source channels, shares of the outputs, partial sums over
-// bands. Every block copies the target's rows for itself, every share the panels, and every partial has its lanes added
-// up. Of all that make the wanted groups the one of the least such work.
-struct WeightsCut {
-  int blocks = 1, shares = 1, partials = 1;
-};
-
-WeightsCut cut_weights(const ConvGeometry& g, const ConvBlocking& b) {
-  const int bands = b.bands * b.batch, panels = ceil_div(g.outputs, conv_tile);
-  const int fewest = ceil_div(g.channels, channels_at_once(g)), most = std::min(most_partials(g), bands);
-  WeightsCut best;
-  double least = 0;
-  for (int partials = 1; partials <= most; partials = partials < most ? std::min(2 * partials, most) : most + 1)
-    for (int shares = 1; shares <= std::min(panels, wanted_groups); shares *= 2) {
-      const int blocks = std::clamp(ceil_div(wanted_groups, partials * shares), fewest, g.channels);
-      const double rows = static_cast<double>(blocks) * g.outputs * b.positions,
-                   planes = static_cast<double>(shares) * g.channels * b.plane;
-      const double idle = std::max(1.0, static_cast<double>(wanted_groups) / (blocks * shares * partials));
-      const double product = static_cast<double>(g.outputs) * g.depth() * b.positions / 16 * bands;
-      const double work =
-          idle * (product + copying / 16 * (rows + planes) * bands + adding * partials * g.outputs * g.depth());
-      if (least == 0 || work < least) least = work, best = {blocks, shares, partials};
-    }
-  return best;
+[[noreturn]] void does_not_fit(std::size_t needed, int positions, std::size_t local_elements) {
+  throw Error(ErrorKind::Device, "convolution does not fit into the device's local memory", "conv",
+              fmt::format("{} elements for one channel of {} positions", needed, positions),
+              fmt::format("at most {}", local_elements));
 }
 
-std::size_t lanes_of(int columns) { return static_cast<std::size_t>(round_up(columns, 3)) * conv_tile * 16; }
+void check_fits(const ConvGeometry& g, const ConvBlocking& b, std::size_t local_elements) {
+  const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.plane + g.taps()) +
+                             static_cast<std::size_t>(b.chunk) * b.positions;
+  if (needed > local_elements) does_not_fit(needed, b.positions, local_elements);
+}
 
-void check_fits(const ConvGeometry& g, const ConvBlocking& b, std::size_t lanes, std::size_t local_elements) {
-  const std::size_t needed = static_cast<std::size_t>(b.channel_block) * (b.strips() * b.plane + g.taps()) +
-                             static_cast<std::size_t>(b.chunk) * b.strips() * b.positions + lanes;
-  if (needed > local_elements)
-    throw Error(ErrorKind::Device, "convolution does not fit into the device's local memory", "conv",
-                fmt::format("{} elements for one channel of {} positions", needed, b.positions),
-                fmt::format("at most {}", local_elements));
+// Outputs too few for vectors of them.
+bool by_dot_products(const ConvGeometry& g) { return g.outputs <= conv_tile; }
+
+std::size_t scratch_of(const ConvGeometry& g, const ConvBlocking& b) {
+  return weights_form(g, b).elements() + static_cast<std::size_t>(b.channel_block) * g.taps();
+}
+
+// Most source channels of a backward-weights group of these bands and outputs, or 1 where not even that fits.
+int fitting_channels(const ConvGeometry& g, ConvBlocking b, std::size_t local_elements) {
+  const auto needed = [&](int channels) {
+    b.channel_block = channels;
+    return scratch_of(g, b);
+  };
+  int least = 1, beyond = g.channels + 1;
+  while (beyond - least > 1) {
+    const int middle = (least + beyond) / 2;
+    const bool fits = needed(middle) <= local_elements && weights_form(g, b).sums <= most_sums;
+    (fits ? least : beyond) = middle;
+  }
+  return least;
+}
+
+// What the groups of a backward-weights pass share: blocks of source channels, chunks of the outputs, partial sums over
+// bands. Every block transposes the target for itself, every chunk copies the panels, and every partial is written and
+// added. Of all that make the wanted groups the one of the least such work.
+ConvBlocking cut_weights(const ConvGeometry& g, const ConvBlocking& bands, std::size_t local_elements) {
+  const int all = bands.bands * bands.batch, vectors = ceil_div(g.outputs, vector_outputs);
+  const int most = std::min(most_partials(g), all);
+  const double positions = static_cast<double>(g.positions()) * bands.batch,
+               halo = static_cast<double>(bands.plane) / (bands.band_rows * bands.band_columns);
+  ConvBlocking best;
+  double least = 0;
+  for (int partials = 1; partials <= most; partials = partials < most ? std::min(2 * partials, most) : most + 1)
+    for (int chunks = 1; chunks <= std::min(vectors, wanted_groups); chunks *= 2) {
+      ConvBlocking b = bands;
+      b.partials = partials, b.stack = std::min(bands.stack, ceil_div(all, partials));
+      b.chunk = ceil_div(vectors, chunks) * vector_outputs;
+      b.channel_block =
+          even_share(g.channels, std::min(fitting_channels(g, b, local_elements),
+                                          ceil_div(g.channels, ceil_div(wanted_groups, partials * chunks))));
+      const int blocks = ceil_div(g.channels, b.channel_block), shares = ceil_div(g.outputs, b.chunk);
+      const double idle = std::max(1.0, static_cast<double>(wanted_groups) / (blocks * shares * partials));
+      const double product = static_cast<double>(shares) * b.chunk * g.depth() * positions;
+      const double work =
+          idle * (product + (transposing * blocks * g.outputs + copying * shares * halo * g.channels) * positions +
+                  adding * partials * g.outputs * g.depth());
+      if (least == 0 || work < least) least = work, best = b;
+    }
+  return best;
 }
 
 }  // namespace
@@ -199,49 +225,35 @@ ConvBlocking block_pass(const ConvGeometry& g, int batch, std::size_t local_elem
       b.channel_block = even_share(g.channels, std::min(fit, std::max(1, under_a_tile / std::max(1, g.taps_y))));
       best = b, least = time;
     }
-    if (least == 0 && wanted <= position_tile) check_fits(g, b, 0, local_elements);
+    if (least == 0 && wanted <= position_tile) check_fits(g, b, local_elements);
   }
-  check_fits(g, best, 0, local_elements);
+  check_fits(g, best, local_elements);
   return best;
 }
 
-int most_partials(const ConvGeometry& g) { return ceil_div(wanted_groups, ceil_div(g.channels, channels_at_once(g))); }
-
-std::size_t lane_elements(const ConvGeometry& g, const ConvBlocking& b) {
-  return lanes_of(b.stretch < b.strips() * b.positions ? b.channel_block * g.taps() : 1);
+int most_partials(const ConvGeometry& g) {
+  const long groups = (static_cast<long>(g.outputs) * g.depth() + most_sums - 1) / most_sums;
+  return static_cast<int>((wanted_groups + groups - 1) / groups);
 }
 
-ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements, int stretch) {
-  const bool one_row = g.grid_h == 1 && g.taps() == 1 && g.source_step == 1;
-  for (int wanted = weights_positions;; wanted /= 2) {
+WeightsForm weights_form(const ConvGeometry& g, const ConvBlocking& b) {
+  const int depth = b.channel_block * g.taps();
+  const std::size_t panel = static_cast<std::size_t>(b.stack) * b.channel_block * b.plane;
+  if (by_dot_products(g))
+    return {"conv_weights_dot", panel, static_cast<std::size_t>(conv_tile) * b.positions,
+            static_cast<std::size_t>(round_up(depth, 3)) * conv_tile * position_tile};
+  return {"conv_weights_outer", panel, static_cast<std::size_t>(b.stack) * b.band_rows * b.band_columns * most_outputs,
+          static_cast<std::size_t>(round_up(depth, conv_tile)) * b.chunk};
+}
+
+ConvBlocking block_weights(const ConvGeometry& g, int batch, std::size_t local_elements) {
+  const bool dot = by_dot_products(g);
+  for (int wanted = dot ? dot_positions : outer_positions;; wanted /= 2) {
     ConvBlocking b = cut_bands(g, batch, wanted, true);
-    const WeightsCut cut = cut_weights(g, b);
-    b.partials = cut.partials, b.stretch = stretch;
-    const int items = ceil_div(b.bands * batch, b.partials);  // of a partial sum
-    if (one_row && b.bands == 1) {
-      // Positions of one item after those of the other: none is padding but behind the last.
-      b.item = g.grid_w, b.stack = std::clamp(wanted / b.item, 1, items);
-      b.positions = round_up(b.stack * b.item, position_tile);
-      b.plane = b.subplane = b.positions + (b.positions % 64 == 0 ? 16 : 0);
-    } else {
-      b.stack = std::clamp(wanted / b.positions, 1, items);
-    }
-    // Half of the scratch for target rows, the rest for the panel and the tiles' lanes.
-    const std::size_t row = static_cast<std::size_t>(b.strips()) * b.positions;
-    const int panels = ceil_div(ceil_div(g.outputs, conv_tile), cut.shares);
-    b.share = panels * conv_tile;
-    b.chunk = even_share(panels, static_cast<int>(local_elements / 2 / (row * conv_tile))) * conv_tile;
-    const bool split = stretch < static_cast<int>(row);
-    const std::size_t lanes = split ? static_cast<std::size_t>(g.taps()) * conv_tile * 16 : 0;
-    const std::size_t channel = static_cast<std::size_t>(b.strips()) * b.plane + g.taps() + lanes,
-                      rows = b.chunk * row + lanes_of(split ? 2 : 1);
-    if (rows + channel <= local_elements)
-      b.channel_block = even_share(
-          g.channels, std::min(static_cast<int>((local_elements - rows) / channel), ceil_div(g.channels, cut.blocks)));
-    if (rows + channel <= local_elements || wanted <= position_tile) {
-      check_fits(g, b, lane_elements(g, b), local_elements);
-      return b;
-    }
+    if (!dot && b.bands == 1) b.stack = std::clamp(wanted / (b.band_rows * b.band_columns), 1, batch);
+    b = cut_weights(g, b, local_elements);
+    if (scratch_of(g, b) <= local_elements) return b;
+    if (wanted <= position_tile) does_not_fit(scratch_of(g, b), b.positions, local_elements);
   }
 }
 

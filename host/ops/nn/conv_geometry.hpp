@@ -28,13 +28,8 @@ struct ConvBlocking {
   int positions = 0;
   int channel_block = 1, chunk = 8;
   int partials = 1, stack = 1, batch = 1;
-  int stretch = 0;
-  int share = 0, item = 0;
-
-  /// Pieces of local memory that a stack takes: items that lie end to end are one.
-  int strips() const { return item > 0 ? 1 : stack; }
 };
-static_assert(sizeof(ConvBlocking) == 64);
+static_assert(sizeof(ConvBlocking) == 52);
 
 /// Outputs per panel of packed weights.
 constexpr int conv_tile = 8;
@@ -70,10 +65,16 @@ std::vector<ConvPass> backward_data_passes(const ConvShape& shape);
 ConvBlocking block_pass(const ConvGeometry& geometry, int batch, std::size_t local_elements, int units);
 /// Partial sums of a backward-weights pass at most: enough to occupy a few cores when the weights are few.
 int most_partials(const ConvGeometry& geometry);
-/// Cuts a backward-weights pass. `stretch`: positions, at most, that its rows are multiplied over at a time, so that
-/// they stay in the first cache.
-ConvBlocking block_weights(const ConvGeometry& geometry, int batch, std::size_t local_elements, int stretch);
-/// Elements of scratch that hold the lanes of its tiles from one stretch to the next.
-std::size_t lane_elements(const ConvGeometry& geometry, const ConvBlocking& blocking);
+/// Cuts a backward-weights pass.
+ConvBlocking block_weights(const ConvGeometry& geometry, int batch, std::size_t local_elements);
+
+/// The form of a backward-weights pass and its scratch, in reals: sums over positions of outer products, whose vectors
+/// run over outputs, or dot products over positions where outputs are too few for that.
+struct WeightsForm {
+  const char* kernel = nullptr;
+  std::size_t panel = 0, rows = 0, sums = 0;
+  std::size_t elements() const { return panel + rows + sums; }
+};
+WeightsForm weights_form(const ConvGeometry& geometry, const ConvBlocking& blocking);
 
 }  // namespace clerestory

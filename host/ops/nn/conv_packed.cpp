@@ -21,9 +21,6 @@ std::size_t scratch(const Launch& l, const ConvSpec& spec) {
   return std::min(wanted, l.device.info().local_memory / 8 * 7 / real_size(l.precision));
 }
 
-// Devices of wide vectors have first caches of 48 KiB, others of 32: eleven rows of a stretch should fit.
-int stretch(const Tile& tile) { return tile.width >= 16 ? 1024 : 640; }
-
 std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }
 
 TensorView part(const TensorView& whole, std::size_t at) {
@@ -91,7 +88,7 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
                         const TensorView& gradient, int row_pitch) {
   const bool gpu = on_gpu(l, spec.kernels);
   ConvBlocking b;
-  if (!gpu) b = block_weights(g, batch, scratch(l, spec), stretch(l.device.tile()));
+  if (!gpu) b = block_weights(g, batch, scratch(l, spec));
   const int partials =
       gpu ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
           : b.partials;
@@ -107,14 +104,13 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
     });
   } else {
     const std::size_t real = real_size(l.precision);
+    const WeightsForm form = weights_form(g, b);
     const Range range{
-        {blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), blocks(g.outputs, b.share)},
+        {blocks(g.channels, b.channel_block), static_cast<std::size_t>(partials), blocks(g.outputs, b.chunk)},
         {1, 1, 1}};
     with_source(norm, [&](const Defines& defines, const auto&... map) {
-      l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", "conv_weights_cpu", range, source, map..., target,
-                 sums, g, b, Arg::local(static_cast<std::size_t>(b.strips()) * b.channel_block * b.plane * real),
-                 Arg::local(static_cast<std::size_t>(b.strips()) * b.chunk * b.positions * real),
-                 Arg::local(lane_elements(g, b) * real),
+      l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", form.kernel, range, source, map..., target, sums, g,
+                 b, Arg::local(form.panel * real), Arg::local(form.rows * real), Arg::local(form.sums * real),
                  Arg::local(static_cast<std::size_t>(b.channel_block) * g.taps() * sizeof(int)));
     });
   }
