@@ -3,13 +3,12 @@
 //   forward, backward data:  target[n,m,p] = bias[m] + sum_k weights[m,k] * panel[k, p]
 //   backward weights:        gradient[m,k] = sum_n,p target[n,m,p] * panel[k, p]
 //
-// where panel[k, p] is the padded source under tap k at grid position p (nn/conv_geometry.clh). Backward weights are sums
-// of outer products over positions, whose vectors run over outputs; where outputs are too few to fill vectors, they are
-// dot products, whose vectors run over positions. Work-groups hold one
-// work-item, whose vectors are explicit real16, so local memory is private scratch and there are no barriers (after Goto
-// and van de Geijn, "Anatomy of High-Performance Matrix Multiplication", ACM TOMS 34(3), 2008: the band's panel is their
-// packed B, the weights packed by nn/conv_pack.cl their A). All sums run in a fixed order.
-// Tensors are NCHW.
+// where panel[k, p] is the padded source under tap k at grid position p (nn/conv_geometry.clh). Backward weights are
+// sums of outer products over positions, whose vectors run over outputs; where outputs are too few to fill vectors,
+// they are dot products, whose vectors run over positions. Work-groups hold one work-item, whose vectors are explicit
+// real16, so local memory is private scratch and there are no barriers (after Goto and van de Geijn, "Anatomy of
+// High-Performance Matrix Multiplication", ACM TOMS 34(3), 2008: the band's panel is their packed B, the weights packed
+// by nn/conv_pack.cl their A). All sums run in a fixed order. Tensors are NCHW.
 #include "lib/tile.clh"
 #include "nn/conv_geometry.clh"
 
@@ -274,8 +273,8 @@ typedef struct {
   int panel_pitch, pitch;
 } Positions;
 
-// sums[depth][vectors] (+)= over all positions, in order, the panel's rows offset[0..depth) times the target, which lies as
-// [position][vectors]. The rows of sums are rounded up to tiles.
+// sums[depth][vectors] (+)= over all positions, in order, the panel's rows offset[0..depth) times the target, which
+// lies as [position][vectors]. The rows of sums are rounded up to tiles.
 #define DEFINE_OUTER(vectors)                                                                                        \
   static void outer_##vectors(local real *sums, int pitch, local const real *target, local const real *panel,        \
                               local const int *offset, int depth, const Positions p, bool first,                     \
@@ -305,9 +304,9 @@ DEFINE_OUTER(1)
 DEFINE_OUTER(2)
 DEFINE_OUTER(3)
 
-// Group (block of source channels, partial, chunk of outputs). A partial sums its bands, `stack` of them at a time, into
-// gradient[partial][outputs][depth]; conv_sum_partials adds the partials in order. Only bands that are whole items are
-// stacked.
+// Group (block of source channels, partial, chunk of outputs). A partial sums its bands, `stack` of them at a time,
+// into gradient[partial][outputs][depth]; conv_sum_partials adds the partials in order. Only bands that are whole items
+// are stacked.
 // Scratch: panel stack*channel_block*plane; rows stack*band_rows*band_columns*48, the target under the widest tile;
 // sums chunk*(channel_block*taps_y*taps_x rounded up to 8); offset channel_block*taps_y*taps_x.
 kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_outer(
@@ -330,7 +329,8 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_outer(
         pack_plane(panel + i * p.panel_pitch + c * b.plane,
                    AT(source, (at + i) / b.bands) + (ulong)(c0 + c) * g.source_plane, source_h, SOURCE_MAP(c0 + c),
                    start, g, b);
-    Ahead next_source = panel_ahead(AT(source, next / b.bands), c0, next < own.y ? c0 + channels : c0, next_start, g, b);
+    Ahead next_source =
+        panel_ahead(AT(source, next / b.bands), c0, next < own.y ? c0 + channels : c0, next_start, g, b);
     spread(&next_source, tiles * ((vectors + TILE_VECTORS - 1) / TILE_VECTORS));
     // Whole rows of the target are one row of many positions.
     const int pieces = p.columns == g.target_w ? 1 : p.rows, piece = p.rows * p.columns / pieces;
@@ -381,9 +381,9 @@ static real8 sums_of(const real16 *v) {
 #undef PAIRS
 }
 
-// lanes[3][8][16] (+)= products of target rows [8][positions], of which there are `rows`, and panel rows offset[0..2], of
-// which there are `columns`: each of 16 lanes sums every 16th position, in one order for every tile. A tile takes TILE_ROWS
-// of the rows and TILE_WIDTH of the lanes at a time.
+// lanes[3][8][16] (+)= products of target rows [8][positions], of which there are `rows`, and panel rows offset[0..2],
+// of which there are `columns`: each of 16 lanes sums every 16th position, in one order for every tile. A tile takes
+// TILE_ROWS of the rows and TILE_WIDTH of the lanes at a time.
 static void dot_tile(local real *lanes, local const real *target, int positions, local const real *panel,
                      local const int *offset, int rows, int columns, bool first) {
   const int offset0 = offset[0], offset1 = offset[columns > 1 ? 1 : 0], offset2 = offset[columns > 2 ? 2 : 0];
