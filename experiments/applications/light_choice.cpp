@@ -7,6 +7,7 @@
 #include "host/error.hpp"
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
+#include "nets/known_lamps.hpp"
 
 namespace clerestory {
 namespace {
@@ -76,6 +77,10 @@ void choose_light(RenderSettings& settings, LightChoice& choice, const std::stri
   } else if (!is_learned_light(light)) {
     choice.why = "for there are no weights of the light in " + text_of(shipped_places(kVariable));
   }
+}
+
+void choose_sampler(RenderSettings& settings) {
+  if (settings.light == "image") settings.sampler = kGuidedSampler;
 }
 
 std::string answerer_text(const RenderSettings& settings) {

@@ -25,6 +25,9 @@ struct LightChoice {
 /// --light-weights names weights, else `light`.
 void choose_light(RenderSettings& settings, LightChoice& choice, const std::string& light, bool asked);
 
+/// The sampler where none was asked for: the photograph as light has its lamps in view, and directions go there too.
+void choose_sampler(RenderSettings& settings);
+
 /// Sets settings.nets and settings.lamps if settings.light is learned, and records and says what answers. `scene` is
 /// the photograph's, before any change. Throws what load_light_nets() throws.
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,

@@ -7,7 +7,6 @@
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
-#include "nets/known_lamps.hpp"
 
 namespace clerestory {
 namespace {
@@ -80,7 +79,7 @@ void add_invert_command(CommandLine& line) {
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
-    if (options->render.light == "image" && !was_given(common, "--sampler")) options->render.sampler = kGuidedSampler;
+    if (!was_given(common, "--sampler")) choose_sampler(options->render);
     if (*every_ray) {
       if (options->render.light != "net")
         throw usage_error("no net answers rays one by one there", "--every-ray", "--light " + options->render.light,
