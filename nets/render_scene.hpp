@@ -11,6 +11,7 @@
 
 #include "host/cl/device.hpp"
 #include "host/graph/op.hpp"
+#include "nets/savings.hpp"
 #include "nets/scene.hpp"
 #include "nets/soft_lamps.hpp"
 
@@ -37,7 +38,10 @@ struct RenderSettings {
   std::string brdf = "ggx";                       // ggx | li2020
   std::uint32_t seed = 0;
   Sharing sharing = Sharing::WhereItPays;
+  std::set<Saving> leave_out = all_savings();  // what this scene does not need
+  Precision precision = Precision::Single;
   int chunk_rays = 0;    // rays at once; 0: as many as the light allows
+  int every_chunk = 1;   // to take times: only every so manieth chunk of rays, and a picture that means nothing
   bool profile = false;  // fill Rendering::kernels
   ChunkListener after_chunk;
 };

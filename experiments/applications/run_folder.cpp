@@ -60,10 +60,10 @@ Image channel(const Image& image, int c) {
 }
 
 void write_run(const fs::path& folder, const Scene& scene, const std::optional<Rerender>& rerender) {
-  write_radiance(folder / "photo.exr", scene.photo);
+  write_exr(folder / "photo.exr", scene.photo, ExrType::Float);  // maps are kept as they were rendered: to be replayed
   write_camera(folder / "camera.json", scene.camera);
   if (!scene.albedo.data.empty()) {
-    write_exr(folder / "albedo.exr", scene.albedo);
+    write_exr(folder / "albedo.exr", scene.albedo, ExrType::Float);
     write_preview(folder / "albedo.png", show_radiance(scene.albedo));
   }
   if (!scene.normal.data.empty()) {
@@ -75,7 +75,7 @@ void write_run(const fs::path& folder, const Scene& scene, const std::optional<R
     write_preview(folder / "depth.png", show_depth(scene.depth));
   }
   if (!scene.material.data.empty()) {
-    write_exr(folder / "material.exr", scene.material);
+    write_exr(folder / "material.exr", scene.material, ExrType::Float);
     write_preview(folder / "roughness.png", show_unit(channel(scene.material, 0)));
     write_preview(folder / "metallic.png", show_unit(channel(scene.material, 1)));
   }
