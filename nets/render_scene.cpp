@@ -148,7 +148,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.answered = counted(executor, rendered.counts);
   result.seconds = seconds;
   result.explanation = executor.explain();
-  result.left_out = graph.what_was_left_out(), result.shared_answers = light.shared_answers;
+  result.shared_answers = light.shared_answers;
   if (counts.first_dropped)
     result.first_dropped =
         fmt::format("pixel {},{}, sample {}, seed {}", counts.first_dropped->pixel % scene.width(),

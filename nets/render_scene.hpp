@@ -60,7 +60,6 @@ struct Rendering {
   std::vector<KernelProfile> kernels;  // seconds by kernel, when asked for
   double seconds = 0;                  // of the run alone, after the plan was made
   std::string explanation;             // of the plan
-  std::vector<std::string> left_out;
 };
 
 Rendering render_scene(Device& device, const Scene& scene, const RenderSettings& settings);

@@ -55,18 +55,19 @@ Saved shared_answers(const RenderSettings& settings, const Rendering& r) {
 
 Saved small_shares(const RenderSettings& settings, const Rendering& r) {
   const double near = rays_answered(r, "in view"), far = rays_answered(r, "out of view");
-  const double nets = r.shared_answers > 0 ? 0 : seconds_of_kernels(r, "light/ask_mlp");
-  const double in_view = nets + seconds_of_kernels(r, "light/direction_grid"),
-               out_of_view = seconds_of_kernels(r, "light/ask_shells") + seconds_of_kernels(r, "light/ask_field");
+  const bool nets_asked = r.shared_answers == 0;  // else a ray that hits nothing looks nothing up
+  const double in_view = nets_asked ? seconds_of_kernels(r, "light/ask_mlp") : 0,
+               out_of_view = seconds_of_kernels(r, "light/ask_shells") + seconds_of_kernels(r, "light/ask_field"),
+               lists = seconds_of_kernels(r, "light/select_rays");
   const auto rest = [&](double seconds, double asked) { return asked > 0 ? seconds * (r.rays / asked - 1) : 0; };
   const LightSizes& sizes = settings.nets->sizes;
   return {Saving::SmallShares,
           fmt::format("in view {:.1f} % of the rays are asked for, out of view {:.1f} %", percent(near, r.rays),
                       percent(far, r.rays)),
           2 * r.rays - near - far,
-          (r.shared_answers > 0 ? 0 : (r.rays - near) * in_view_flops(sizes.in_view)) +
+          (nets_asked ? (r.rays - near) * in_view_flops(sizes.in_view) : 0) +
               (r.rays - far) * out_of_view_flops(sizes.out_of_view),
-          rest(in_view, near) + rest(out_of_view, far)};
+          std::max(rest(in_view, near) + rest(out_of_view, far) - lists, 0.0)};
 }
 
 /// How long the re-render of a part of the rays takes: what is done once, and each chunk of rays.

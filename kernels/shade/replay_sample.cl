@@ -4,7 +4,15 @@
 // Maps, camera and rays as there; direction {1, 3, pixels, samples}. y {1, 21, pixels, samples}: random numbers 4, 0 of
 // the grid, which draws none; frame t, b, n 9 (camera frame); view 3 and light 3 (local frame); alpha; probability of the
 // specular lobe.
-#include "shade/sample_brdf.cl"
+#include "lib/camera.clh"
+#include "lib/chunk.clh"
+#include "lib/ggx.clh"
+#include "lib/li2020.clh"
+#include "lib/rng.clh"
+#include "lib/surface.clh"
+#include "lib/view.clh"
+
+#define SAMPLER_GRID 6
 
 kernel void replay_sample(IN(camera), IN(normal), IN(albedo), IN(material), IN(direction), OUT(y), CHUNK_ARGS,
                           const int w, const int h, const uint seed) {

@@ -60,11 +60,13 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   const std::size_t sampling_at = outer.size();
   if (detached) outer.insert(outer.end(), {drawn_from.albedo, drawn_from.normal, drawn_from.material});
   const std::size_t traced_at = outer.size();
+  std::size_t facing_at = 0;
   if (spec.trace) {
     outer.push_back(range);
     outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth));
     if (blocked)
       outer.insert(outer.end(), {blockers.depth, blockers.normal, surface_points(maps.depth, camera), blockers.skip});
+    facing_at = outer.size();
     if (by_blocks)
       outer.push_back(
           facing_pyramid(blocked ? blockers.depth : maps.depth, blocked ? blockers.normal : maps.surfaces.normal));
@@ -83,7 +85,7 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
     Traced traced;
     if (spec.trace) {
       const std::span<const Value> t = in.subspan(traced_at);
-      traced = {in[0], t[1], t[0], surfaces.normal, {}, by_blocks ? in[light_at - 1] : Value{}};
+      traced = {in[0], t[1], t[0], surfaces.normal, {}, by_blocks ? in[facing_at] : Value{}};
       if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
     }
     const RayBatch rays{samples.direction, samples.lobes, trace(spec, traced, in[1], samples.direction),
