@@ -12,6 +12,7 @@
 #include "host/ops/shade/render.hpp"
 #include "nets/scene_light.hpp"
 #include "nets/scene_maps.hpp"
+#include "nets/scene_traits.hpp"
 
 namespace clerestory {
 
@@ -118,7 +119,8 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   const SceneValues values = scene_values(graph, scene);
   const double rays = static_cast<double>(scene.photo.pixels()) * settings.spp;
   const SceneLight light = scene_light(graph, values, scene, settings, rays);
-  const RenderSpec spec = render_spec(settings, light);
+  RenderSpec spec = render_spec(settings, light);
+  if (normals_off_depth(scene) < kDisagreeing) spec.facing_blocks = false;
   const Rendered rendered =
       render(graph, spec, values.maps, values.camera, values.range,
              inputs_of(light, surface_points(values.maps.depth, values.camera)), builder_of(light));

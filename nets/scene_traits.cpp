@@ -1,8 +1,11 @@
 #include "nets/scene_traits.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
+#include "host/math/statistics.hpp"
 #include "host/stopwatch.hpp"
 #include "nets/scene_light.hpp"
 
@@ -12,13 +15,12 @@ namespace {
 constexpr float kMirror = 0.1f;  // alpha 0.01
 constexpr double kMeasuredRays = 1 << 20;
 constexpr int kMeasuredTwice = 2;
+constexpr int kEvery = 3;  // pixels whose depth and normal are compared
 
-// Seconds of what is left out over those of a kernel that ran in its place, on a photograph of an office and two
-// generated rooms (docs/commands.md).
-constexpr double kCellsByBlocks =
-    0.2;  // of SSRT by blocks: cell by cell takes 0.7 of it more on the office, nothing in rooms
-constexpr double kLobesByDrawing = 0.1;  // of drawing directions
-constexpr double kTracingByDrawing = 4;
+// Seconds of what is left out over those of a kernel of the same run.
+constexpr double kCellsByBlocks = 0.7;    // SSRT, cell by cell more than by blocks: an office with predicted maps
+constexpr double kLobesByDrawing = 0.03;  // drawing directions: rooms at 320x240, as is the next
+constexpr double kTracingByDrawing = 1.4;
 
 bool reads_hits(const RenderSettings& settings) {
   return settings.light == "image" || settings.light == "net" || !settings.lamps.empty();
@@ -92,8 +94,26 @@ Pace pace_of(Device& device, const Scene& scene, RenderSettings settings) {
 
 }  // namespace
 
+double normals_off_depth(const Scene& scene) {
+  std::vector<double> angles;
+  const auto point = [&](int x, int y) {
+    return scene.camera.unproject(x + 0.5, y + 0.5, static_cast<double>(scene.depth.at(0, y, x)));
+  };
+  for (int y = 0; y + 1 < scene.height(); y += kEvery)
+    for (int x = 0; x + 1 < scene.width(); x += kEvery) {
+      if (!(scene.depth.at(0, y, x) > 0 && scene.depth.at(0, y, x + 1) > 0 && scene.depth.at(0, y + 1, x) > 0))
+        continue;
+      const Vec3 here = point(x, y), across = glm::cross(point(x, y + 1) - here, point(x + 1, y) - here);
+      const Vec3 normal{scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)};
+      const double cosine = glm::dot(across, normal) / (glm::length(across) * glm::length(normal));
+      if (std::isfinite(cosine)) angles.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi);
+    }
+  return angles.empty() ? 0 : median(angles);
+}
+
 SceneTraits traits_of(const Scene& scene, const RenderSettings& settings) {
   SceneTraits traits;
+  traits.normals_off = normals_off_depth(scene);
   traits.traces = reads_hits(settings), traits.lamps = settings.lamps.size();
   std::vector<std::size_t> shown;
   for (std::size_t i = 0; i < scene.depth.data.size(); ++i)
@@ -118,9 +138,9 @@ SceneTraits traits_of(const Scene& scene, const RenderSettings& settings) {
 std::string describe(const SceneTraits& t) {
   std::string text = fmt::format(
       "roughness {:.2f} to {:.2f}{}; {:.1f} % of the surfaces are metal, {:.1f} % mirrors, "
-      "{:.1f} % emit; {} lamps out of view",
+      "{:.1f} % emit; {} lamps out of view; normals {:.1f} degrees off the depth",
       t.least_roughness, t.most_roughness, t.constant_maps ? ", one material" : "", 100 * t.metals, 100 * t.mirrors,
-      100 * t.emitters, t.lamps);
+      100 * t.emitters, t.lamps, t.normals_off);
   if (t.surfaces < 1) text += fmt::format("; {:.1f} % of the picture has no depth", 100 * (1 - t.surfaces));
   return text;
 }
@@ -129,9 +149,11 @@ std::vector<Saved> saved_in(const SceneTraits& traits, const RenderSettings& set
   std::vector<Saved> saved;
   const auto in_effect = [&](Saving saving) { return settings.leave_out.contains(saving); };
   const double drawn = seconds_of_kernels(r, "shade/sample_brdf.cl");
-  if (traits.traces && in_effect(Saving::FacingBlocks))
-    saved.push_back({Saving::FacingBlocks, "a block of cells is passed where all of them face away from a ray", 0, 0,
-                     kCellsByBlocks * seconds_of_kernels(r, "light/ssrt.cl")});
+  if (traits.traces && traits.normals_off >= kDisagreeing && in_effect(Saving::FacingBlocks))
+    saved.push_back({Saving::FacingBlocks,
+                     fmt::format("normals are {:.0f} degrees off the depth in median, so that rays meet many of them",
+                                 traits.normals_off),
+                     0, 0, kCellsByBlocks * seconds_of_kernels(r, "light/ssrt.cl")});
   if (r.shared_answers > 0) saved.push_back(shared_answers(settings, r));
   if (!r.answered.empty()) saved.push_back(small_shares(settings, r));
   if (traits.lamps == 0 && in_effect(Saving::Lobes))

@@ -65,6 +65,9 @@ TEST_F(SceneTraitsTest, NamesWhatTheSceneGivesReasonFor) {
   EXPECT_THAT(in_effect(settings), ElementsAre(Saving::Lobes, Saving::Tracing));
   settings.leave_out.clear();
   EXPECT_THAT(in_effect(settings), ElementsAre());
+  scene = corner();  // whose normals are those of its depth: blocks that face away would not pay
+  settings.light = "image", settings.leave_out = all_savings();
+  EXPECT_THAT(in_effect(settings), ElementsAre(Saving::Lobes));
 }
 
 TEST_F(SceneTraitsTest, ReadsMapsAndLight) {
@@ -79,6 +82,8 @@ TEST_F(SceneTraitsTest, ReadsMapsAndLight) {
   EXPECT_DOUBLE_EQ(traits.emitters, 112 / all);
   EXPECT_TRUE(traits.traces) << "lamps ask where rays end";
   EXPECT_EQ(traits.lamps, 3u);
+  EXPECT_GT(traits.normals_off, kDisagreeing);
+  EXPECT_LT(normals_off_depth(corner()), 0.01) << "walls whose normals are those of their depth";
   EXPECT_GT(traits.least_roughness, 0.1);
   EXPECT_LT(traits.most_roughness, 0.9);
   EXPECT_FALSE(traits.constant_maps);
