@@ -12,7 +12,6 @@
 #include "host/ops/shade/render.hpp"
 #include "nets/scene_light.hpp"
 #include "nets/scene_maps.hpp"
-#include "nets/scene_traits.hpp"
 
 namespace clerestory {
 
@@ -73,7 +72,7 @@ RenderSpec render_spec(const RenderSettings& settings) {
     throw usage_error("not a thickness", "--thickness", fmt::format("{}", settings.thickness),
                       "metres, 0 for surfaces without a back");
   spec.ssrt.thickness = settings.thickness;
-  spec.facing_blocks = settings.leave_out.contains(Saving::FacingBlocks), spec.every_chunk = settings.every_chunk;
+  spec.every_chunk = settings.every_chunk;
   if (settings.chunk_rays > 0) spec.chunk_rays = settings.chunk_rays;
   if (spec.spp < 2)
     throw usage_error("a standard error needs two samples", "--spp", fmt::format("{}", spec.spp), "at least 2");
@@ -119,8 +118,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   const SceneValues values = scene_values(graph, scene);
   const double rays = static_cast<double>(scene.photo.pixels()) * settings.spp;
   const SceneLight light = scene_light(graph, values, scene, settings, rays);
-  RenderSpec spec = render_spec(settings, light);
-  if (normals_off_depth(scene) < kDisagreeing) spec.facing_blocks = false;
+  const RenderSpec spec = render_spec(settings, light);
   const Rendered rendered =
       render(graph, spec, values.maps, values.camera, values.range,
              inputs_of(light, surface_points(values.maps.depth, values.camera)), builder_of(light));

@@ -2,7 +2,6 @@
 
 #include "host/graph/plan.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
-#include "host/ops/light/facing_pyramid.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/shade/replay_sample.hpp"
 #include "nets/scene_light.hpp"
@@ -35,7 +34,6 @@ class Replay {
     const std::size_t lit = shared.size();
     shared.insert(shared.end(), {v.maps.depth, v.camera, albedo, normal, material, v.range,
                                  surface_points(v.maps.depth, v.camera), depth_pyramid(v.maps.depth)});
-    if (spec_.facing_blocks) shared.push_back(facing_pyramid(v.maps.depth, normal));
     prepared_.emplace(compile(whole_, shared, device, options), light.states);
     feed_scene(*prepared_, scene);
     light.feed(*prepared_);
@@ -51,8 +49,7 @@ class Replay {
     add("direction", drawn.direction), add("pdf", drawn.pdf), add("weight", drawn.weight);
     SsrtHits hits;
     if (spec_.trace) {
-      hits = ssrt(maps[0], maps[7], maps[1], maps[5], drawn.direction, surfaces.normal, {}, spec_.ssrt,
-                  spec_.facing_blocks ? maps[8] : Value{});
+      hits = ssrt(maps[0], maps[7], maps[1], maps[5], drawn.direction, surfaces.normal, {}, spec_.ssrt);
       add("hit", hits.pixel), add("delta", hits.delta), add("u", hits.u);
     }
     const Value points = points_of_chunk(maps[6], drawn.direction);

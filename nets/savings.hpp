@@ -7,7 +7,7 @@
 
 namespace clerestory {
 
-enum class Saving { FacingBlocks, SharedAnswers, SmallShares, Lobes, Tracing };
+enum class Saving { SharedAnswers, SmallShares, Lobes, Tracing };
 
 /// One line of the table.
 struct SavingKind {
@@ -18,7 +18,6 @@ struct SavingKind {
   bool exact;         // none: the same bits of radiance
 };
 inline constexpr std::array kSavings{
-    SavingKind{Saving::FacingBlocks, "facing blocks", "cells that face away from a ray, one by one", "same bits", true},
     SavingKind{Saving::SharedAnswers, "shared answers", "the in-view MLP once for each ray",
                "root relMSE of the picture 0.001 to 0.004, among mirrors alone 0.04", false},
     SavingKind{Saving::SmallShares, "small shares", "a part of the light where its share of a ray is at most 0.001",

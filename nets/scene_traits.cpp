@@ -18,7 +18,6 @@ constexpr int kMeasuredTwice = 2;
 constexpr int kEvery = 3;  // pixels whose depth and normal are compared
 
 // Seconds of what is left out over those of a kernel of the same run.
-constexpr double kCellsByBlocks = 0.7;    // SSRT, cell by cell more than by blocks: an office with predicted maps
 constexpr double kLobesByDrawing = 0.03;  // drawing directions: rooms at 320x240, as is the next
 constexpr double kTracingByDrawing = 1.4;
 
@@ -149,11 +148,6 @@ std::vector<Saved> saved_in(const SceneTraits& traits, const RenderSettings& set
   std::vector<Saved> saved;
   const auto in_effect = [&](Saving saving) { return settings.leave_out.contains(saving); };
   const double drawn = seconds_of_kernels(r, "shade/sample_brdf.cl");
-  if (traits.traces && traits.normals_off >= kDisagreeing && in_effect(Saving::FacingBlocks))
-    saved.push_back({Saving::FacingBlocks,
-                     fmt::format("normals are {:.0f} degrees off the depth in median, so that rays meet many of them",
-                                 traits.normals_off),
-                     0, 0, kCellsByBlocks * seconds_of_kernels(r, "light/ssrt.cl")});
   if (r.shared_answers > 0) saved.push_back(shared_answers(settings, r));
   if (!r.answered.empty()) saved.push_back(small_shares(settings, r));
   if (traits.lamps == 0 && in_effect(Saving::Lobes))

@@ -26,8 +26,6 @@ SceneTraits traits_of(const Scene& scene, const RenderSettings& settings);
 /// Median angle, degrees, between normals and what the depth of two neighbours says of them: near 0 where both are
 /// measured or true, several degrees where nets predict each by itself. Then rays graze cells that face away.
 double normals_off_depth(const Scene& scene);
-/// From this angle on blocks of cells that face away are passed at once: below it that takes longer than it saves.
-inline constexpr double kDisagreeing = 3;
 /// "roughness 0.21 to 0.83, 3.1 % metal, ..."
 std::string describe(const SceneTraits& traits);
 

@@ -3,7 +3,6 @@
 #include "experiments/applications/objects_light.hpp"
 #include "host/cl/seconds_of.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
-#include "host/ops/light/facing_pyramid.hpp"
 #include "host/ops/light/surface_points.hpp"
 
 namespace clerestory {
@@ -37,8 +36,7 @@ ObjectsLayer::ObjectsLayer(Device& device, const Scene& scene, std::shared_ptr<T
   const Value shows = graph_.input("shows", map1), skip = graph_.input("skip", map1, Type::Int);
   const Value materials = graph_.input("materials", {static_cast<int>(list.size()), 5, 1, 1});
   const ObjectsLightInputs inputs{
-      depth,     depth_pyramid(depth),         normal, v.range, surface_points(v.maps.depth, v.camera), skip, shows,
-      materials, facing_pyramid(depth, normal)};
+      depth, depth_pyramid(depth), normal, v.range, surface_points(v.maps.depth, v.camera), skip, shows, materials};
   const SceneLight light = scene_light(graph_, v, scene, settings);
   RenderSpec spec = render_spec(settings, light);
   spec.trace = false;  // objects_light() does, where it must

@@ -57,8 +57,8 @@ struct Chunked {
     Value radiance;
   };
   OfScene of_scene(Value points, Value skip, Value direction, const Lobes& lobes, int number) const {
-    const SsrtHits seen = ssrt(in.depth, in.pyramid, camera, in.range, direction, in.normal,
-                               {.points = points, .skip = skip}, options, in.facing);
+    const SsrtHits seen =
+        ssrt(in.depth, in.pyramid, camera, in.range, direction, in.normal, {.points = points, .skip = skip}, options);
     const Value starts = number == 1 ? points_of_chunk(points, direction) : points;
     return {seen, light.radiance({starts, direction, lobes, seen, camera}, light_inputs, counts)};
   }
@@ -76,13 +76,12 @@ struct Chunked {
   }
 };
 
-constexpr std::size_t kOwnInputs = 9;
+constexpr std::size_t kOwnInputs = 8;
 
 }  // namespace
 
 std::vector<Value> inputs_of(const ObjectsLightInputs& in, const SceneLight& light) {
-  std::vector<Value> list{in.depth, in.pyramid, in.normal,    in.range, in.points,
-                          in.skip,  in.shows,   in.materials, in.facing};
+  std::vector<Value> list{in.depth, in.pyramid, in.normal, in.range, in.points, in.skip, in.shows, in.materials};
   list.insert(list.end(), light.inputs.begin(), light.inputs.end());
   return list;
 }
@@ -90,7 +89,7 @@ std::vector<Value> inputs_of(const ObjectsLightInputs& in, const SceneLight& lig
 LightBuilder objects_light(std::shared_ptr<TraceObjects> objects, const SceneLight& light,
                            const SsrtOptions& ssrt_options, int bounces) {
   return [=](Graph& inner, const RayBatch& rays, std::span<const Value> v) {
-    const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+    const ObjectsLightInputs in{v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]};
     const Shape one{1, 1, rays.direction.shape().h, rays.direction.shape().w};
     const Value nowhere =
         inner.constant(Tensor::of_int(one, std::vector<int>(static_cast<std::size_t>(one.count()), -1)));

@@ -15,7 +15,6 @@ struct ObjectsLightInputs {
   Value skip;                    // Int {1, 1, h, w}: the pixel that a pixel's rays do not hit, or -1
   Value shows;                   // {1, 1, h, w}: 1 where a pixel shows an object
   Value materials;               // {objects, 5, 1, 1}: albedo, roughness, metallic
-  Value facing;                  // facing_pyramid() of the scene without objects
 };
 std::vector<Value> inputs_of(const ObjectsLightInputs& inputs, const SceneLight& light);
 

@@ -9,9 +9,6 @@
 // A ray walks cell by cell (DDA: the symmetric one of Amanatides and Woo 1987), or over blocks of the pyramid of
 // largest inverse depths, down where it might meet something and up where not (after Uludag 2014, GPU Pro 5 ch. 4).
 // Borders are those of cells either way and k is monotone in s, so both give the same cell to the last bit.
-// With FACING_BLOCKS (light/facing_pyramid.cl) a block that would be met is passed where all of it faces away from the
-// ray: again the same cell. Where normals and depth of a map disagree a little, as those do that nets predict, such
-// blocks are most of what grazing rays meet.
 //
 // On a CPU (GROUP 1) a work-item takes 16 samples of a pixel in lanes, each with its own level and place; else one ray.
 //
@@ -38,9 +35,8 @@ typedef int16 ints;
 #define INTS(v) convert_int16(v)
 #define UINTS(v) as_uint16(v)
 #define LANES_OF(v) convert_real16(v)
-#define GATHER(p, i) GATHER_AS(lanes, p, i)
-#define GATHER_AS(type, p, i)                                                                               \
-  (type)((p)[i.s0], (p)[i.s1], (p)[i.s2], (p)[i.s3], (p)[i.s4], (p)[i.s5], (p)[i.s6], (p)[i.s7], (p)[i.s8], \
+#define GATHER(p, i)                                                                                        \
+  (lanes)((p)[i.s0], (p)[i.s1], (p)[i.s2], (p)[i.s3], (p)[i.s4], (p)[i.s5], (p)[i.s6], (p)[i.s7], (p)[i.s8], \
           (p)[i.s9], (p)[i.sa], (p)[i.sb], (p)[i.sc], (p)[i.sd], (p)[i.se], (p)[i.sf])
 static inline int any_of(const ints c) {
   const int8 a = c.lo | c.hi;
@@ -59,7 +55,6 @@ typedef int ints;
 #define UINTS(v) ((uint)(v))
 #define LANES_OF(v) ((real)(v))
 #define GATHER(p, i) (p)[i]
-#define GATHER_AS(type, p, i) (p)[i]
 static inline int any_of(const ints c) { return c; }
 #endif
 
@@ -74,12 +69,6 @@ static inline int any_of(const ints c) { return c; }
 #define FIRST_LEVEL min(2, levels - 1)
 #define TOP_LEVEL (levels - 1)
 #define STAY(axis, cell) cell_at(axis, leave)
-#endif
-
-#ifdef FACING_BLOCKS
-#define STAYS(meets) 0
-#else
-#define STAYS(meets) meets
 #endif
 
 // The lesser of two, neither NaN.
@@ -128,9 +117,6 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
 #endif
 #ifdef FACING
                  IN(normal),
-#endif
-#ifdef FACING_BLOCKS
-                 IN_INT(facing),
 #endif
                  OUT_INT(hit), OUT(delta), OUT(u), CHUNK_ARGS, const int items, const int w, const int h,
                  const int stride, const int level_rows, const int levels, const real thickness) {
@@ -190,13 +176,6 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
   const lanes k0 = R(1) / am;
   const lanes k_slope = PICK(endless, R(0), R(1) / bm) - k0;
 
-#ifdef FACING_BLOCKS
-  // Of directions whose products might leave the range of numbers nothing is said.
-  const lanes most = fmax(fmax(fabs(dx), fabs(dy)), fabs(dz));
-  const lanes length =
-      PICK(IS(most > R(1e-12)) & IS(most < R(1e12)), sqrt(dx * dx + dy * dy + dz * dz), R(REAL_MAX));
-  ints refused = 0;  // -1 once a cell was met and refused
-#endif
   lanes s = R(0), k_ray = R(1), k_hit = R(1);
   ints i = cell_at(x, s), j = cell_at(y, s);
   ints level = FIRST_LEVEL, found = -1;
@@ -210,15 +189,7 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
     const ints row = level_rows - ((ints)(level_rows) >> level) + (block_j ^ y.flip);
     const ints index = (row * stride + (block_i ^ x.flip)) & active;
     const lanes k_cell = GATHER(cells, index);
-    ints meets = active & IS(least(k_in, k_out) <= k_cell);
-#ifdef FACING_BLOCKS
-    if (any_of(meets & refused & IS(level > 0))) {  // most rays meet none that faces away, and need not ask
-      const ints ball = GATHER_AS(ints, AT(facing, n), (index & meets));
-      const lanes along = LANES_OF((ball << 24) >> 24) * dx + LANES_OF((ball << 16) >> 24) * dy +
-                          LANES_OF((ball << 8) >> 24) * dz;
-      meets &= IS(along <= LANES_OF((ball >> 24) & 255) * length);
-    }
-#endif
+    const ints meets = active & IS(least(k_in, k_out) <= k_cell);
     const ints leaf = meets & IS(level == 0);
     if (any_of(leaf)) {
       const ints cell = (j ^ y.flip) * w + (i ^ x.flip);
@@ -235,18 +206,15 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
       k_ray = PICK(hits, k_in, k_ray);
       k_hit = PICK(hits, k_cell, k_hit);
       active &= ~hits;
-#ifdef FACING_BLOCKS
-      refused |= leaf & ~hits & IS(cell != skipped);
-#endif
     }
-    // Down into a block that may be met; else on to the cell beyond it, one level up. Not from a cell that was met and
-    // refused, unless blocks tell: behind a surface that faces away the next is likely to be refused as well.
+    // Down into a block that may be met; else on to the cell beyond it, one level up, but not from a cell that was
+    // met and refused: behind a surface that faces away the next is likely to be refused as well.
     const ints down = meets & IS(level > 0);
     const ints on = active & ~down;
     i = PICK_INT(on, PICK_INT(IS(sx <= leave), exit_i, STAY(x, i)), i);
     j = PICK_INT(on, PICK_INT(IS(sy <= leave), exit_j, STAY(y, j)), j);
     s = PICK(on, leave, s);
-    level = PICK_INT(on, min(level + 1 + STAYS(meets), TOP_LEVEL), level + down);
+    level = PICK_INT(on, min(level + 1 + meets, TOP_LEVEL), level + down);
     active &= IS(s < R(1)) & IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
   }
 #ifdef WINDOW

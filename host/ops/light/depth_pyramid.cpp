@@ -7,6 +7,8 @@ namespace {
 
 constexpr int kMostLevels = 8;  // a block of 128 pixels: larger ones are seldom free
 
+int halved(int size, int level) { return (size + (1 << level) - 1) >> level; }
+
 struct DepthPyramidOp : NotDifferentiable {
   std::string name() const override { return "depth_pyramid"; }
 
@@ -20,11 +22,15 @@ struct DepthPyramidOp : NotDifferentiable {
   void launch(Launch& l) const override {
     const Shape& s = l.in(0).shape;
     const PyramidLayout layout = pyramid_layout(s.w, s.h);
-    l.run("light/depth_pyramid.cl", "pyramid_base", pyramid_range(layout.stride, layout.level_rows, s.n), l.in(0),
-          l.out(), s.w, s.h, layout.stride, layout.level_rows);
+    const auto range = [&](int w, int h) {
+      return Range{{static_cast<std::size_t>(w), static_cast<std::size_t>(h), static_cast<std::size_t>(s.n)},
+                   {16, 1, 1}};
+    };
+    l.run("light/depth_pyramid.cl", "pyramid_base", range(layout.stride, layout.level_rows), l.in(0), l.out(), s.w, s.h,
+          layout.stride, layout.level_rows);
     for (int level = 1; level < layout.levels; ++level) {
       const int w = halved(s.w, level), h = halved(s.h, level);
-      l.run("light/depth_pyramid.cl", "pyramid_level", pyramid_range(w, h, s.n), l.out(), layout.row(level - 1),
+      l.run("light/depth_pyramid.cl", "pyramid_level", range(w, h), l.out(), layout.row(level - 1),
             halved(s.w, level - 1), halved(s.h, level - 1), layout.row(level), w, h, layout.stride);
     }
   }
@@ -43,10 +49,6 @@ PyramidLayout pyramid_layout(int w, int h) {
   while (layout.levels < kMostLevels && (1 << layout.levels) <= padded && (1 << (layout.levels - 1)) < std::max(w, h))
     ++layout.levels;
   return layout;
-}
-
-Range pyramid_range(int w, int h, int n) {
-  return {{static_cast<std::size_t>(w), static_cast<std::size_t>(h), static_cast<std::size_t>(n)}, {16, 1, 1}};
 }
 
 Value depth_pyramid(Value depth) { return depth.graph().make<DepthPyramidOp>({depth}); }

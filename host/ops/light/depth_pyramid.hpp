@@ -11,10 +11,6 @@ struct PyramidLayout {
   int row(int level) const { return level_rows - (level_rows >> level); }
 };
 PyramidLayout pyramid_layout(int w, int h);
-/// Cells of `size` pixels in level `level`.
-inline int halved(int size, int level) { return (size + (1 << level) - 1) >> level; }
-/// Of a kernel over w x h cells of `n` pyramids.
-Range pyramid_range(int w, int h, int n);
 
 /// depth {n, 1, h, w}, axial, metres, 0 (or infinity, or NaN) = none -> {n, 1, level_rows, stride}. No gradient.
 Value depth_pyramid(Value depth);

@@ -19,14 +19,13 @@ void expect(const Value& value, const Shape& shape, const char* what) {
                 shape.text());
 }
 
-// Inputs: pyramid, camera, range, directions, [points, skip], [normal, [blocks that face away]].
+// Inputs: pyramid, camera, range, directions, [points, skip], [normal].
 struct SsrtOp : NotDifferentiable {
   Shape depth;
   SsrtOptions options;
   Origins origins;
-  bool facing, blocks;
-  SsrtOp(Shape d, const SsrtOptions& o, Origins from, bool f, bool b)
-      : depth(d), options(o), origins(from), facing(f), blocks(b) {}
+  bool facing;
+  SsrtOp(Shape d, const SsrtOptions& o, Origins from, bool f) : depth(d), options(o), origins(from), facing(f) {}
 
   std::string name() const override { return "ssrt"; }
 
@@ -40,7 +39,7 @@ struct SsrtOp : NotDifferentiable {
   /// Normals only choose which cells may be hit.
   Slope slope(int input, int) const override {
     const int normal = origins == Origins::Surface ? 4 : 6;
-    return facing && input >= normal ? Slope::Detached : Slope::None;
+    return facing && input == normal ? Slope::Detached : Slope::None;
   }
 
   void launch(Launch& l) const override {
@@ -51,18 +50,21 @@ struct SsrtOp : NotDifferentiable {
     if (origins == Origins::Map) defines["ORIGIN_MAP"] = "1";
     if (origins == Origins::Rays) defines["ORIGIN_RAYS"] = "1";
     if (facing) defines["FACING"] = "1";
-    if (blocks) defines["FACING_BLOCKS"] = "1";
-    march(l, defines, {l.inputs.begin() + 4, l.inputs.end()});
+    if (origins == Origins::Surface && !facing) return march(l, defines);
+    if (origins == Origins::Surface) return march(l, defines, l.in(4));
+    if (!facing) return march(l, defines, l.in(4), l.in(5));
+    march(l, defines, l.in(4), l.in(5), l.in(6));
   }
 
-  void march(Launch& l, const Defines& defines, const std::vector<TensorView>& more) const {
+  template <class... More>
+  void march(Launch& l, const Defines& defines, const More&... more) const {
     // Rays of a list with origins of their own may be more than the picture has pixels.
     const RayTile t = ray_tile(l, l.in(3).shape, origins == Origins::Rays ? 0x7fffffff : depth.n * depth.plane());
     const PyramidLayout layout = pyramid_layout(depth.w, depth.h);
     const int group = row_group(l.device), lanes = group == 1 ? 16 : 1;
     const long packets = static_cast<long>(t.pixels) * ((t.samples + lanes - 1) / lanes);
     l.run_with(defines, "light/ssrt.cl", "ssrt", Range::of(size(packets), size(group)), l.in(0), l.in(1), l.in(2),
-               l.in(3), more, l.out(0), l.out(1), l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples,
+               l.in(3), more..., l.out(0), l.out(1), l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples,
                t.pixel_capacity, t.sample_capacity, depth.n, depth.w, depth.h, layout.stride, layout.level_rows,
                layout.levels, Launch::Real{options.thickness});
   }
@@ -91,7 +93,7 @@ DeltaDepth delta_depth_of(const std::string& name) {
 const char* name_of(DeltaDepth delta) { return delta == DeltaDepth::Linear ? "linear" : "window"; }
 
 SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value directions, Value normal,
-              const RayOrigins& origins, const SsrtOptions& options, Value facing) {
+              const RayOrigins& origins, const SsrtOptions& options) {
   const Shape& d = depth.shape();
   const PyramidLayout layout = pyramid_layout(d.w, d.h);
   expect(depth, {d.n, 1, d.h, d.w}, "depth");
@@ -99,9 +101,6 @@ SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value direc
   expect(camera, {d.n, 4, 1, 1}, "the camera");
   expect(range, {d.n, 3, 1, 1}, "the range of depths");
   if (normal) expect(normal, {d.n, 3, d.h, d.w}, "the normal map");
-  if (facing && (!normal || !(facing.shape() == pyramid.shape()) || facing.type() != Type::Int))
-    throw Error(ErrorKind::Failed, "blocks that face away go with normals", "ssrt", facing.shape().text(),
-                pyramid.shape().text());
   if (static_cast<bool>(origins.points) != static_cast<bool>(origins.skip))
     throw Error(ErrorKind::Failed, "points and pixels to skip come together", "ssrt");
   if (!(options.thickness >= 0)) throw Error(ErrorKind::Failed, "a negative thickness", "ssrt");
@@ -119,9 +118,7 @@ SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value direc
     inputs.push_back(origins.skip);
   }
   if (normal) inputs.push_back(normal);
-  if (facing) inputs.push_back(facing);
-  const Value first =
-      depth.graph().make<SsrtOp>(inputs, d, options, from, static_cast<bool>(normal), static_cast<bool>(facing));
+  const Value first = depth.graph().make<SsrtOp>(inputs, d, options, from, static_cast<bool>(normal));
   return {first, first.node->value(1), first.node->value(2)};
 }
 

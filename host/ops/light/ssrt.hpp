@@ -35,11 +35,10 @@ struct SsrtHits {
 
 /// `depth` {n, 1, h, w}, metres, 0 = none; `pyramid` = depth_pyramid(depth); `camera` {n, 4, 1, 1} and `range`
 /// {n, 3, 1, 1} by camera_tensor() and depth_range(); `directions` {1, 3, pixels, samples} in the camera frame, any
-/// length; `normal` {n, 3, h, w}, or no value: then cells that face away from the ray are hit too. `facing` =
-/// facing_pyramid(depth, normal), or no value: with it whole blocks that face away are passed, to the same hits.
+/// length; `normal` {n, 3, h, w}, or no value: then cells that face away from the ray are hit too.
 /// Contract: architecture, "SSRT"; no gradient: cells are discrete, and directions detached.
 SsrtHits ssrt(Value depth, Value pyramid, Value camera, Value range, Value directions, Value normal = {},
-              const RayOrigins& origins = {}, const SsrtOptions& options = {}, Value facing = {});
+              const RayOrigins& origins = {}, const SsrtOptions& options = {});
 
 /// fx, fy, cx, cy of each picture, {n, 4, 1, 1}.
 Tensor camera_tensor(std::span<const Camera> cameras);

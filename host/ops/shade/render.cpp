@@ -5,7 +5,6 @@
 #include "host/graph/map_chunks.hpp"
 #include "host/graph/plan.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
-#include "host/ops/light/facing_pyramid.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/slice.hpp"
@@ -36,13 +35,11 @@ int sample_chunks(const ChunkDomain& d) { return (d.samples + d.chunk_samples - 
 struct Traced {
   Value depth, pyramid, range, normal;
   RayOrigins origins;
-  Value facing;
 };
 
 SsrtHits trace(const RenderSpec& spec, const Traced& t, Value camera, Value direction) {
   if (!spec.trace) return {};
-  return ssrt(t.depth, t.pyramid, camera, t.range, direction, spec.facing ? t.normal : Value{}, t.origins, spec.ssrt,
-              t.facing);
+  return ssrt(t.depth, t.pyramid, camera, t.range, direction, spec.facing ? t.normal : Value{}, t.origins, spec.ssrt);
 }
 
 }  // namespace
@@ -53,23 +50,17 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
   const ChunkDomain domain = domain_of(spec, maps.depth.shape());
   const Surfaces drawn_from = sampling.normal ? sampling : maps.surfaces;
   const bool detached = static_cast<bool>(sampling.normal), blocked = static_cast<bool>(blockers.depth);
-  const bool by_blocks = spec.trace && spec.facing && spec.facing_blocks;
 
   // Outer values in one list; the inner ones come in the same order.
   std::vector<Value> outer{maps.depth, camera, maps.surfaces.albedo, maps.surfaces.normal, maps.surfaces.material};
   const std::size_t sampling_at = outer.size();
   if (detached) outer.insert(outer.end(), {drawn_from.albedo, drawn_from.normal, drawn_from.material});
   const std::size_t traced_at = outer.size();
-  std::size_t facing_at = 0;
   if (spec.trace) {
     outer.push_back(range);
     outer.push_back(depth_pyramid(blocked ? blockers.depth : maps.depth));
     if (blocked)
       outer.insert(outer.end(), {blockers.depth, blockers.normal, surface_points(maps.depth, camera), blockers.skip});
-    facing_at = outer.size();
-    if (by_blocks)
-      outer.push_back(
-          facing_pyramid(blocked ? blockers.depth : maps.depth, blocked ? blockers.normal : maps.surfaces.normal));
   } else {
     graph.left_out("screen-space rays: the light does not ask where they end");
   }
@@ -85,7 +76,7 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
     Traced traced;
     if (spec.trace) {
       const std::span<const Value> t = in.subspan(traced_at);
-      traced = {in[0], t[1], t[0], surfaces.normal, {}, by_blocks ? in[facing_at] : Value{}};
+      traced = {in[0], t[1], t[0], surfaces.normal, {}};
       if (blocked) traced.depth = t[2], traced.normal = t[3], traced.origins = {t[4], t[5]};
     }
     const RayBatch rays{samples.direction, samples.lobes, trace(spec, traced, in[1], samples.direction),
@@ -159,7 +150,7 @@ HostRendered render_with_host_light(Device device, const RenderSpec& spec, const
       sample_brdf(maps.depth, camera, maps.surfaces, maps.surfaces, rays.h, rays.w, spec.sampling);
   Traced traced;
   if (spec.trace)
-    traced = {maps.depth, first.input("pyramid", whole_pyramid.shape()), map("range"), maps.surfaces.normal, {}, {}};
+    traced = {maps.depth, first.input("pyramid", whole_pyramid.shape()), map("range"), maps.surfaces.normal, {}};
   const SsrtHits hits = trace(spec, traced, camera, samples.direction);
   std::vector<Value> made{samples.direction, samples.weight, samples.pdf, samples.status};
   if (spec.trace) made.insert(made.end(), {hits.u, hits.pixel});

@@ -14,9 +14,8 @@ struct RenderSpec {
   int spp = 64;  // at least 2 with statistics; 128 for Sampler::Grid8x16
   SamplingOptions sampling{};
   SsrtOptions ssrt{};
-  bool facing = true;         // a cell that faces away from a ray is not hit by it
-  bool facing_blocks = true;  // and blocks of such cells are passed at once, to the same hits
-  bool trace = true;          // false: no ray is traced (a light that does not ask where rays end); u is 0
+  bool facing = true;  // a cell that faces away from a ray is not hit by it
+  bool trace = true;   // false: no ray is traced (a light that does not ask where rays end); u is 0
   int chunk_rays = 1 << 18;
   int every_chunk = 1;     // ChunkDomain::every
   bool statistics = true;  // false: neither standard error nor uncertainty, and then one sample is enough

@@ -11,7 +11,6 @@
 #include "checks/light/ssrt_scenes.hpp"
 #include "checks/op_case.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
-#include "host/ops/light/facing_pyramid.hpp"
 #include "tests/ops/test_device.hpp"
 #include "tests/roundings.hpp"
 
@@ -25,7 +24,7 @@ struct Rays {
 };
 
 std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions& options, bool facing,
-                        Precision precision, bool blocks = true) {
+                        Precision precision) {
   Graph g;
   const Value depth = g.input("depth", scene.depth.shape);
   RayOrigins origins;
@@ -39,10 +38,9 @@ std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions&
   }
   Value normal;
   if (facing) normal = g.input("normal", scene.normal.shape), feeds["normal"] = scene.normal;
-  const SsrtHits hits =
-      ssrt(depth, depth_pyramid(depth), g.input("camera", {scene.depth.shape.n, 4, 1, 1}),
-           g.input("range", {scene.depth.shape.n, 3, 1, 1}), g.input("directions", rays.directions.shape), normal,
-           origins, options, facing && blocks ? facing_pyramid(depth, normal) : Value{});
+  const SsrtHits hits = ssrt(depth, depth_pyramid(depth), g.input("camera", {scene.depth.shape.n, 4, 1, 1}),
+                             g.input("range", {scene.depth.shape.n, 3, 1, 1}),
+                             g.input("directions", rays.directions.shape), normal, origins, options);
   return evaluate(g, {hits.pixel, hits.delta, hits.u}, test_device(precision), feeds, {.precision = precision});
 }
 
@@ -256,36 +254,6 @@ TEST(Ssrt, SolversAgreeToTheLastBit) {
         EXPECT_EQ(a[0].integer, b[0].integer);
         EXPECT_EQ(a[1].real, b[1].real);
         EXPECT_EQ(a[2].real, b[2].real);
-      }
-}
-
-// What faces away is passed block by block or cell by cell: the same hits to the last bit, whatever normals and
-// directions are.
-TEST(Ssrt, BlocksThatFaceAwayChangeNoBit) {
-  Scene scene = scene_of(1, 150, 270, 41);
-  Rays rays{directions(150 * 270, 42), {}, {}};
-  std::mt19937_64 random(43);
-  std::normal_distribution<double> normal;
-  for (int y = 0; y < 150; ++y)  // surfaces that are smooth, as rooms' are, in halves of the picture, and grains
-    for (int x = 0; x < 270; ++x) {
-      const Vec3 smooth = x < 135 ? Vec3(0.6, 0.1, 0.8) : Vec3(-0.3, 0.9, 0.2);
-      for (int c = 0; c < 3; ++c)
-        scene.normal.at(0, c, y, x) = static_cast<float>(smooth[c] + (y < 75 ? 0.05 : 0.5) * normal(random));
-    }
-  const double odd[]{0, NAN, INFINITY, 1e-30, 1e30};
-  for (int k = 0; k < 400; ++k) scene.normal.real[random() % scene.normal.real.size()] = odd[k % 5];
-  const double scales[]{1e-30, 1e-12, 1e12, 1e30};
-  for (int p = 0; p < rays.directions.shape.h; p += 7)
-    for (int c = 0; c < 3; ++c) rays.directions.at(0, c, p, 10) *= scales[p % 4];
-  for (const SsrtSolver solver : {SsrtSolver::Dda, SsrtSolver::Hierarchical})
-    for (const Precision precision : {Precision::Single, Precision::Double})
-      for (const double thickness : {0.0, 0.3}) {
-        const SsrtOptions options{.solver = solver, .thickness = thickness};
-        const auto cells = run(scene, rays, options, true, precision, false),
-                   blocks = run(scene, rays, options, true, precision, true);
-        EXPECT_EQ(cells[0].integer, blocks[0].integer);
-        EXPECT_EQ(cells[1].real, blocks[1].real);
-        EXPECT_EQ(cells[2].real, blocks[2].real);
       }
 }
 
