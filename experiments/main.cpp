@@ -10,6 +10,7 @@
 #include "experiments/commands/insert.hpp"
 #include "experiments/commands/invert.hpp"
 #include "experiments/commands/light.hpp"
+#include "experiments/commands/replay.hpp"
 #include "experiments/commands/report.hpp"
 #include "experiments/commands/results.hpp"
 #include "experiments/commands/run.hpp"
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
   clerestory::add_train_command(line);
   clerestory::add_evaluate_command(line);
   clerestory::add_weights_commands(line);
+  clerestory::add_replay_command(line);
   clerestory::add_report_command(line);
   clerestory::add_bench_command(line);
   clerestory::add_run_command(line);

@@ -1,5 +1,6 @@
 #include "nets/learned_light.hpp"
 
+#include "host/graph/states_in.hpp"
 #include "host/io/resize.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/light/ask_field.hpp"
@@ -92,6 +93,7 @@ Value far_light(const LightField& field, Value points, Value direction, Value ra
 bool shares_answers(const Scene& scene, const RenderSettings& settings, double rays) {
   if (settings.light != "net" || !settings.nets) return false;
   if (settings.sharing != Sharing::WhereItPays) return settings.sharing == Sharing::Always;
+  if (!settings.leave_out.contains(Saving::SharedAnswers)) return false;
   const Size size = net_size(scene.width(), scene.height(), settings.nets->longer_side);
   return rays > kRaysWorthAnAnswer * size.width * size.height * kGridSide * kGridSide;
 }
@@ -130,12 +132,14 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
   light.inputs = values.list();
   light.traces = in_view;
   if (values.near.grid) light.shared_answers = static_cast<double>(values.near.grid.shape().plane());
-  light.states = nets.states;
-  light.radiance = [values, sizes, in_view, exposure](const AskedRays& rays, std::span<const Value> in,
-                                                      RayCounts* counts) {
+  light.states = in_precision(nets.states, settings.precision);
+  const bool lists = settings.leave_out.contains(Saving::SmallShares);
+  light.radiance = [values, sizes, in_view, exposure, lists](const AskedRays& rays, std::span<const Value> in,
+                                                             RayCounts* counts) {
     const LearnedValues here = values.inside(in);
     const Value direction = rays.direction;
     const auto listed = [&](const char* name, LightPart part) {
+      if (!lists) return RayList{};
       const RayList list = select_rays(rays.hits.u, rays.hits.pixel, direction, part, kLeastShare);
       if (counts) counts->emplace_back(name, list.count);
       return list;

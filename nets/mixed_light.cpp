@@ -8,6 +8,18 @@ LightSizes light_sizes(const std::string& preset) {
   return {in_view_size(preset), out_of_view_size(preset), DeltaDepth::Linear};
 }
 
+double in_view_flops(const InViewSize& s) {
+  const double reading = s.again > 0 ? 2 : 1, width = s.width;
+  return 2 * width * (reading * 2 * s.frequencies + (s.layers - 1) * width + 3);
+}
+
+double out_of_view_flops(const OutOfViewSize& s) {
+  if (s.form == OutOfViewForm::Shells) return 0;
+  double in = 3 + 6 * s.octaves, products = 0;
+  for (const int out : s.hidden) products += in * out, in = out;
+  return 2 * s.march.segments * (products + 4 * in);
+}
+
 std::vector<LitPicture> lit_pictures(Graph& graph, const LightInputs& p, const LightSizes& sizes, bool training) {
   const std::vector<LightPixels> pixels =
       light_pixels_of_batch({graph, training, "local"}, p.image, p.surfaces, sizes.in_view);

@@ -15,6 +15,10 @@ struct LightSizes {
 /// "paper" or "compact"; throws usage_error otherwise.
 LightSizes light_sizes(const std::string& preset);
 
+/// Floating-point operations of the products that one ray takes of each part.
+double in_view_flops(const InViewSize& size);
+double out_of_view_flops(const OutOfViewSize& size);  // 0 for shells, which look light up
+
 /// One picture, with what its nets say once.
 struct LitPicture {
   Value image;

@@ -38,7 +38,9 @@ std::array<double, 3> ambient_of(const Image& photo, const float* emits) {
 
 RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light) {
   RenderSpec spec = render_spec(settings);
-  spec.trace = light.traces, spec.sampling.lobes = light.lamps, spec.lamps = light.lamps_known;
+  spec.trace = light.traces || !settings.leave_out.contains(Saving::Tracing);
+  spec.sampling.lobes = light.lamps || !settings.leave_out.contains(Saving::Lobes);
+  spec.lamps = light.lamps_known;
   if (settings.chunk_rays == 0) spec.chunk_rays = light.chunk_rays;
   return spec;
 }
@@ -72,6 +74,7 @@ RenderSpec render_spec(const RenderSettings& settings) {
     throw usage_error("not a thickness", "--thickness", fmt::format("{}", settings.thickness),
                       "metres, 0 for surfaces without a back");
   spec.ssrt.thickness = settings.thickness;
+  spec.every_chunk = settings.every_chunk;
   if (settings.chunk_rays > 0) spec.chunk_rays = settings.chunk_rays;
   if (spec.spp < 2)
     throw usage_error("a standard error needs two samples", "--spp", fmt::format("{}", spec.spp), "at least 2");
@@ -125,7 +128,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   std::vector<Value> outputs{rendered.radiance, rendered.standard_error, rendered.uncertainty, rendered.status,
                              rendered.tally};
   for (const auto& [name, count] : rendered.counts) outputs.push_back(count);
-  Executor executor(compile(graph, outputs, device), light.states);
+  Executor executor(compile(graph, outputs, device, {.precision = settings.precision}), light.states);
   feed_scene(executor, scene);
   light.feed(executor);
   executor.after_chunk(settings.after_chunk);
@@ -147,7 +150,7 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.answered = counted(executor, rendered.counts);
   result.seconds = seconds;
   result.explanation = executor.explain();
-  result.left_out = graph.what_was_left_out(), result.shared_answers = light.shared_answers;
+  result.shared_answers = light.shared_answers;
   if (counts.first_dropped)
     result.first_dropped =
         fmt::format("pixel {},{}, sample {}, seed {}", counts.first_dropped->pixel % scene.width(),

@@ -11,6 +11,7 @@
 
 #include "host/cl/device.hpp"
 #include "host/graph/op.hpp"
+#include "nets/savings.hpp"
 #include "nets/scene.hpp"
 #include "nets/soft_lamps.hpp"
 
@@ -39,7 +40,10 @@ struct RenderSettings {
   std::string brdf = "ggx";                       // ggx | li2020
   std::uint32_t seed = 0;
   Sharing sharing = Sharing::WhereItPays;
+  std::set<Saving> leave_out = all_savings();  // what this scene does not need
+  Precision precision = Precision::Single;
   int chunk_rays = 0;    // rays at once; 0: as many as the light allows
+  int every_chunk = 1;   // to take times: only every so manieth chunk of rays, and a picture that means nothing
   bool profile = false;  // fill Rendering::kernels
   ChunkListener after_chunk;
 };
@@ -58,7 +62,6 @@ struct Rendering {
   std::vector<KernelProfile> kernels;  // seconds by kernel, when asked for
   double seconds = 0;                  // of the run alone, after the plan was made
   std::string explanation;             // of the plan
-  std::vector<std::string> left_out;
 };
 
 Rendering render_scene(Device& device, const Scene& scene, const RenderSettings& settings);

@@ -109,7 +109,8 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
       weigh_lamps(drawn.weight, {row_points, drawn.direction, hits.u, drawn.lobes}, graph.constant(places_of(lamps))),
       1.0 / samples);
 
-  Executor executor(compile(graph, {alone, shares, drawn.status}, device), light.states);
+  Executor executor(compile(graph, {alone, shares, drawn.status}, device, {.precision = settings.precision}),
+                    light.states);
   feed_scene(executor, scene);
   light.feed(executor);
   executor.feed("grid depth", tensor_of(depth)), executor.feed("grid albedo", tensor_of(albedo));

@@ -240,7 +240,7 @@ std::string edit(const EditOptions& options) {
   Scene after = done.with.scene;
   after.photo = done.composite;
   write_run(folder.path(), after, std::nullopt);
-  write_exr(folder / "composite.exr", done.composite, fits_half(done.composite) ? ExrType::Half : ExrType::Float);
+  write_exr(folder / "composite.exr", done.composite, ExrType::Float);  // the photograph of this run, bit for bit
   write_png(folder / "composite.png", show_radiance(done.composite, shown_exposure(scene.photo)), Encoding::Linear);
   write_png(folder / "mask.png", mask, Encoding::Linear);
 

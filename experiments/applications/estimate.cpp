@@ -43,18 +43,6 @@ std::string flops_text(double flops) {
 
 }  // namespace
 
-double in_view_flops(const InViewSize& s) {
-  const double reading = s.again > 0 ? 2 : 1, width = s.width;
-  return 2 * width * (reading * 2 * s.frequencies + (s.layers - 1) * width + 3);
-}
-
-double out_of_view_flops(const OutOfViewSize& s) {
-  if (s.form == OutOfViewForm::Shells) return 0;
-  double in = 3 + 6 * s.octaves, products = 0;
-  for (const int out : s.hidden) products += in * out, in = out;
-  return 2 * s.march.segments * (products + 4 * in);
-}
-
 InvertWork invert_work(Device& device, const std::string& preset, int width, int height, const PredictRequest& request,
                        const std::string& light, double rays) {
   const Size size = net_size(width, height, preset == "paper" ? 320 : 160);

@@ -18,10 +18,6 @@ struct InvertWork {
   double all() const { return maps + encoders + in_view + out_of_view; }
 };
 
-/// One ray of each part.
-double in_view_flops(const InViewSize& size);
-double out_of_view_flops(const OutOfViewSize& size);  // 0 for shells, which look light up
-
 /// Nets of a preset at their own size (longer side 320 for paper, 160 for compact) on a picture of width x height, and
 /// `rays` rays under `light` (0: none are asked).
 InvertWork invert_work(Device& device, const std::string& preset, int width, int height, const PredictRequest& request,

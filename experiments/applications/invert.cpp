@@ -10,6 +10,7 @@
 #include "experiments/applications/estimate.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/predict.hpp"
+#include "experiments/applications/render_record.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/weights/shipped.hpp"
@@ -25,6 +26,7 @@
 #include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
 #include "nets/scene_maps.hpp"
+#include "nets/scene_traits.hpp"
 
 namespace clerestory {
 namespace {
@@ -49,6 +51,8 @@ void check_options(const InvertOptions& options) {
     throw usage_error("--only leaves out the re-render, whose error this is", "--target-error, --seconds",
                       "beside --only", "one of them");
   if (options.goal) check_goal(options.render, *options.goal);
+  if (options.measure && !options.only.empty())
+    throw usage_error("--only leaves out the re-render, which this times", "--measure", "beside --only", "one of them");
   if (options.fov && !options.camera.empty())
     throw usage_error("two ways to set the camera", "--fov and --camera", "both", "one of them");
 }
@@ -162,18 +166,30 @@ std::string part_of(const std::string& kernel) {
   return "shading";
 }
 
-/// Rays that shared answers of the in-view MLP, by the seconds that each answer took in the same run.
-LeftOut shared_answers(const Rendering& r) {
-  double rays = 0, asked = 0, looked_up = 0;
-  for (const auto& [part, count] : r.answered) rays += part == "in view" ? count : 0;
-  for (const KernelProfile& k : r.kernels) {
-    if (k.kernel.starts_with("light/ask_mlp")) asked += k.seconds;
-    if (k.kernel.starts_with("light/direction_grid")) looked_up += k.seconds;
+/// "8.2 million rays, 0.9 TFLOP; 2.9 s predicted, 3.1 s measured".
+std::string saved_text(const Saved& saved, std::optional<double> measured) {
+  std::vector<std::string> parts;
+  if (saved.rays > 0) parts.push_back(fmt::format("{:.1f} million rays", saved.rays * 1e-6));
+  if (saved.flops > 0) parts.push_back(fmt::format("{:.2f} TFLOP", saved.flops * 1e-12));
+  std::vector<std::string> seconds{fmt::format("{:.1f} s predicted", saved.predicted)};
+  if (measured) seconds.push_back(fmt::format("{:.1f} s measured", *measured));
+  parts.push_back(fmt::format("{}", fmt::join(seconds, ", ")));
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+/// What the scene has, and what was left out for what it lacks.
+void record_savings(const SceneTraits& traits, const std::vector<Saved>& all, const std::map<Saving, double>& measured,
+                    const RenderSettings& settings, Provenance& record) {
+  record.facts["scene"] = describe(traits);
+  if (settings.leave_out.empty()) record.facts["left out"] = "nothing, as --everything says";
+  for (const Saved& saved : all) {
+    const SavingKind& kind = kind_of(saved.saving);
+    const auto found = measured.find(saved.saving);
+    const std::optional<double> seconds = found == measured.end() ? std::nullopt : std::optional(found->second);
+    record.left_out.push_back({kind.what, fmt::format("{} ({})", saved.why, kind.error), saved_text(saved, seconds)});
+    record.figures[fmt::format("seconds saved, predicted: {}", kind.name)] = saved.predicted;
+    if (seconds) record.figures[fmt::format("seconds saved, measured: {}", kind.name)] = *seconds;
   }
-  return {"the in-view MLP once for each ray (--every-ray asks it so)",
-          fmt::format("{:.1f} million rays lie between {:.2f} million answers around what is seen", rays * 1e-6,
-                      r.shared_answers * 1e-6),
-          fmt::format("about {:.1f} s", std::max(asked * (rays / r.shared_answers - 1) - looked_up, 0.0))};
 }
 
 void record_render(const Rendering& r, const RenderSettings& settings, Provenance& record) {
@@ -182,8 +198,6 @@ void record_render(const Rendering& r, const RenderSettings& settings, Provenanc
   for (const KernelProfile& k : r.kernels) record.figures["seconds: re-render, " + part_of(k.kernel)] += k.seconds;
   for (const auto& [part, rays] : r.answered) record.figures["rays answered " + part] = rays;
   record.facts["samples"] = fmt::format("{} a pixel, {}, {}", settings.spp, settings.sampler, settings.points);
-  for (const std::string& what : r.left_out) record.left_out.push_back({what, "", ""});
-  if (r.shared_answers > 0) record.left_out.push_back(shared_answers(r));
 }
 
 /// What was reached, and where that is less than what was asked for.
@@ -248,6 +262,8 @@ class Inversion {
     if (rerenders()) find_light_weights(options_.render, options_.lit_by.weights);  // missing: said before the work
     device_ = Device::open(options_.device);
     device_->use_tile(options_.tile), device_->use_gemm(options_.gemm);
+    if (options_.render.precision == Precision::Double && !device_->has_double())
+      throw usage_error("this device has no doubles", "--precision", "double", device_->info().name + ": single");
     begin_record();
     predict();
     join_maps();
@@ -282,6 +298,7 @@ class Inversion {
     record_.inputs.push_back(record_file(options_.photo));
     record_.facts["photo"] = photo_.note;
     record_.facts["camera"] = camera_note_;
+    if (options_.render.precision == Precision::Double) record_.facts["precision"] = "double";
     if (device_->info().cpu) record_.facts["tile"] = device_->tile().name;
     if (given_.depth && fs::is_directory(options_.gbuffer)) inherit_facts(options_.gbuffer, record_);
     lap("reading");
@@ -300,7 +317,7 @@ class Inversion {
     }
     if (request.any()) {
       const fs::path weights = weights_or_shipped(options_.weights);
-      prediction_ = predict_maps(*device_, weights, photo_.image, request);
+      prediction_ = predict_maps(*device_, weights, photo_.image, request, options_.render.precision);
       record_.inputs.push_back(record_file(weights));
       record_.facts["network"] = prediction_.note;
       for (const std::string& what : prediction_.left_out) record_.left_out.push_back({what, "not asked for", ""});
@@ -341,10 +358,17 @@ class Inversion {
     settings.profile = true, settings.after_chunk = chunk_progress("re-render");
     take_light(settings, options_.lit_by, *device_, scene_, record_);
     lap("light");
+    const RenderSettings lit = settings;
     const Rendering r = options_.goal ? render_to_goal(settings) : render_scene(*device_, scene_, settings);
     rerender_ = Rerender{r.radiance, r.standard_error, r.uncertainty};
+    if (rounds_.empty()) rounds_ = {{lit.spp, lit.seed}};
+    rendered_ = {lit, rounds_, r.shared_answers > 0};
     lap("re-render");
     record_render(r, settings, record_);
+    const SceneTraits traits = traits_of(scene_, settings);
+    std::map<Saving, double> measured;
+    if (options_.measure) measured = measure_savings(*device_, scene_, settings, r), lap("measuring what was left out");
+    record_savings(traits, saved_in(traits, settings, r), measured, settings, record_);
     plan_ += r.explanation + answered_text(r);
     say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped", r.rays * 1e-6,
                     100 * r.hits / std::max(r.rays, 1.0), r.dropped));
@@ -354,7 +378,11 @@ class Inversion {
   /// `settings` get the samples that it took.
   Rendering render_to_goal(RenderSettings& settings) {
     RenderedUntil reached = render_until(*device_, scene_, settings, *options_.goal);
-    settings.spp = reached.rounds.back().spp;
+    settings.spp = 0;
+    for (const RenderRound& round : reached.rounds) {
+      rounds_.push_back({round.spp - settings.spp, settings.seed + static_cast<std::uint32_t>(rounds_.size())});
+      settings.spp = round.spp;
+    }
     record_.figures["samples a pixel"] = settings.spp;
     record_.figures["root relMSE, measured"] = reached.error();
     record_.facts["error of the re-render"] = error_text(*options_.goal, reached);
@@ -373,6 +401,7 @@ class Inversion {
     lap("writing");
     record_.ended = utc_now();
     if (!plan_.empty()) write_file(folder / "plan.txt", plan_);
+    if (rendered_) write_render_record(folder / kRenderRecord, *rendered_);
     record_.outputs = record_files_in(folder.path());
     write_provenance(folder / kProvenanceName, record_);
     write_run_report(folder.path());
@@ -398,6 +427,8 @@ class Inversion {
   Provenance record_;
   Prediction prediction_;
   std::optional<Rerender> rerender_;
+  std::vector<SampleRound> rounds_;
+  std::optional<RenderRecord> rendered_;
   std::string plan_;
 };
 

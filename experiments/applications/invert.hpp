@@ -29,6 +29,7 @@ struct InvertOptions {
   bool force = false;              // give up what `out` holds besides a run's own files
   std::string preset = "compact";  // paper: says what it will cost, and wants weights of that preset
   RenderSettings render;
+  bool measure = false;            // time what was left out: a part of the rays is rendered with it
   std::optional<RenderGoal> goal;  // rounds of render.spp samples and more, in place of so many
   std::string device, gemm = "auto", tile = "auto";
   std::vector<std::string> command;  // argv, for provenance

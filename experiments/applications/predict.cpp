@@ -9,7 +9,7 @@
 #include "experiments/evaluation/real_scale.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
-#include "host/graph/plan.hpp"
+#include "host/graph/states_in.hpp"
 #include "host/io/files.hpp"
 #include "host/ops/nn/unit_vector.hpp"
 #include "host/ops/tensor/joint_bilateral.hpp"
@@ -46,7 +46,7 @@ std::string scale_doubt(const std::filesystem::path& weights, const std::map<std
 }  // namespace
 
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
-                        const PredictRequest& request) {
+                        const PredictRequest& request, Precision precision) {
   const LoadedWeights loaded = load_weights(weights, device);
   if (!request.preset.empty() && loaded.preset != request.preset)
     throw usage_error("weights of another preset", weights.string(), loaded.preset, request.preset);
@@ -80,7 +80,7 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   if (request.depth) outputs.push_back(maps.log_scale);
 
   loaded.states->initialise(graph, 0);
-  Executor executor(compile(graph, outputs, device), loaded.states);
+  Executor executor(compile(graph, outputs, device, {.precision = precision}), in_precision(loaded.states, precision));
   executor.feed("image", tensor_of(input));
   executor.feed("guide low", guide_of(small)), executor.feed("guide", guide_of(exposed));
   executor.run();

@@ -31,6 +31,6 @@ struct Prediction {
 /// longer side stored with the weights; maps come back to full size by a joint bilateral guided by the photograph.
 /// Throws usage_error naming the weights when they do not fit.
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
-                        const PredictRequest& request);
+                        const PredictRequest& request, Precision precision = Precision::Single);
 
 }  // namespace clerestory

@@ -65,9 +65,10 @@ void write_run(const fs::path& folder, const Scene& scene, const std::optional<R
   write_camera(folder / "camera.json", scene.camera);
   std::vector<std::future<void>> files;  // written side by side: packing them takes longer than the disk
   const auto file = [&](const auto& write) { files.push_back(std::async(std::launch::async, write)); };
-  file([&] { write_radiance(folder / "photo.exr", scene.photo); });
+  // Maps are kept as they were rendered, to be replayed.
+  file([&] { write_exr(folder / "photo.exr", scene.photo, ExrType::Float); });
   if (!scene.albedo.data.empty()) {
-    file([&] { write_exr(folder / "albedo.exr", scene.albedo); });
+    file([&] { write_exr(folder / "albedo.exr", scene.albedo, ExrType::Float); });
     file([&] { write_preview(folder / "albedo.png", show_radiance(scene.albedo)); });
   }
   if (!scene.normal.data.empty()) {
@@ -79,7 +80,7 @@ void write_run(const fs::path& folder, const Scene& scene, const std::optional<R
     file([&] { write_preview(folder / "depth.png", show_depth(scene.depth)); });
   }
   if (!scene.material.data.empty()) {
-    file([&] { write_exr(folder / "material.exr", scene.material); });
+    file([&] { write_exr(folder / "material.exr", scene.material, ExrType::Float); });
     file([&] { write_preview(folder / "roughness.png", show_unit(channel(scene.material, 0))); });
     file([&] { write_preview(folder / "metallic.png", show_unit(channel(scene.material, 1))); });
   }

@@ -24,7 +24,8 @@ double goal_of(const std::optional<double>& given, const char* name) {
 void add_invert_command(CommandLine& line) {
   const auto options = std::make_shared<InvertOptions>();
   const auto error = std::make_shared<std::optional<double>>(), seconds = std::make_shared<std::optional<double>>();
-  const auto every_ray = std::make_shared<bool>(false);
+  const auto every_ray = std::make_shared<bool>(false), everything = std::make_shared<bool>(false);
+  const auto precision = std::make_shared<std::string>("single");
   Command command = line.add("invert", "Take a photograph of a room apart and render it again");
   command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
       .option("--fov", "DEGREES", "Horizontal field of view; default: what EXIF says, else 65 across the longer side",
@@ -60,6 +61,11 @@ void add_invert_command(CommandLine& line) {
               options->render.thickness)
       .flag("--every-ray", "The light's nets answer each ray by itself: rays that come the same way share no answer",
             *every_ray)
+      .flag("--everything", "Leave nothing out of the re-render, whatever the scene lacks", *everything)
+      .flag("--measure", "Time what is left out: a part of the rays is rendered with it, for the report",
+            options->measure)
+      .choice("--precision", "Of all kernels: double is slow, and shows what float gets wrong", *precision,
+              {"single", "double"})
       .option("--target-error", "E", "Take samples in rounds until the re-render's root relMSE is measured below this",
               *error)
       .option("--seconds", "S", "Take samples in rounds for so many seconds", *seconds)
@@ -71,7 +77,7 @@ void add_invert_command(CommandLine& line) {
           "docs/commands.md says what the RUN "
           "folder holds.\n" +
           lights_note());
-  command.run([options, error, seconds, every_ray](const CommonOptions& common) {
+  command.run([options, error, seconds, every_ray, everything, precision](const CommonOptions& common) {
     options->photo = found_data(options->photo);
     if (!options->camera.empty()) options->camera = found_data(options->camera);
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
@@ -86,6 +92,8 @@ void add_invert_command(CommandLine& line) {
                           "--light net");
       options->render.sharing = Sharing::Never;
     }
+    if (*everything) options->render.leave_out.clear();
+    if (*precision == "double") options->render.precision = Precision::Double;
     if (*error || *seconds) {
       options->goal = RenderGoal{goal_of(*error, "--target-error"), goal_of(*seconds, "--seconds")};
       options->render.spp = kFirstRound;

@@ -95,7 +95,10 @@ struct MapChunksOp : Op {
 
   int pixels() const { return domain.n * domain.height * domain.width; }
   int chunks_of_samples() const { return (domain.samples + domain.chunk_samples - 1) / domain.chunk_samples; }
-  int chunks() const { return (pixels() + domain.chunk_pixels - 1) / domain.chunk_pixels * chunks_of_samples(); }
+  int chunks() const {
+    const int all = (pixels() + domain.chunk_pixels - 1) / domain.chunk_pixels * chunks_of_samples();
+    return (all + domain.every - 1) / domain.every;
+  }
 
   Body body() const override {
     Body body{&inner->graph, {}, chunks()};
@@ -106,9 +109,10 @@ struct MapChunksOp : Op {
   void launch(Launch& l) const override {
     Executor& executor = *l.body;
     for (std::size_t i = 0; i < inner->inputs.size(); ++i) executor.bind(Inner::input_name(i), l.inputs[i]);
-    int done = 0;
+    int done = 0, at = 0;
     for (int pixel = 0; pixel < pixels(); pixel += domain.chunk_pixels)
       for (int sample = 0; sample < domain.samples; sample += domain.chunk_samples) {
+        if (at++ % domain.every != 0) continue;
         const Chunk chunk{pixel, std::min(domain.chunk_pixels, pixels() - pixel), sample,
                           std::min(domain.chunk_samples, domain.samples - sample)};
         executor.run(l.seed, chunk);

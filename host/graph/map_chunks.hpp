@@ -8,6 +8,7 @@ namespace clerestory {
 struct ChunkDomain {
   int n = 1, height = 0, width = 0, samples = 1;
   int chunk_pixels = 4096, chunk_samples = 64;
+  int every = 1;  // only every so manieth chunk is run, to be timed: what others should give means nothing
 };
 
 /// What the body gives: a map {1, C, chunk_pixels, 1} whose columns land at the chunk's pixels of an {n, C, h, w} map,

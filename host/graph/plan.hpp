@@ -42,6 +42,7 @@ class States {
 
  private:
   friend class Executor;
+  friend std::shared_ptr<States> in_precision(const std::shared_ptr<States>& states, Precision precision);
   mutable Device device_;
   Precision precision_;
   std::map<std::string, TensorView> states_;

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "host/graph/plan.hpp"
+#include "host/graph/states_in.hpp"
 #include "host/graph/transfer.hpp"
 
 namespace clerestory {
@@ -68,6 +68,13 @@ std::vector<std::string> States::names() const {
   std::vector<std::string> names;
   for (const auto& [name, view] : states_) names.push_back(name);
   return names;
+}
+
+std::shared_ptr<States> in_precision(const std::shared_ptr<States>& states, Precision precision) {
+  if (!states || states->precision() == precision) return states;
+  auto copy = std::make_shared<States>(states->device_, precision);
+  for (const std::string& name : states->names()) copy->set(name, states->get(name));
+  return copy;
 }
 
 }  // namespace clerestory

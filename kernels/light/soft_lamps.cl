@@ -77,6 +77,10 @@ typedef struct {
   lanes shape, seen;
 } SeenLamp;
 
+// Logarithm of the least shape that counts: 1e-26 of a lamp's radiance. What is less would soon be subnormal, and then a
+// CPU takes some hundred cycles for a product.
+#define LEAST_LOG_SHAPE R(-60)
+
 // 1 - cos theta as half the squared chord: exact where the angle is small.
 static inline SeenLamp seen_lamp(const LitRays lit, global const real *places, int lamps, int k) {
   const real size = places[3 * lamps + k], sharpness = R(1) / (size * size);
@@ -91,7 +95,9 @@ static inline SeenLamp seen_lamp(const LitRays lit, global const real *places, i
     chord += apart * apart;
   }
   const lanes widths = widest * lit.width;
-  return (SeenLamp){exp(steepness * chord),
+  const lanes log_shape = steepness * chord;
+  const lanes shape = exp(fmax(log_shape, (lanes)(LEAST_LOG_SHAPE)));
+  return (SeenLamp){WHERE(log_shape > LEAST_LOG_SHAPE, shape, R(0)),
                     WHERE(lit.width > R(0), fmin(widths, (lanes)(R(1))), R(1))};
 }
 

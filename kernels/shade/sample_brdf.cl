@@ -23,12 +23,12 @@
 #include "lib/li2020.clh"
 #include "lib/rng.clh"
 #include "lib/surface.clh"
+#include "lib/view.clh"
 
 #define SAMPLER_GRID 6
 #ifndef SAMPLER
 #define SAMPLER SAMPLER_VNDF_CAPS
 #endif
-#define SALT 0x62726466u
 
 static inline Parts f_times_cosine(Material m, real3 wo, Drawn in) {
 #ifdef LI2020
@@ -53,16 +53,6 @@ typedef struct {
   Drawn in;
   Parts weight;  // f cos / density
 } Sample;
-
-// Towards the viewer, in the frame around the normal of a map, as it is, whose unit vector is frame.n. ray: from the
-// camera, of any length, and what rounding took from it. At grazing views the cosine is what three products leave of each
-// other: it is formed in twice the digits, from what was not normalised.
-static inline real3 local_view(const Frame frame, const real3 normal, const real3 ray, const real3 rest) {
-  const real size = sqrt(dot3(ray, ray)), scale = dot3(normal, frame.n);
-  const real3 view = ray / -size;
-  const real cosine = (exact_dot3(normal, ray) + dot3(normal, rest)) / (-size * (scale > R(0) ? scale : R(1)));
-  return (real3)(dot3(frame.t, view), dot3(frame.b, view), cosine);
-}
 
 // A vector of the local frame around one normal in that around another; both as in their maps, of any length. What one
 // normal is along the other's tangents comes from their difference, in which what they share is gone: tangential parts

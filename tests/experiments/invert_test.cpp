@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "experiments/applications/insert.hpp"
+#include "experiments/applications/replay.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
@@ -136,6 +137,42 @@ TEST_F(InvertTest, AFailureLeavesTheOldRunAsItWas) {
   EXPECT_EQ(read_file(out / "provenance.json"), before);
   for (const auto& entry : fs::directory_iterator(folder_))
     EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::HasSubstr("kept.")));
+}
+
+TEST_F(InvertTest, AnySampleOfARunCanBeTakenAgain) {
+  InvertOptions o = options("replayed");
+  o.render.light = "image", o.render.spp = 16, o.goal = RenderGoal{.error = 1e-3, .most = 48};  // in rounds
+  const fs::path run = invert(o);
+  const Image picture = read_rerender(run).radiance;
+  double sum = 0;
+  for (int s = 0; s < 48; ++s) {
+    const Replayed sample = replay_of_run({run, 30, 20, s, ""});
+    EXPECT_EQ(sample.seed, s < 16 ? 0u : s < 32 ? 1u : 2u);
+    // Of its round's mean, which counts by samples.
+    sum += sample.in_float.back().values[1] * sample.spp / 48;
+  }
+  EXPECT_NEAR(sum, picture.at(1, 20, 30), 0x1p-11 * sum) << "the picture is stored in half";
+  EXPECT_THROW(replay_of_run({run, 30, 20, 48, ""}), Error);
+  EXPECT_THROW(replay_of_run({run, 64, 20, 0, ""}), Error);
+  fs::remove(run / "render.json");
+  EXPECT_THROW(replay_of_run({run, 30, 20, 0, ""}), Error);
+}
+
+TEST_F(InvertTest, SaysWhatItLeftOutAndWhatThatSaved) {
+  InvertOptions o = options("saved");
+  o.render.light = "constant", o.measure = true;
+  const Provenance less = read_provenance(invert(o) / "provenance.json");
+  ASSERT_EQ(less.left_out.size(), 2u);
+  EXPECT_THAT(less.left_out[1].what, ::testing::HasSubstr("screen-space rays"));
+  EXPECT_THAT(less.left_out[1].saved, ::testing::HasSubstr("s measured"));
+  EXPECT_GT(less.figures.at("seconds saved, predicted: tracing"), 0);
+  EXPECT_GT(less.figures.at("seconds saved, measured: tracing"), 0);
+  InvertOptions all = options("everything");
+  all.render.light = "constant", all.render.leave_out.clear();
+  const Provenance whole = read_provenance(invert(all) / "provenance.json");
+  EXPECT_TRUE(whole.left_out.empty());
+  EXPECT_TRUE(whole.facts.contains("left out"));
+  EXPECT_EQ(read_file(folder_ / "saved/rerender.exr"), read_file(folder_ / "everything/rerender.exr"));
 }
 
 // SSRT cell by cell and by the pyramid: the same hits, and so the same picture.

@@ -12,6 +12,7 @@
 #include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "nets/replay.hpp"
 #include "tests/nets/corner.hpp"
 
 namespace clerestory {
@@ -250,6 +251,55 @@ TEST(NetLight, CountsWhatItsPartsAnswer) {
   EXPECT_LE(r.answered[0].second, r.rays);
   EXPECT_LE(r.answered[1].second, r.hits);
   EXPECT_GT(r.answered[1].second, 0);
+}
+
+TEST(NetLight, SharesThatAreLeftOutMoveThePictureByNoMoreThanTheyAre) {
+  const Scene scene = corner();
+  RenderSettings settings = settings_of("net", untrained(kWidth));
+  const Rendering less = render_scene(device(), scene, settings);
+  settings.leave_out.erase(Saving::SmallShares);
+  const Rendering all = render_scene(device(), scene, settings);
+  EXPECT_TRUE(all.answered.empty()) << "each ray asks both parts";
+  EXPECT_EQ(less.answered.size(), 2u);
+  // Parts are at most a thousand times the photograph's white, as the residual is bounded; here none is thirty times.
+  double most = 0;
+  for (const float v : all.radiance.data) most = std::max(most, static_cast<double>(v));
+  for (std::size_t i = 0; i < all.radiance.data.size(); ++i)
+    EXPECT_NEAR(less.radiance.data[i], all.radiance.data[i], kLeastShare * 30 * most) << i;
+}
+
+TEST(NetLight, InDoubleItIsThePictureOfFloatWithMoreDigits) {
+  const Scene scene = corner();
+  RenderSettings settings = settings_of("net", untrained(kWidth));
+  settings.lamps = {{{0.5, 2.5, 0.5}, 0.6, {4, 3, 2}}};
+  const Image single = render_scene(device(), scene, settings).radiance;
+  settings.precision = Precision::Double;
+  const Image twice = render_scene(device(), scene, settings).radiance;
+  std::vector<double> apart;
+  for (std::size_t i = 0; i < single.data.size(); ++i)
+    apart.push_back(std::abs(single.data[i] - twice.data[i]) / (std::abs(twice.data[i]) + 1e-3));
+  // A ray on the edge between two cells may take the other in float; all else differs by some hundred roundings.
+  EXPECT_LT(median(apart), 1e-5);
+  EXPECT_LT(quantile(apart, 0.99), 0.05);
+  EXPECT_NE(single.data, twice.data);
+}
+
+TEST(NetLight, ASampleTakenAgainIsTheOneThatWasTaken) {
+  const Scene scene = corner();
+  for (const Sharing sharing : {Sharing::Never, Sharing::Always}) {
+    RenderSettings settings = settings_of("net", untrained(kWidth));
+    settings.lamps = {{{0.5, 2.5, 0.5}, 0.6, {4, 3, 2}}}, settings.sharing = sharing;
+    const Image picture = render_scene(device(), scene, settings).radiance;
+    constexpr int pixel = 14 * kWidth + 21;
+    double sum = 0;
+    for (int s = 0; s < kSamples; ++s) {
+      const std::vector<Quantity> sample = replay(device(), scene, settings, pixel, s, Precision::Single);
+      sum += sample.back().values[1];
+      const auto twice = replay(device(), scene, settings, pixel, s, Precision::Double);
+      EXPECT_NEAR(twice.back().values[1], sample.back().values[1], 1e-3 * (std::abs(twice.back().values[1]) + 1e-3));
+    }
+    EXPECT_NEAR(sum, picture.plane(1)[pixel], 64 * 0x1p-24 * sum);
+  }
 }
 
 TEST(NetLight, Refuses) {

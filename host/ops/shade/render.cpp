@@ -22,7 +22,7 @@ ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
   if (spec.sampling.sampler == Sampler::Grid8x16 && spec.spp != kGridDirections)
     throw usage_error("the sampler grid8x16 has a fixed number of samples", "spp", std::to_string(spec.spp), "128");
   if (spec.chunk_rays < 16) throw Error(ErrorKind::Failed, "a chunk of less than sixteen rays", "render");
-  ChunkDomain d{picture.n, picture.h, picture.w, spec.spp, 0, 0};
+  ChunkDomain d{picture.n, picture.h, picture.w, spec.spp, 0, 0, spec.every_chunk};
   d.chunk_samples = std::min((spec.spp + 15) / 16 * 16, spec.chunk_rays / 16 * 16);
   const long pixels = picture.n * picture.plane();
   d.chunk_pixels = static_cast<int>(std::clamp<long>(spec.chunk_rays / d.chunk_samples, 1, pixels));

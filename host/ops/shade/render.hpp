@@ -17,6 +17,7 @@ struct RenderSpec {
   bool facing = true;  // a cell that faces away from a ray is not hit by it
   bool trace = true;   // false: no ray is traced (a light that does not ask where rays end); u is 0
   int chunk_rays = 1 << 18;
+  int every_chunk = 1;     // ChunkDomain::every
   bool statistics = true;  // false: neither standard error nor uncertainty, and then one sample is enough
   Value lamps{};  // of light_guide(), {n or 1, 5, 1, K}: some directions are drawn towards them; none: no guide
 };

@@ -26,8 +26,7 @@ struct Drawing {
   std::size_t maps() const { return detached ? 8 : 5; }
   std::size_t inputs() const { return maps() + guided; }
   Defines defines() const {
-    Defines defines{{"SAMPLER", std::to_string(static_cast<int>(options.sampler))}};
-    if (options.points == Points::Sobol && options.sampler != Sampler::Grid8x16) defines["SOBOL"] = "1";
+    Defines defines = sampler_defines(options);
     if (options.brdf == BrdfModel::Li2020) defines["LI2020"] = "1";
     if (options.lobes) defines["LOBES"] = "1";
     if (detached) defines["DETACHED"] = "1";
@@ -156,6 +155,12 @@ BrdfModel brdf_model_of(const std::string& name) {
   if (name == "ggx") return BrdfModel::Ggx;
   if (name == "li2020") return BrdfModel::Li2020;
   throw usage_error("no such surface model", "brdf", name, "ggx | li2020");
+}
+
+Defines sampler_defines(const SamplingOptions& options) {
+  Defines defines{{"SAMPLER", std::to_string(static_cast<int>(options.sampler))}};
+  if (options.points == Points::Sobol && options.sampler != Sampler::Grid8x16) defines["SOBOL"] = "1";
+  return defines;
 }
 
 BrdfSamples sample_brdf(Value depth, Value camera, const Surfaces& sampling, const Surfaces& evaluation, int pixels,

@@ -26,6 +26,9 @@ struct SamplingOptions {
   bool lobes = false;  // BrdfSamples::lobes: the weight in its two parts, for lights that ask
 };
 
+/// What says in kernels which sampler and points draw.
+Defines sampler_defines(const SamplingOptions& options);
+
 /// Maps that describe surfaces, all {n, C, h, w}: albedo 3 (linear), normal 3 (camera frame; any length but zero),
 /// material 2 or more (roughness, metallic, ...).
 struct Surfaces {
