@@ -15,6 +15,8 @@ struct NormalPyramidOp : NotDifferentiable {
     return {{{s.n, 1, layout.level_rows, 2 * layout.stride}, Type::Int}};
   }
 
+  Slope slope(int, int) const override { return Slope::Detached; }  // it steers where rays look
+
   void launch(Launch& l) const override { launch_pyramid(l, "light/normal_pyramid.cl", "normal_base", "normal_level"); }
 };
 

@@ -37,10 +37,10 @@ struct SsrtOp : NotDifferentiable {
     return {{one, Type::Int}, {one, Type::Real}, {one, Type::Real}};
   }
 
-  /// Normals only choose which cells may be hit.
+  /// Normals, and the boxes around them, only choose which cells may be hit.
   Slope slope(int input, int) const override {
     const int normal = origins == Origins::Surface ? 4 : 6;
-    return facing && input == normal ? Slope::Detached : Slope::None;
+    return facing && (input == normal || input == normal + 1) ? Slope::Detached : Slope::None;
   }
 
   void launch(Launch& l) const override {
