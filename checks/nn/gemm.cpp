@@ -62,6 +62,7 @@ OP_CASES(gemm) {
       {"transposed_a", 13, 40, 21, true, false},
       {"transposed_b", 9, 20, 50, false, true},
       {"long_inner", 5, 3, 5000, false, true},
+      {"rows_a_page_apart", 11, 20, 1024},  // packed on CPUs: see read_as_stored
       {"single", 1, 1, 1},
       {"wide", 3, 2000, 17},
       {"channels", 6, 19, 70, false, false, true},
@@ -74,6 +75,7 @@ OP_CASES(gemm) {
                                  : p.rows > 8   ? "conv_weights_outer"
                                                 : "conv_weights_dot"},
         gpu{p.transpose_b ? "conv_weights_gpu" : "conv_gpu"};
+    if (p.transpose_a || p.depth % 1024 == 0) cpu.push_back("conv_pack_weights");
     if (partials) cpu.push_back("conv_sum_partials"), gpu.push_back("conv_sum_partials");
     cases.push_back(product_case(p, "cpu", ConvKernels::Cpu, cpu));
     cases.push_back(product_case(p, "gpu", ConvKernels::Gpu, gpu));

@@ -120,24 +120,49 @@ static inline void ask(Ahead *a) {
   }
 }
 
+// Weights of outputs m to m + TILE_ROWS under inner index k. Packed they are panels of [k][8], as conv_pack_weights leaves
+// them. With -D WEIGHTS_AS_STORED they are rows of [output][k], whose last stands in for those behind it.
+#ifdef WEIGHTS_AS_STORED
+typedef struct {
+  global const real *row[TILE_ROWS];
+} TileWeights;
+#define TILE_WEIGHT(k, r) weights.row[r][k]
+#define WEIGHTS_AT(weights, m, k, depth) ((weights) + (ulong)(m) * (depth) + (k))
+static inline TileWeights tile_weights(global const real *weights, int pitch, int m, int outputs) {
+  TileWeights of;
+  UNROLL for (int r = 0; r < TILE_ROWS; ++r) of.row[r] = weights + (ulong)min(m + r, outputs - 1) * pitch;
+  return of;
+}
+#else
+typedef struct {
+  global const real *from;
+} TileWeights;
+#define TILE_WEIGHT(k, r) weights.from[(k) * PANEL + (r)]
+#define WEIGHTS_AT(weights, m, k, depth) ((weights) + (ulong)(m) * (depth) + (k) * PANEL)
+static inline TileWeights tile_weights(global const real *weights, int pitch, int m, int outputs) {
+  const TileWeights of = {weights + (ulong)(m / PANEL) * PANEL * pitch + m % PANEL};
+  return of;
+}
+#endif
+
 // Weights times `vectors` vectors of the band's panel: sums[outputs][positions] (+)= weights * panel[offset[k]], where
-// weights are panels of [k][8], weights_pitch apart. With every tile some lines of what is ahead are asked for. One
+// weights of outputs are `weights_pitch` apart. With every tile some lines of what is ahead are asked for. One
 // function for each number of vectors, so that positions need rounding up to one vector only.
 #define PANEL_ROW(k) (panel + offset[k])
 #define DEFINE_MULTIPLY(vectors)                                                                                    \
-  static void multiply_##vectors(local real *sums, int pitch, global const real *weights, int weights_pitch,        \
+  static void multiply_##vectors(local real *sums, int pitch, global const real *all, int weights_pitch,            \
                                  int outputs, local const real *panel, local const int *offset, int depth,          \
                                  bool first, Ahead *ahead) {                                                        \
     for (int m = 0; m < outputs; m += TILE_ROWS, sums += TILE_ROWS * pitch) {                                       \
       ask(ahead);                                                                                                   \
-      global const real *from = weights + (ulong)(m / PANEL) * weights_pitch + m % PANEL;                           \
+      const TileWeights weights = tile_weights(all, weights_pitch, m, outputs);                                     \
       vec sum[TILE_ROWS][vectors];                                                                                  \
       if (first) {                                                                                                  \
         FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                  \
       } else {                                                                                                      \
         FOR_TILE(vectors) sum[r][v] = vec_load(v, sums + r * pitch);                                                \
       }                                                                                                             \
-      TILE_PRODUCT(vectors, sum, from, depth, PANEL_ROW)                                                            \
+      TILE_PRODUCT(vectors, sum, depth, TILE_WEIGHT, PANEL_ROW)                                                     \
       FOR_TILE(vectors) vec_store(sum[r][v], v, sums + r * pitch);                                                  \
     }                                                                                                               \
   }
@@ -191,11 +216,11 @@ static Ahead panel_ahead(global const real *source, int c0, int c1, int2 start, 
   return ahead_of(source + (ulong)c0 * g.source_plane + y0 * g.source_w + x0, c1 - c0, length, g.source_plane);
 }
 
-// Group (band, chunk of outputs, batch item). `weights` as conv_pack_weights leaves them; `bias` is read when has_bias.
+// Group (band, chunk of outputs, batch item). `weights` of outputs lie weights_pitch apart; `bias` is read when has_bias.
 // Scratch: panel channel_block*plane, sums chunk*positions, offset channel_block*taps_y*taps_x.
 kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
-    IN(source), SOURCE_MAP_PARAMS IN(weights), IN(bias), OUT(target), const ConvGeometry g, const int has_bias,
-    const ConvBlocking b, local real *panel, local real *sums, local int *offset) {
+    IN(source), SOURCE_MAP_PARAMS IN(weights), const int weights_pitch, IN(bias), OUT(target), const ConvGeometry g,
+    const int has_bias, const ConvBlocking b, local real *panel, local real *sums, local int *offset) {
   const int n = get_group_id(2), m0 = (int)get_group_id(1) * b.chunk;
   const int2 start = band_start(get_group_id(0), b);
   const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
@@ -213,7 +238,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
                       ? panel_ahead(AT(source, n), next, min(next + b.channel_block, g.channels), start, g, b)
                       : panel_ahead(AT(source, n), 0, min(b.channel_block, g.channels),
                                     band_start(get_group_id(0) + 1, b), g, b);
-    multiply_band(sums, b.positions, AT(weights, 0) + (ulong)m0 * depth + (ulong)c0 * taps * PANEL, depth * PANEL, outputs,
+    multiply_band(sums, b.positions, WEIGHTS_AT(AT(weights, 0), m0, c0 * taps, weights_pitch), weights_pitch, outputs,
                   panel, offset, channels * taps, positions, c0 == 0, &ahead);
   }
   for (int m = 0; m < outputs; ++m)

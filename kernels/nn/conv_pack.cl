@@ -17,9 +17,12 @@ kernel void conv_pack_weights(IN(w), OUT(weights), const ConvGeometry g,
   for (int ty = 0; ty < g.taps_y; ++ty, tap += step.y * kernel_w)
     for (int tx = 0; tx < g.taps_x; ++tx, to += 8) {
       global const real *from = tap + tx * step.x;
-      real v[8];
-      for (int r = 0; r < 8; ++r) v[r] = r < outputs ? from[(ulong)r * output_pitch] : R(0);
-      vstore8((real8)(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]), 0, to);
+#define OUTPUT(r) from[(ulong)(r) * output_pitch]
+      if (outputs == 8) {  // by far most, and three times as fast as choosing each
+        vstore8((real8)(OUTPUT(0), OUTPUT(1), OUTPUT(2), OUTPUT(3), OUTPUT(4), OUTPUT(5), OUTPUT(6), OUTPUT(7)), 0, to);
+      } else {
+        for (int r = 0; r < 8; ++r) to[r] = r < outputs ? OUTPUT(r) : R(0);
+      }
     }
 }
 

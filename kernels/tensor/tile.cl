@@ -15,8 +15,9 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void tile_product(global c
         global real *to = sums + m * POSITIONS + f;
         vec sum[TILE_ROWS][TILE_VECTORS];
         FOR_TILE(TILE_VECTORS) sum[r][v] = vec_load(v, to + r * POSITIONS);
+#define WEIGHT_OF(k, r) weights[(k) * PANEL + m + (r)]
 #define POSITIONS_OF(k) (panel + (k) * POSITIONS + f)
-        TILE_PRODUCT(TILE_VECTORS, sum, weights + m, depth, POSITIONS_OF)
+        TILE_PRODUCT(TILE_VECTORS, sum, depth, WEIGHT_OF, POSITIONS_OF)
         FOR_TILE(TILE_VECTORS) vec_store(sum[r][v], v, to + r * POSITIONS);
       }
 }

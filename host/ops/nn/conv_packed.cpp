@@ -42,28 +42,47 @@ std::size_t packed_elements(const ConvGeometry& g) {
   return blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
 }
 
+namespace {
+
+// Whether the weights of an output lie in the order in which a product on a CPU reads them. Rows a multiple of 4 KiB
+// apart would compete for one set of the first cache.
+bool read_as_stored(const ConvPass& pass) {
+  const ConvGeometry& g = pass.geometry;
+  const ConvTaps& t = pass.taps;
+  const bool in_order = t.first_x == 0 && t.first_y == 0 && t.step_x == 1 && t.step_y == 1 &&
+                        t.channel_pitch == g.taps() && (g.taps() == 1 || t.kernel_w == g.taps_x);
+  return in_order && t.output_pitch % 1024 != 0;
+}
+
+void pack_weights(Launch& l, const ConvPass& pass, const TensorView& weights, const TensorView& packed) {
+  const ConvGeometry& g = pass.geometry;
+  const ConvTaps& t = pass.taps;
+  if (g.taps() == 0) return;
+  const std::size_t channels = static_cast<std::size_t>(g.channels), panels = blocks(g.outputs, conv_tile);
+  const bool panels_first = t.output_pitch < t.channel_pitch;
+  l.run("nn/conv_pack.cl", "conv_pack_weights",
+        panels_first ? Range::of2(panels, channels) : Range::of2(channels, panels), weights, packed, g, t.output_pitch,
+        t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y}, std::array{t.step_x, t.step_y},
+        static_cast<int>(panels_first));
+}
+
+}  // namespace
+
 void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec, const TensorView& source,
                 const SourceNorm* norm, const TensorView& weights, const TensorView* bias, const TensorView& target,
                 std::size_t at) {
   const ConvGeometry& g = pass.geometry;
-  const ConvTaps& t = pass.taps;
-  const TensorView packed = part(l.workspace, at);
-  if (g.taps() > 0) {
-    const std::size_t channels = static_cast<std::size_t>(g.channels), panels = blocks(g.outputs, conv_tile);
-    const bool panels_first = t.output_pitch < t.channel_pitch;
-    l.run("nn/conv_pack.cl", "conv_pack_weights",
-          panels_first ? Range::of2(panels, channels) : Range::of2(channels, panels), weights, packed, g,
-          t.output_pitch, t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y}, std::array{t.step_x, t.step_y},
-          static_cast<int>(panels_first));
-  }
+  const bool gpu = on_gpu(l, spec.kernels), stored = !gpu && read_as_stored(pass);
+  const TensorView read = stored ? weights : part(l.workspace, at);
+  if (!stored) pack_weights(l, pass, weights, read);
   const TensorView& some_bias = bias ? *bias : weights;
   const int has_bias = bias != nullptr;
-  if (on_gpu(l, spec.kernels)) {
+  if (gpu) {
     const Range range{{blocks(g.positions(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
                        static_cast<std::size_t>(batch)},
                       {gpu_group, gpu_group, 1}};
     with_source(norm, [&](const Defines& defines, const auto&... map) {
-      l.run_with(defines, "nn/conv_gpu.cl", "conv_gpu", range, source, map..., packed, some_bias, target, g, has_bias);
+      l.run_with(defines, "nn/conv_gpu.cl", "conv_gpu", range, source, map..., read, some_bias, target, g, has_bias);
     });
     return;
   }
@@ -71,9 +90,12 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
   const std::size_t real = real_size(l.precision);
   const Range range{{static_cast<std::size_t>(b.bands), blocks(g.outputs, b.chunk), static_cast<std::size_t>(batch)},
                     {1, 1, 1}};
-  with_source(norm, [&](const Defines& defines, const auto&... map) {
-    l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", "conv_cpu", range, source, map..., packed, some_bias,
-               target, g, has_bias, b, Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
+  const int weights_pitch = stored ? pass.taps.output_pitch : g.depth();
+  with_source(norm, [&](Defines defines, const auto&... map) {
+    if (stored) defines["WEIGHTS_AS_STORED"] = "1";
+    l.run_with(tile_defines(l.device, defines), "nn/conv_cpu.cl", "conv_cpu", range, source, map..., read,
+               weights_pitch, some_bias, target, g, has_bias, b,
+               Arg::local(static_cast<std::size_t>(b.channel_block) * b.plane * real),
                Arg::local(static_cast<std::size_t>(b.chunk) * b.positions * real),
                Arg::local(static_cast<std::size_t>(b.channel_block) * std::max(1, g.taps()) * sizeof(int)));
   });
