@@ -10,6 +10,7 @@
 #include "host/cl/seconds_of.hpp"
 #include "host/cl/tile.hpp"
 #include "host/io/files.hpp"
+#include "host/math/statistics.hpp"
 #include "host/ops/nn/clblast_parameters.hpp"
 #include "host/ops/nn/conv.hpp"
 #include "host/ops/nn/gemm.hpp"
@@ -26,12 +27,6 @@ constexpr double least_gain = 0.02;        // below it a set is not worth keepin
 constexpr double most_loss = 0.05;         // of one product, as far as noise allows to say so
 constexpr double unmeasured = std::numeric_limits<double>::infinity();
 constexpr std::size_t never = 1, always = 1u << 20;  // sizes below which every product, or none, is indirect
-
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return values.empty() ? 0 : sum / static_cast<double>(values.size());
-}
 
 // --- The search
 

@@ -34,6 +34,13 @@ struct TensorView {
   int stride = 0;            // elements between batch items
   Shape shape;
   Type type = Type::Real;
+
+  /// The same, `elements` further on.
+  TensorView from(std::uint64_t elements) const {
+    TensorView view = *this;
+    view.offset += elements;
+    return view;
+  }
 };
 
 /// The tile that a map_chunks body is working on: pixels [first_pixel, first_pixel + pixels) of n*h*w in row-major

@@ -25,12 +25,6 @@ struct RayBlocks {
   int rays() const { return count * kBlockRays; }
 };
 
-TensorView part(const TensorView& whole, std::size_t at) {
-  TensorView view = whole;
-  view.offset += at;
-  return view;
-}
-
 double products(const Node& node, const std::vector<MlpPart>& parts) {
   double count = 0;
   for (const MlpPart& p : parts) count += static_cast<double>(node.in_shape(p.weight).count());
@@ -66,13 +60,13 @@ struct RayMlpAdjointOp : NotDifferentiable {
     std::size_t at = 0;
     for (auto p = all.rbegin(); p != all.rend(); ++p)
       if (!p->of_encoded) at = pack_transposed(l, l.in(p->weight), at);
-    const TensorView slopes = part(l.workspace, at);
+    const TensorView slopes = l.workspace.from(at);
     l.run_with(net_defines(l.device), kFile, "ray_mlp_slopes", net_range(l.device, blocks.rays()), l.in(0), l.workspace,
-               part(l.in(1), blocks.of(features)), slopes, l.out(0), static_cast<int>(l.in(0).shape.plane()), width,
+               l.in(1).from(blocks.of(features)), slopes, l.out(0), static_cast<int>(l.in(0).shape.plane()), width,
                layers, again);
     for (const MlpPart& p : all) {
       const std::size_t before = p.of_encoded ? 0 : blocks.of(features) + size(p.layer - 1) * blocks.of(width);
-      run_weights(l, p, part(slopes, size(p.layer) * blocks.of(width)), part(l.in(1), before), blocks.count);
+      run_weights(l, p, slopes.from(size(p.layer) * blocks.of(width)), l.in(1).from(before), blocks.count);
     }
   }
 

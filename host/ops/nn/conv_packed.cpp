@@ -23,12 +23,6 @@ std::size_t scratch(const Launch& l, const ConvSpec& spec) {
 
 std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }
 
-TensorView part(const TensorView& whole, std::size_t at) {
-  TensorView view = whole;
-  view.offset += at;
-  return view;
-}
-
 }  // namespace
 
 bool use_clblast(const Launch& l, ConvKernels kernels) {
@@ -73,7 +67,7 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
                 std::size_t at) {
   const ConvGeometry& g = pass.geometry;
   const bool gpu = on_gpu(l, spec.kernels), stored = !gpu && read_as_stored(pass);
-  const TensorView read = stored ? weights : part(l.workspace, at);
+  const TensorView read = stored ? weights : l.workspace.from(at);
   if (!stored) pack_weights(l, pass, weights, read);
   const TensorView& some_bias = bias ? *bias : weights;
   const int has_bias = bias != nullptr;
