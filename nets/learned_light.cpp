@@ -8,6 +8,7 @@
 #include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "nets/scene_traits.hpp"
 
 namespace clerestory {
 namespace {
@@ -90,12 +91,23 @@ Value far_light(const LightField& field, Value points, Value direction, Value ra
 
 }  // namespace
 
+std::string why_none_are_shared(const Scene& scene, const RenderSettings& settings, double rays) {
+  const bool scene_decides = settings.light == "net" && settings.nets && settings.sharing == Sharing::WhereItPays &&
+                             settings.leave_out.contains(Saving::SharedAnswers);
+  if (!scene_decides) return {};
+  const Size size = net_size(scene.width(), scene.height(), settings.nets->longer_side);
+  const double to_share = rays / (size.width * size.height * kGridSide * kGridSide);
+  if (!(to_share > kRaysWorthAnAnswer))
+    return fmt::format("{:.1f} rays for each answer, which pay from {:g} on", to_share, kRaysWorthAnAnswer);
+  if (const double mirrors = mirrors_of(scene); mirrors > kMostMirrors)
+    return fmt::format("{:.1f} % of the surfaces are mirrors, in which answers between others show", 100 * mirrors);
+  return {};
+}
+
 bool shares_answers(const Scene& scene, const RenderSettings& settings, double rays) {
   if (settings.light != "net" || !settings.nets) return false;
   if (settings.sharing != Sharing::WhereItPays) return settings.sharing == Sharing::Always;
-  if (!settings.leave_out.contains(Saving::SharedAnswers)) return false;
-  const Size size = net_size(scene.width(), scene.height(), settings.nets->longer_side);
-  return rays > kRaysWorthAnAnswer * size.width * size.height * kGridSide * kGridSide;
+  return settings.leave_out.contains(Saving::SharedAnswers) && why_none_are_shared(scene, settings, rays).empty();
 }
 
 SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
@@ -133,7 +145,8 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
   light.traces = in_view;
   if (values.near.grid) light.shared_answers = static_cast<double>(values.near.grid.shape().plane());
   light.states = in_precision(nets.states, settings.precision);
-  const bool lists = settings.leave_out.contains(Saving::SmallShares);
+  // To look an answer up costs no more than to list who looks.
+  const bool lists = settings.leave_out.contains(Saving::SmallShares) && !values.near.grid;
   light.radiance = [values, sizes, in_view, exposure, lists](const AskedRays& rays, std::span<const Value> in,
                                                              RayCounts* counts) {
     const LearnedValues here = values.inside(in);

@@ -44,7 +44,7 @@ double rays_answered(const Rendering& r, const std::string& part) {
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
 Saved shared_answers(const RenderSettings& settings, const Rendering& r) {
-  const double rays = rays_answered(r, "in view"), answers = r.shared_answers;
+  const double rays = r.hits, answers = r.shared_answers;  // rays that miss would not be asked either
   const double asked = seconds_of_kernels(r, "light/ask_mlp"),
                looked_up = seconds_of_kernels(r, "light/direction_grid");
   return {Saving::SharedAnswers,
@@ -56,8 +56,7 @@ Saved shared_answers(const RenderSettings& settings, const Rendering& r) {
 
 Saved small_shares(const RenderSettings& settings, const Rendering& r) {
   const double near = rays_answered(r, "in view"), far = rays_answered(r, "out of view");
-  const bool nets_asked = r.shared_answers == 0;  // else a ray that hits nothing looks nothing up
-  const double in_view = nets_asked ? seconds_of_kernels(r, "light/ask_mlp") : 0,
+  const double in_view = seconds_of_kernels(r, "light/ask_mlp"),
                out_of_view = seconds_of_kernels(r, "light/ask_shells") + seconds_of_kernels(r, "light/ask_field"),
                lists = seconds_of_kernels(r, "light/select_rays");
   const auto rest = [&](double seconds, double asked) { return asked > 0 ? seconds * (r.rays / asked - 1) : 0; };
@@ -66,8 +65,7 @@ Saved small_shares(const RenderSettings& settings, const Rendering& r) {
           fmt::format("in view {:.1f} % of the rays are asked for, out of view {:.1f} %", percent(near, r.rays),
                       percent(far, r.rays)),
           2 * r.rays - near - far,
-          (nets_asked ? (r.rays - near) * in_view_flops(sizes.in_view) : 0) +
-              (r.rays - far) * out_of_view_flops(sizes.out_of_view),
+          (r.rays - near) * in_view_flops(sizes.in_view) + (r.rays - far) * out_of_view_flops(sizes.out_of_view),
           std::max(rest(in_view, near) + rest(out_of_view, far) - lists, 0.0)};
 }
 
@@ -110,6 +108,15 @@ double normals_off_depth(const Scene& scene) {
   return angles.empty() ? 0 : median(angles);
 }
 
+double mirrors_of(const Scene& scene) {
+  double shown = 0, mirrors = 0;
+  for (std::size_t i = 0; i < scene.depth.data.size(); ++i) {
+    if (!(scene.depth.data[i] > 0)) continue;
+    ++shown, mirrors += scene.material.data[i] <= kMirror;
+  }
+  return shown > 0 ? mirrors / shown : 0;
+}
+
 SceneTraits traits_of(const Scene& scene, const RenderSettings& settings) {
   SceneTraits traits;
   traits.normals_off = normals_off_depth(scene);
@@ -125,7 +132,7 @@ SceneTraits traits_of(const Scene& scene, const RenderSettings& settings) {
   traits.surfaces = all / static_cast<double>(scene.depth.data.size());
   traits.metals = share([&](std::size_t i) { return metallic[i] > 0.5f; });
   traits.any_metal = share([&](std::size_t i) { return metallic[i] > 0; });
-  traits.mirrors = share([&](std::size_t i) { return roughness[i] <= kMirror; });
+  traits.mirrors = mirrors_of(scene);
   traits.emitters = share([&](std::size_t i) { return flag[i] > 0; });
   const auto [least, most] = std::ranges::minmax(shown, {}, [&](std::size_t i) { return roughness[i]; });
   traits.least_roughness = roughness[least], traits.most_roughness = roughness[most];

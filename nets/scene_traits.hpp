@@ -23,6 +23,8 @@ struct SceneTraits {
   std::size_t lamps = 0;       // out of view
 };
 SceneTraits traits_of(const Scene& scene, const RenderSettings& settings);
+/// SceneTraits::mirrors.
+double mirrors_of(const Scene& scene);
 /// Median angle, degrees, between normals and what the depth of two neighbours says of them: near 0 where both are
 /// measured or true, several degrees where nets predict each by itself. Then rays graze cells that face away.
 double normals_off_depth(const Scene& scene);

@@ -9,6 +9,7 @@
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/applications/run_results.hpp"
+#include "experiments/applications/samples_record.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -20,6 +21,7 @@
 #include "host/report/progress.hpp"
 #include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
+#include "nets/known_lamps.hpp"
 #include "nets/scene_layer.hpp"
 #include "nets/scene_maps.hpp"
 
@@ -62,30 +64,6 @@ bool needs_layer(Device& device, const Scene& before, const EditedScene& with) {
   return false;
 }
 
-/// D_1: what the edited pixels show less the photograph; 0 elsewhere.
-Image first_change(Device& device, const Scene& before, const EditedScene& with, SceneLayer& layer, std::uint32_t seed,
-                   EditBounce& bounce, double& shown) {
-  const std::array<double, 3> ambient = ambient_of(before);
-  const auto render = [&](const Image& albedo, const Image& material) {
-    const Image picture = layer.radiance(albedo, material, before.photo, ambient, with.edited, seed);
-    bounce.rays += layer.counts().directions, bounce.dropped += layer.counts().dropped;
-    return picture;
-  };
-  const auto [albedo, material] = specular_alone(with.scene);
-  const auto [old_albedo, old_material] = specular_alone(before);
-  const Image old_specular = render(old_albedo, old_material), specular = render(albedo, material);
-  const std::vector<bool> shaded = layer.shaded();
-  const Image whole = needs_layer(device, before, with) ? render(with.scene.albedo, with.scene.material) : specular;
-  shown = static_cast<double>(std::ranges::count(shaded, true)) / static_cast<double>(shaded.size());
-
-  Graph graph;
-  const auto constant = [&](const Image& image) { return graph.constant(tensor_of(image)); };
-  return pictures_by(
-      device, graph,
-      {repaint(constant(before.photo), materials_of(graph, before, with), constant(image_of(shaded, before)),
-               {constant(old_specular), constant(specular), constant(whole)})})[0];
-}
-
 /// Adds a change to the composite; light is not negative. Returns the change that is left, and which share of pixels.
 Image add_change(Device& device, Image& composite, const Image& change, double& changed) {
   Graph graph;
@@ -100,6 +78,113 @@ Image add_change(Device& device, Image& composite, const Image& change, double& 
   changed = static_cast<double>(std::ranges::count(touched, true)) / static_cast<double>(n);
   return std::move(made[1]);
 }
+
+/// The mean of a picture over all samples so far.
+class MeanPicture {
+ public:
+  void add(const Image& picture, double samples) {
+    samples_ += samples;
+    if (mean_.data.empty()) mean_ = picture;
+    for (std::size_t i = 0; i < mean_.data.size(); ++i)
+      mean_.data[i] += static_cast<float>(samples / samples_ * (static_cast<double>(picture.data[i]) - mean_.data[i]));
+  }
+  const Image& mean() const { return mean_; }
+
+ private:
+  Image mean_;
+  double samples_ = 0;
+};
+
+/// An edit whose samples are added to those before: what is not linear, the photograph's share and light that is not
+/// negative, is done to means.
+class Editing {
+ public:
+  /// Rays of bounces behind the first end on a change, whoever answered for the light before; lamps are out of view and
+  /// do not change, and what is bright in the photograph is not what a change is bright in.
+  Editing(Device& device, const Scene& before, EditedScene with, const RenderSettings& settings, int bounces)
+      : device_(device), before_(before), with_(std::move(with)), first_(settings), carried_(settings) {
+    carried_.light = "image", carried_.lamps.clear();
+    if (carried_.sampler == kGuidedSampler) carried_.sampler = RenderSettings{}.sampler;
+    thrown_.resize(static_cast<std::size_t>(bounces - 1));
+    bounces_.resize(static_cast<std::size_t>(bounces));
+    speaks_ = needs_layer(device, before, with_);
+  }
+
+  void take(int samples, std::uint32_t round) {
+    first_.spp = carried_.spp = samples;
+    const std::uint32_t seed = first_.seed + round;
+    SceneLayer first(device_, before_, first_);
+    composite_ = before_.photo;
+    Image left = change_by(0, first_change(first, seed, samples));
+    std::optional<SceneLayer> other;
+    SceneLayer* layer = &first;
+    const std::vector<bool> everywhere(before_.photo.pixels(), true);
+    for (followed_ = 1; followed_ < bounces_.size() && bounces_[followed_ - 1].changed > 0; ++followed_) {
+      if (followed_ == 1 && !carries_on()) layer = &other.emplace(device_, before_, carried_);
+      const Image& thrown =
+          layer->radiance(with_.scene.albedo, with_.scene.material, left, {0, 0, 0}, everywhere, seed);
+      count(*layer, bounces_[followed_]);
+      thrown_[followed_ - 1].add(thrown, samples);
+      left = change_by(followed_, thrown_[followed_ - 1].mean());
+    }
+    seconds_ += first.seconds() + (other ? other->seconds() : 0);
+  }
+
+  /// The composite, judged where it shows a new material.
+  RoundPicture so_far() const { return {composite_, shaded_}; }
+  Edit finished(std::vector<RenderRound> rounds) && {
+    bounces_.resize(followed_);
+    const double shown = static_cast<double>(std::ranges::count(shaded_, true)) / static_cast<double>(shaded_.size());
+    return {std::move(with_), std::move(composite_), std::move(bounces_), shown, seconds_, std::move(rounds)};
+  }
+
+ private:
+  /// Whether the layer of the first bounce does for the others.
+  bool carries_on() const {
+    return first_.light == carried_.light && first_.lamps.empty() && first_.sampler == carried_.sampler;
+  }
+  static void count(const SceneLayer& layer, EditBounce& bounce) {
+    bounce.rays += layer.counts().directions, bounce.dropped += layer.counts().dropped;
+  }
+  Image change_by(std::size_t bounce, const Image& change) {
+    return add_change(device_, composite_, change, bounces_[bounce].changed);
+  }
+
+  /// D_1: what the edited pixels show less the photograph; 0 elsewhere.
+  Image first_change(SceneLayer& layer, std::uint32_t seed, int samples) {
+    const std::array<double, 3> ambient = ambient_of(before_);
+    const auto render = [&](const Image& albedo, const Image& material, MeanPicture& mean) {
+      mean.add(layer.radiance(albedo, material, before_.photo, ambient, with_.edited, seed), samples);
+      count(layer, bounces_[0]);
+    };
+    const auto [albedo, material] = specular_alone(with_.scene);
+    const auto [old_albedo, old_material] = specular_alone(before_);
+    render(old_albedo, old_material, old_specular_), render(albedo, material, specular_);
+    shaded_ = layer.shaded();
+    if (speaks_) render(with_.scene.albedo, with_.scene.material, whole_);
+
+    Graph graph;
+    const auto constant = [&](const Image& image) { return graph.constant(tensor_of(image)); };
+    const MeanPicture& whole = speaks_ ? whole_ : specular_;
+    return pictures_by(
+        device_, graph,
+        {repaint(constant(before_.photo), materials_of(graph, before_, with_), constant(image_of(shaded_, before_)),
+                 {constant(old_specular_.mean()), constant(specular_.mean()), constant(whole.mean())})})[0];
+  }
+
+  Device& device_;
+  const Scene& before_;
+  EditedScene with_;
+  RenderSettings first_, carried_;  // of bounce 1, of those behind it
+  bool speaks_ = false;             // some diffuse part is the layer's to say
+  MeanPicture old_specular_, specular_, whole_;
+  std::vector<MeanPicture> thrown_;  // by bounces behind the first
+  Image composite_;
+  std::vector<bool> shaded_;
+  std::vector<EditBounce> bounces_;
+  std::size_t followed_ = 0;
+  double seconds_ = 0;
+};
 
 void check_change(const MaterialEdit& change) {
   const auto check = [](double value, const char* option) {
@@ -173,37 +258,19 @@ EditedScene apply_edit(const Scene& scene, const Image& mask, const MaterialEdit
 }
 
 Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const MaterialEdit& change,
-                const RenderSettings& settings, int bounces) {
+                const RenderSettings& settings, int bounces, const std::optional<RenderGoal>& goal) {
   check_bounces(bounces);
-  Edit result{apply_edit(scene, mask, change), scene.photo, {}, 0, 0};
-  const EditedScene& with = result.with;
-  SceneLayer first(device, scene, settings);
-  EditBounce bounce;
-  Image left =
-      add_change(device, result.composite,
-                 first_change(device, scene, with, first, settings.seed, bounce, result.shown), bounce.changed);
-  result.bounces.push_back(bounce);
-  result.seconds = first.seconds();
-  if (bounces == 1 || bounce.changed == 0) return result;
-
-  // What a change throws on others is found by rays that end on it, whoever answered for the light before; lamps are
-  // out of view and do not change.
-  RenderSettings carried = settings;
-  carried.light = "image", carried.lamps.clear();
-  std::optional<SceneLayer> other;
-  if (settings.light != "image" || !settings.lamps.empty()) other.emplace(device, scene, carried);
-  SceneLayer& layer = other ? *other : first;
-  const double before = layer.seconds();
-  const std::vector<bool> everywhere(scene.photo.pixels(), true);
-  while (static_cast<int>(result.bounces.size()) < bounces && bounce.changed > 0) {
-    const Image thrown =
-        layer.radiance(with.scene.albedo, with.scene.material, left, {0, 0, 0}, everywhere, settings.seed);
-    bounce = {layer.counts().directions, layer.counts().dropped, 0};
-    left = add_change(device, result.composite, thrown, bounce.changed);
-    result.bounces.push_back(bounce);
+  if (goal) check_goal(settings, *goal);
+  Editing editing(device, scene, apply_edit(scene, mask, change), settings, bounces);
+  if (!goal) {
+    editing.take(settings.spp, 0);
+    return std::move(editing).finished({});
   }
-  result.seconds += layer.seconds() - before;
-  return result;
+  std::vector<RenderRound> rounds = take_rounds(*goal, settings.spp, [&](int samples, std::uint32_t round) {
+    editing.take(samples, round);
+    return editing.so_far();
+  });
+  return std::move(editing).finished(std::move(rounds));
 }
 
 Image read_edit_mask(const fs::path& path, const Scene& scene) {
@@ -223,6 +290,7 @@ std::string edit(const EditOptions& options) {
   const Stopwatch watch;
   check_change(options.change), check_bounces(options.bounces);
   is_learned_light(options.render.light), render_spec(options.render);
+  if (options.goal) check_goal(options.render, *options.goal);
   const fs::path out = options.out.empty() ? options.run / "edit" : options.out;
   const FolderLock lock = lock_run(options.run, LockKind::Read);
   StagedFolder folder(out, {.inputs = {options.run, options.mask, options.lit_by.weights}, .force = options.force});
@@ -235,7 +303,7 @@ std::string edit(const EditOptions& options) {
   RenderSettings render = options.render;
   render.after_chunk = chunk_progress("edit");
   take_light(render, options.lit_by, device, scene, provenance);
-  const Edit done = edit_scene(device, scene, mask, options.change, render, options.bounces);
+  const Edit done = edit_scene(device, scene, mask, options.change, render, options.bounces, options.goal);
 
   Scene after = done.with.scene;
   after.photo = done.composite;
@@ -260,7 +328,11 @@ std::string edit(const EditOptions& options) {
     provenance.facts[fmt::format("bounce {}", k + 1)] =
         fmt::format("{:.2f} million rays, {:.1f} % of the picture changed", done.bounces[k].rays * 1e-6,
                     100 * done.bounces[k].changed);
-  provenance.facts["samples"] = fmt::format("{} a pixel", render_spec(options.render).spp);
+  if (options.goal) {
+    record_rounds(*options.goal, done.rounds, "the edit", "edit", provenance);
+    render.spp = done.rounds.back().spp;
+  }
+  record_samples(render, provenance);
   provenance.facts["pixels"] =
       fmt::format("{:.1f} % under the mask, {:.1f} % shown with the new material, {:.2f} % emitted and no longer do",
                   100 * sum(mask.data) / pixels, 100 * done.shown, 100 * flagged / pixels);
@@ -288,6 +360,7 @@ std::string edit(const EditOptions& options) {
                               {"dropped", dropped},
                               {"seconds", seconds}};
   for (const EditBounce& b : done.bounces) json["bounces"].push_back({{"rays", b.rays}, {"changed", b.changed}});
+  if (options.goal) json["samples"] = render.spp, json["error"] = done.rounds.back().error;
   return json.dump(2);
 }
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "experiments/applications/light_choice.hpp"
-#include "nets/render_scene.hpp"
+#include "nets/rounds.hpp"
 
 namespace clerestory {
 
@@ -30,6 +30,7 @@ struct EditOptions {
   bool force = false;                    // give up what `out` holds besides the files of an edit
   MaterialEdit change;
   RenderSettings render;
+  std::optional<RenderGoal> goal;  // rounds of render.spp samples and more, in place of so many
   LightChoice lit_by;
   int bounces = 2;  // 1 to kMostEditBounces
   std::string device, gemm = "auto";
@@ -63,6 +64,7 @@ struct Edit {
   std::vector<EditBounce> bounces;  // those followed; fewer than asked for when one changes nothing
   double shown = 0;                 // share of pixels that are edited and face the viewer; others keep the photograph
   double seconds = 0;               // of rendering, after the plans were made
+  std::vector<RenderRound> rounds;  // where there was a goal
 };
 
 /// The composite. Edited pixels are replaced, by both lobes apart. Specular: what the layer finds along the rays, since
@@ -73,9 +75,10 @@ struct Edit {
 /// takes over. A mirror is so the layer's, a repainted wall the photograph's, and an edit that changes little changes
 /// the picture little (of metal, only as far as the layer finds what the photograph shows). `settings.light` lights the
 /// edited surface in bounce 1; later bounces are carried by rays that end on a change. What an edited pixel throws on
-/// others is the radiance that it sends to the camera: right for rough surfaces, a guess for mirrors.
+/// others is the radiance that it sends to the camera: right for rough surfaces, a guess for mirrors. With a goal, in
+/// rounds, the first of settings.spp samples: pixels that show a new material are judged, and all where none does.
 Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const MaterialEdit& change,
-                const RenderSettings& settings, int bounces);
+                const RenderSettings& settings, int bounces, const std::optional<RenderGoal>& goal = {});
 
 /// 1 where any channel of the file is above 0.5. Throws usage_error when it cannot be read or has another size.
 Image read_edit_mask(const std::filesystem::path& path, const Scene& scene);

@@ -8,6 +8,7 @@
 #include "experiments/applications/objects_layer.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_results.hpp"
+#include "experiments/applications/samples_record.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -66,31 +67,54 @@ Mesh stand(Mesh mesh, const Camera& camera, const Vec3& foot, double size) {
   return mesh;
 }
 
-/// What passes over the picture add up to, each through another point of every pixel.
-struct PassSums {
-  Image objects, covers;  // 3: radiance of objects; 1: passes in which a pixel shows one
-  Image change;           // 3: of the room, by the objects
+/// Means over all samples that were taken.
+struct InsertionMeans {
+  Image objects, covers;  // 3: radiance of objects, times 1: their share of a pixel
+  Image change;           // 3: of the room by the objects, where a pixel shows it
+  Image without;          // 3: the layer's own picture of the room without objects, 0 where it was not asked
+};
 
+/// What passes over the picture add up to, each through another point of every pixel, by the samples of each.
+class PassSums {
+ public:
   explicit PassSums(const Scene& scene)
-      : objects(scene.width(), scene.height(), 3), covers(scene.width(), scene.height(), 1), change(objects) {}
+      : objects_(scene.width(), scene.height(), 3),
+        covers_(scene.width(), scene.height(), 1),
+        change_(objects_),
+        without_(objects_),
+        asked_(covers_) {}
 
-  void add(const Image& shows, const Image& radiance) {
+  void add(const Image& shows, const Image& radiance, int spp) {
     const std::size_t n = shows.pixels();
-    for (std::size_t i = 0; i < n; ++i) covers.data[i] += shows.data[i];
+    const auto weight = static_cast<float>(spp);
+    samples_ += weight;
+    for (std::size_t i = 0; i < n; ++i) covers_.data[i] += weight * shows.data[i];
     for (std::size_t i = 0; i < radiance.data.size(); ++i)
-      (shows.data[i % n] > 0 ? objects : change).data[i] += radiance.data[i];
+      (shows.data[i % n] > 0 ? objects_ : change_).data[i] += weight * radiance.data[i];
   }
-  /// Means: of objects over all passes (so that it holds their share of a pixel), of changes over those that show the
-  /// room.
-  void divide(int passes) {
-    const std::size_t n = covers.pixels();
-    for (std::size_t i = 0; i < objects.data.size(); ++i) {
-      const float room = static_cast<float>(passes) - covers.data[i % n];
-      objects.data[i] /= static_cast<float>(passes);
-      if (room > 0) change.data[i] /= room;
+  void add_without(const Image& layer, const std::vector<bool>& asked, int spp) {
+    const std::size_t n = asked.size();
+    const auto weight = static_cast<float>(spp);
+    for (std::size_t i = 0; i < n; ++i) asked_.data[i] += asked[i] ? weight : 0;
+    for (std::size_t i = 0; i < layer.data.size(); ++i) without_.data[i] += weight * layer.data[i];
+  }
+
+  InsertionMeans means() const {
+    InsertionMeans means{objects_, covers_, change_, without_};
+    const std::size_t n = covers_.pixels();
+    for (std::size_t i = 0; i < objects_.data.size(); ++i) {
+      const float room = samples_ - covers_.data[i % n], asked = asked_.data[i % n];
+      means.objects.data[i] /= samples_;
+      if (room > 0) means.change.data[i] /= room;
+      if (asked > 0) means.without.data[i] /= asked;
     }
-    for (float& c : covers.data) c /= static_cast<float>(passes);
+    for (float& c : means.covers.data) c /= samples_;
+    return means;
   }
+
+ private:
+  Image objects_, covers_, change_, without_, asked_;
+  float samples_ = 0;
 };
 
 /// Pixels of the room whose change is more than faint: it must be measured by the photograph.
@@ -102,25 +126,36 @@ std::vector<bool> changed_pixels(const Scene& scene, const Image& change) {
   return changed;
 }
 
-/// `without`: the layer's own picture of the room without objects, 0 where it was not asked.
-Image composite_of(Device& device, const Scene& scene, const PassSums& passes, const Image& without) {
+Image composite_of(Device& device, const Scene& scene, const InsertionMeans& means) {
   Graph graph;
   const auto constant = [&](const Image& image) { return graph.constant(tensor_of(image)); };
-  const Value composite = insertion({constant(scene.photo), constant(passes.objects), constant(passes.covers),
-                                     constant(passes.change), constant(without), constant(channel(scene.material, 2))});
+  const Value composite =
+      insertion({constant(scene.photo), constant(means.objects), constant(means.covers), constant(means.change),
+                 constant(means.without), constant(channel(scene.material, 2))});
   return pictures_by(device, graph, {composite})[0];
 }
 
 // For smooth edges: so many passes at most, each with a share of the samples, enough of them for the layer's strata.
 constexpr int kMostPasses = 8, kPassSamples = 16;
 
+int passes_of(int spp) {
+  return static_cast<int>(std::bit_floor(static_cast<unsigned>(std::clamp(spp / kPassSamples, 1, kMostPasses))));
+}
+
+/// Digits of a number in a base, behind the point in reverse order.
+double radical_inverse(std::uint32_t number, std::uint32_t base) {
+  double inverse = 0, digit = 1;
+  for (; number > 0; number /= base) inverse += (number % base) * (digit /= base);
+  return inverse;
+}
+
 /// The scene through another point of its pixels in every pass: a Hammersley set, around their middles where `passes`
-/// is a power of two.
-Scene seen_in_pass(Scene scene, int pass, int passes) {
-  double turned = 0.5 / passes;  // the radical inverse in base 2, centred
-  for (int digits = pass, half = 1; digits > 0; digits >>= 1) turned += (digits & 1) / static_cast<double>(half *= 2);
-  scene.camera.cx += 0.5 - (pass + 0.5) / passes;
-  scene.camera.cy += 0.5 - turned;
+/// is a power of two; in later rounds moved along, around the edges of a pixel.
+Scene seen_in_pass(Scene scene, int pass, int passes, std::uint32_t round) {
+  const auto moved = [](double at, double by) { return at + by - std::floor(at + by); };
+  const double turned = 0.5 / passes + radical_inverse(static_cast<std::uint32_t>(pass), 2);
+  scene.camera.cx += 0.5 - moved((pass + 0.5) / passes, radical_inverse(round, 2));
+  scene.camera.cy += 0.5 - moved(turned, radical_inverse(round, 3));
   return scene;
 }
 
@@ -218,45 +253,91 @@ SceneWithObjects put_before(Device& device, const Scene& scene, TraceObjects& ob
 
 namespace {
 
-/// insert_into() of objects that have been placed.
+/// Objects that have been placed, in a scene that is lit; samples are added to those before.
+class Inserting {
+ public:
+  Inserting(Device& device, const Scene& scene, const std::vector<PlacedMesh>& placed,
+            const std::vector<InsertedObject>& list, const RenderSettings& settings, int bounces)
+      : device_(device),
+        scene_(scene),
+        list_(list),
+        settings_(settings),
+        bounces_(bounces),
+        objects_(std::make_shared<TraceObjects>(device, placed)),
+        sums_(scene) {}
+
+  /// `passes` over the picture share so many samples.
+  void take(int samples, int passes, std::uint32_t round) {
+    RenderSettings share = settings_;
+    share.spp = samples / passes, share.after_chunk = over_passes(settings_.after_chunk, passes);
+    // Seeds of passes lie apart, so that neighbouring seeds of users have none in common.
+    const auto seed = [&](int pass) { return settings_.seed + round + 0x9e3779b9u * static_cast<std::uint32_t>(pass); };
+    ObjectsLayer with_objects(device_, scene_, objects_, list_, share, bounces_);
+    for (int pass = 0; pass < passes; ++pass) {
+      const SceneWithObjects with = put_before(device_, seen_in_pass(scene_, pass, passes, round), *objects_, list_);
+      sums_.add(with.shows, with_objects.radiance(with, seed(pass)), share.spp);
+    }
+    seconds_ += with_objects.seconds();
+    const std::vector<bool> changed = changed_pixels(scene_, sums_.means().change);
+    if (std::ranges::find(changed, true) == changed.end()) return;
+    SceneLayer room(device_, scene_, share);
+    const std::array<double, 3> ambient = ambient_of(scene_);
+    for (int pass = 0; pass < passes; ++pass)  // equal seeds: the rays whose light the objects changed
+      sums_.add_without(room.radiance(scene_.albedo, scene_.material, scene_.photo, ambient, changed, seed(pass)),
+                        changed, share.spp);
+    seconds_ += room.seconds();
+  }
+
+  /// The composite, judged where it shows an object.
+  RoundPicture so_far() const {
+    const InsertionMeans means = sums_.means();
+    RoundPicture now{composite_of(device_, scene_, means), {}};
+    for (const float covered : means.covers.data) now.judged.push_back(covered > 0);
+    return now;
+  }
+  Insertion finished(std::vector<RenderRound> rounds) const {
+    InsertionMeans means = sums_.means();
+    Image composite = composite_of(device_, scene_, means);
+    return {std::move(means.covers), std::move(composite), seconds_, std::move(rounds)};
+  }
+
+ private:
+  Device& device_;
+  const Scene& scene_;
+  const std::vector<InsertedObject>& list_;
+  const RenderSettings& settings_;
+  int bounces_;
+  std::shared_ptr<TraceObjects> objects_;
+  PassSums sums_;
+  double seconds_ = 0;
+};
+
+/// settings.spp samples in so many passes; with a goal rounds to it, the first of so many.
 Insertion insert_placed(Device& device, const Scene& scene, const std::vector<PlacedMesh>& placed,
                         const std::vector<InsertedObject>& list, const RenderSettings& settings, int bounces,
-                        int passes) {
-  const auto objects = std::make_shared<TraceObjects>(device, placed);
-  RenderSettings share = settings;
-  share.spp = settings.spp / passes, share.after_chunk = over_passes(settings.after_chunk, passes);
-  // Seeds of passes lie apart, so that neighbouring seeds of users have none in common.
-  const auto seed = [&](int pass) { return settings.seed + 0x9e3779b9u * static_cast<std::uint32_t>(pass); };
-
-  ObjectsLayer with_objects(device, scene, objects, list, share, bounces);
-  PassSums sums(scene);
-  for (int pass = 0; pass < passes; ++pass) {
-    const SceneWithObjects with = put_before(device, seen_in_pass(scene, pass, passes), *objects, list);
-    sums.add(with.shows, with_objects.radiance(with, seed(pass)));
+                        int passes, const std::optional<RenderGoal>& goal) {
+  Inserting inserting(device, scene, placed, list, settings, bounces);
+  if (!goal) {
+    inserting.take(settings.spp, passes, 0);
+    return inserting.finished({});
   }
-  sums.divide(passes);
-
-  Image without(scene.width(), scene.height(), 3);
-  double seconds = with_objects.seconds();
-  const std::vector<bool> changed = changed_pixels(scene, sums.change);
-  if (std::ranges::find(changed, true) != changed.end()) {
-    SceneLayer room(device, scene, share);
-    const std::array<double, 3> ambient = ambient_of(scene);
-    for (int pass = 0; pass < passes; ++pass) {  // equal seeds: the rays whose light the objects changed
-      const Image layer = room.radiance(scene.albedo, scene.material, scene.photo, ambient, changed, seed(pass));
-      for (std::size_t i = 0; i < layer.data.size(); ++i) without.data[i] += layer.data[i] / static_cast<float>(passes);
-    }
-    seconds += room.seconds();
-  }
-  Image composite = composite_of(device, scene, sums, without);
-  return {std::move(sums.covers), std::move(composite), seconds};
+  return inserting.finished(take_rounds(*goal, settings.spp, [&](int samples, std::uint32_t round) {
+    inserting.take(samples, passes_of(samples), round);
+    return inserting.so_far();
+  }));
 }
 
 }  // namespace
 
 Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& list,
                       const RenderSettings& settings, int bounces, int passes) {
-  return insert_placed(device, scene, place_objects(scene, list), list, settings, bounces, passes);
+  return insert_placed(device, scene, place_objects(scene, list), list, settings, bounces, passes, {});
+}
+
+Insertion insert_until(Device& device, const Scene& scene, const std::vector<InsertedObject>& list,
+                       const RenderSettings& settings, int bounces, const RenderGoal& goal) {
+  check_goal(settings, goal);
+  return insert_placed(device, scene, place_objects(scene, list), list, settings, bounces, 1, goal);
 }
 
 void insert(const InsertOptions& options) {
@@ -269,6 +350,7 @@ void insert(const InsertOptions& options) {
   const ResultFiles files(options.run, out / kInsertRecord, {exr, png}, options.force, {out / kProvenanceName});
   const Scene scene = read_run(options.run);
   render_spec(options.render);  // refused before the work, as places and meshes are
+  if (options.goal) check_goal(options.render, *options.goal);
   const std::vector<PlacedMesh> placed = place_objects(scene, options.objects);
   Device device = Device::open(options.device);
   device.use_gemm(options.gemm);
@@ -278,9 +360,8 @@ void insert(const InsertOptions& options) {
   RenderSettings render = options.render;
   render.after_chunk = chunk_progress("insert");
   take_light(render, options.lit_by, device, scene, provenance);
-  const unsigned passes = std::bit_floor(static_cast<unsigned>(std::clamp(render.spp / kPassSamples, 1, kMostPasses)));
-  const Insertion inserted =
-      insert_placed(device, scene, placed, options.objects, render, options.bounces, static_cast<int>(passes));
+  const Insertion inserted = insert_placed(device, scene, placed, options.objects, render, options.bounces,
+                                           passes_of(render.spp), options.goal);
   const Image& composite = inserted.composite;
   const double seen = sum(inserted.covers.data) / static_cast<double>(composite.pixels());
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
@@ -293,7 +374,11 @@ void insert(const InsertOptions& options) {
   provenance.seeds["render"] = options.render.seed;
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;
-  provenance.facts["samples"] = fmt::format("{}", render_spec(options.render).spp);
+  if (options.goal) {
+    record_rounds(*options.goal, inserted.rounds, "the objects", "insert", provenance);
+    render.spp = inserted.rounds.back().spp;
+  }
+  record_samples(render, provenance);
   provenance.ended = utc_now();
   files.write_record(provenance);
   say(fmt::format("insert: {} object(s), {:.1f} % of the picture, {:.1f} s: {}", options.objects.size(), 100 * seen,

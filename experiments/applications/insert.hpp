@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "experiments/applications/light_choice.hpp"
-#include "nets/render_scene.hpp"
+#include "nets/rounds.hpp"
 #include "tracer/trace_objects.hpp"
 
 namespace clerestory {
@@ -29,6 +29,7 @@ struct InsertOptions {
   bool force = false;              // replace files of others
   std::vector<InsertedObject> objects;
   RenderSettings render;
+  std::optional<RenderGoal> goal;  // rounds of render.spp samples and more, in place of so many
   LightChoice lit_by;
   int bounces = 2;  // scatterings at objects that are followed
   std::string device, gemm = "auto";
@@ -59,10 +60,15 @@ struct Insertion {
   Image covers;        // 1: the share of a pixel that objects cover
   Image composite;     // 3: photograph changed as the layer is by the objects; their share shows what they reflect
   double seconds = 0;  // of rendering, after the plans were made
+  std::vector<RenderRound> rounds = {};  // of insert_until()
 };
 /// `passes` over the picture share settings.spp samples, at least two each, and look through different points of its
 /// pixels, so that objects have smooth edges; one pass looks through their middles.
 Insertion insert_into(Device& device, const Scene& scene, const std::vector<InsertedObject>& objects,
                       const RenderSettings& settings, int bounces, int passes = 1);
+/// In rounds, the first of settings.spp samples; pixels that show an object, in part or whole, are judged, and all
+/// where none does. Passes as `clerestory insert` has them. Throws what check_goal() throws.
+Insertion insert_until(Device& device, const Scene& scene, const std::vector<InsertedObject>& objects,
+                       const RenderSettings& settings, int bounces, const RenderGoal& goal);
 
 }  // namespace clerestory

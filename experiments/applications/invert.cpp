@@ -13,6 +13,7 @@
 #include "experiments/applications/render_record.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
+#include "experiments/applications/samples_record.hpp"
 #include "experiments/weights/shipped.hpp"
 #include "host/cl/ceilings.hpp"
 #include "host/cl/tile.hpp"
@@ -25,6 +26,7 @@
 #include "host/report/progress.hpp"
 #include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
+#include "nets/learned_light.hpp"
 #include "nets/scene_maps.hpp"
 #include "nets/scene_traits.hpp"
 
@@ -197,17 +199,7 @@ void record_render(const Rendering& r, const RenderSettings& settings, Provenanc
   record.figures["samples dropped"] = r.dropped, record.figures["pixels facing away"] = r.facing_away;
   for (const KernelProfile& k : r.kernels) record.figures["seconds: re-render, " + part_of(k.kernel)] += k.seconds;
   for (const auto& [part, rays] : r.answered) record.figures["rays answered " + part] = rays;
-  record.facts["samples"] = fmt::format("{} a pixel, {}, {}", settings.spp, settings.sampler, settings.points);
-}
-
-/// What was reached, and where that is less than what was asked for.
-std::string error_text(const RenderGoal& goal, const RenderedUntil& reached) {
-  const RenderRound& last = reached.rounds.back();
-  std::string text = fmt::format("root relMSE {:.4f} after {} samples a pixel in {} rounds, {:.1f} s", last.error,
-                                 last.spp, reached.rounds.size(), last.seconds);
-  if (goal.error > 0)
-    text += fmt::format(" (asked: {:g}{})", goal.error, last.error <= goal.error ? "" : "; it ended before");
-  return text;
+  record_samples(settings, record);
 }
 
 /// For the plan: how many rays each part of a learned light was asked for.
@@ -365,6 +357,9 @@ class Inversion {
     rendered_ = {lit, rounds_, r.shared_answers > 0};
     lap("re-render");
     record_render(r, settings, record_);
+    const double first_rays = static_cast<double>(scene_.photo.pixels()) * lit.spp;  // these decided
+    if (const std::string why = why_none_are_shared(scene_, lit, first_rays); !why.empty())
+      record_.facts["shared answers"] = "none: " + why;
     const SceneTraits traits = traits_of(scene_, settings);
     std::map<Saving, double> measured;
     if (options_.measure) measured = measure_savings(*device_, scene_, settings, r), lap("measuring what was left out");
@@ -383,10 +378,7 @@ class Inversion {
       rounds_.push_back({round.spp - settings.spp, settings.seed + static_cast<std::uint32_t>(rounds_.size())});
       settings.spp = round.spp;
     }
-    record_.figures["samples a pixel"] = settings.spp;
-    record_.figures["root relMSE, measured"] = reached.error();
-    record_.facts["error of the re-render"] = error_text(*options_.goal, reached);
-    say("re-render: " + record_.facts["error of the re-render"]);
+    record_rounds(*options_.goal, reached.rounds, "the re-render", "re-render", record_);
     for (const RenderRound& round : reached.rounds)
       plan_ += fmt::format("re-render: {} samples a pixel, {:.2f} s, root relMSE {:.4f}\n", round.spp, round.seconds,
                            round.error);

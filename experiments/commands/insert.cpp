@@ -6,6 +6,7 @@
 #include "experiments/applications/run_results.hpp"
 #include "experiments/commands/cli.hpp"
 #include "experiments/commands/record_json.hpp"
+#include "experiments/commands/sample_options.hpp"
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 
@@ -49,6 +50,7 @@ void check(const InsertOptions& options) {
 
 void add_insert_command(CommandLine& line) {
   const auto options = std::make_shared<InsertOptions>();
+  const auto samples = std::make_shared<SampleOptions>();
   const auto set = [options](const std::string& name, auto apply) {
     return [options, name, apply](const std::string& text) { apply(latest(*options, name), text); };
   };
@@ -82,22 +84,23 @@ void add_insert_command(CommandLine& line) {
               "1")
       .option("--bounces", "N", "How many scatterings at objects are followed", options->bounces)
       .option("--out", "DIR", "Where composite.exr and composite.png go; default: the run folder", options->out)
-      .flag("--force", "Replace files of these names that no insertion wrote", options->force)
-      .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
+      .flag("--force", "Replace files of these names that no insertion wrote", options->force);
+  add_sample_options(command, options->render, *samples, "what the objects' pixels show");
+  command.light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Gemm, Common::Json, Common::Quiet})
       .notes(
           "Options after --at describe that object. Prints where the composite lies.\n"
           "  clerestory insert runs/invert/office --at 330,400 --radius 0.2 --roughness 0.02 --at 200,420 --mesh "
           "bunny.glb --size 0.4\n" +
           lights_note());
-  command.run([options](const CommonOptions& common) {
+  command.run([options, samples](const CommonOptions& common) {
     check(*options);
     if (options->bounces < 1 || options->bounces > 4)
       throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
-    if (common.spp) options->render.spp = static_cast<int>(*common.spp);
+    options->goal = take_samples(common, *samples, options->render);
     catch_interrupts();
     insert(*options);
     const std::filesystem::path out = options->out.empty() ? options->run : options->out;

@@ -4,26 +4,16 @@
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
 #include "experiments/commands/record_json.hpp"
+#include "experiments/commands/sample_options.hpp"
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
 
 namespace clerestory {
-namespace {
-
-constexpr int kFirstRound = 16;  // samples a pixel
-
-double goal_of(const std::optional<double>& given, const char* name) {
-  if (given && !(*given > 0))
-    throw usage_error("is no goal of a re-render", name, fmt::format("{}", *given), "above 0");
-  return given.value_or(0);
-}
-
-}  // namespace
 
 void add_invert_command(CommandLine& line) {
   const auto options = std::make_shared<InvertOptions>();
-  const auto error = std::make_shared<std::optional<double>>(), seconds = std::make_shared<std::optional<double>>();
+  const auto samples = std::make_shared<SampleOptions>();
   const auto every_ray = std::make_shared<bool>(false), everything = std::make_shared<bool>(false);
   const auto precision = std::make_shared<std::string>("single");
   Command command = line.add("invert", "Take a photograph of a room apart and render it again");
@@ -46,13 +36,9 @@ void add_invert_command(CommandLine& line) {
           "RUN folder; default: runs/invert/<stem of the photo>, or a longer name where that is another photograph's",
           options->out)
       .flag("--force", "Replace a RUN folder even if it holds other files, or results made from it: they are lost",
-            options->force)
-      .choice(
-          "--sampler",
-          "How directions are drawn; default: guided, towards bright pixels too, under --light image, else vndf_caps",
-          options->render.sampler,
-          {"vndf_caps", "guided", "vndf_hemisphere", "vndf_bounded", "ndf", "cosine", "uniform", "grid8x16"})
-      .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
+            options->force);
+  add_sample_options(command, options->render, *samples, "the re-render", {"grid8x16"});
+  command.choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
       .choice("--delta",
               "What the uncertainty of a hit is measured in; learned light only takes what it was trained with",
@@ -66,9 +52,6 @@ void add_invert_command(CommandLine& line) {
             options->measure)
       .choice("--precision", "Of all kernels: double is slow, and shows what float gets wrong", *precision,
               {"single", "double"})
-      .option("--target-error", "E", "Take samples in rounds until the re-render's root relMSE is measured below this",
-              *error)
-      .option("--seconds", "S", "Take samples in rounds for so many seconds", *seconds)
       .light(lights_to_choose(), options->lit_by.weights, options->lit_by.lamps)
       .common({Common::Device, Common::Seed, Common::Spp, Common::Weights, Common::Preset, Common::Gemm, Common::Tile,
                Common::Json, Common::Quiet})
@@ -77,7 +60,7 @@ void add_invert_command(CommandLine& line) {
           "docs/commands.md says what the RUN "
           "folder holds.\n" +
           lights_note());
-  command.run([options, error, seconds, every_ray, everything, precision](const CommonOptions& common) {
+  command.run([options, samples, every_ray, everything, precision](const CommonOptions& common) {
     options->photo = found_data(options->photo);
     if (!options->camera.empty()) options->camera = found_data(options->camera);
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
@@ -85,7 +68,7 @@ void add_invert_command(CommandLine& line) {
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
     choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
-    if (!was_given(common, "--sampler")) choose_sampler(options->render);
+    options->goal = take_samples(common, *samples, options->render);
     if (*every_ray) {
       if (options->render.light != "net")
         throw usage_error("no net answers rays one by one there", "--every-ray", "--light " + options->render.light,
@@ -94,11 +77,6 @@ void add_invert_command(CommandLine& line) {
     }
     if (*everything) options->render.leave_out.clear();
     if (*precision == "double") options->render.precision = Precision::Double;
-    if (*error || *seconds) {
-      options->goal = RenderGoal{goal_of(*error, "--target-error"), goal_of(*seconds, "--seconds")};
-      options->render.spp = kFirstRound;
-    }
-    if (common.spp) options->render.spp = static_cast<int>(*common.spp);
     catch_interrupts();
     const std::filesystem::path out = invert(*options);
     const std::filesystem::path report = out / "report.html";

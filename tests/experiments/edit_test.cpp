@@ -275,6 +275,45 @@ TEST_F(EditTest, AnEditedEmitterStopsEmitting) {
   EXPECT_EQ(lit, 0);
 }
 
+TEST_F(EditTest, TakesSamplesUntilTheErrorUnderTheMaskIsTheOneAskedFor) {
+  const Image mask = mask_of(floor());
+  const MaterialEdit brushed{{{0.9, 0.9, 0.9}}, 0.4, 1.0};
+  RenderSettings settings = settings_;
+  settings.spp = 4096, settings.seed = 77, settings.sampler = "guided";
+  const Edit truth = edit_scene(*device_, scene_, mask, brushed, settings, 2);
+  EXPECT_TRUE(truth.rounds.empty());
+  const std::size_t n = scene_.photo.pixels();
+  double measured = 0, had = 0;
+  constexpr int kSeeds = 4;
+  for (int k = 0; k < kSeeds; ++k) {
+    settings.spp = 16, settings.seed = static_cast<std::uint32_t>(100 * k);
+    const Edit until = edit_scene(*device_, scene_, mask, brushed, settings, 2, RenderGoal{.error = 0.06});
+    ASSERT_GE(until.rounds.size(), 2u);
+    EXPECT_LE(until.rounds.back().error, 0.06);
+    EXPECT_EQ(until.bounces.size(), 2u);
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < until.composite.data.size(); ++i) {
+      if (mask.data[i % n] == 0) continue;
+      const double y = truth.composite.data[i];
+      sum += std::pow(until.composite.data[i] - y, 2) / (y * y + 0.01), ++count;
+    }
+    measured += std::pow(until.rounds.back().error, 2) / kSeeds, had += sum / count / kSeeds;
+  }
+  // Who stops at a small error has more than he measured; of Sobol's points he has less.
+  EXPECT_LT(std::sqrt(had / measured), 1.4);
+  EXPECT_GT(std::sqrt(had / measured), 0.4);
+
+  // Two rounds of equal numbers are as many samples: what is not linear is done to their mean.
+  settings.spp = 16;
+  const Edit brief = edit_scene(*device_, scene_, mask, brushed, settings, 2, RenderGoal{.seconds = 1e-6});
+  ASSERT_EQ(brief.rounds.size(), 2u);
+  EXPECT_EQ(brief.rounds.back().spp, 32);
+  const double once = edit_scene(*device_, scene_, mask, brushed, settings, 2).bounces[0].rays;
+  EXPECT_NEAR(brief.bounces[0].rays, 2 * once, 0.01 * once) << "few directions are below the surface, by chance";
+  settings.spp = 20;
+  EXPECT_THROW(edit_scene(*device_, scene_, mask, brushed, settings, 2, RenderGoal{.error = 0.1}), Error);
+}
+
 // The study's truth: a room whose floor is a mirror, traced. The edit comes closer to it than the photograph is.
 TEST_F(EditTest, AMirrorFloorIsLikeTheTracersRoom) {
   const Room room = make_box_room(3);

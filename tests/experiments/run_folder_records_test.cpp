@@ -153,6 +153,36 @@ TEST_F(RunFolder, AnErrorIsAskedForAndRecorded) {
   EXPECT_THAT(text_of(out / "report.html"), HasSubstr("root relMSE"));
 }
 
+TEST_F(RunFolder, AnErrorOfObjectsAndEditsIsAskedForAndRecorded) {
+  const auto until = [](Words words, const Words& more) {
+    const auto spp = std::ranges::find(words, std::string("--spp"));
+    words.erase(spp, spp + 2);
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  for (const Words& command : {inserted(), edited()}) {
+    expect_refused(until(command, {"--target-error", "0"}), "--target-error");
+    expect_refused(until(command, {"--seconds", "-1"}), "--seconds");
+    expect_refused(until(command, {"--target-error", "0.1", "--spp", "20"}), "--spp");
+    expect_refused(until(command, {"--sampler", "grid8x16"}), "--sampler");
+  }
+  const auto expect_recorded = [&](const Words& words, const fs::path& path, const std::string& of) {
+    ASSERT_EQ(start(words), 0) << said();
+    EXPECT_THAT(said(), HasSubstr("(asked: 0.3)"));
+    const auto made = record(path);
+    EXPECT_THAT(made["facts"]["error of " + of].get<std::string>(), HasSubstr("root relMSE"));
+    EXPECT_LE(made["figures"]["root relMSE, measured"].get<double>(), 0.3);
+    EXPECT_GT(made["figures"]["seconds: rounds of samples"].get<double>(), 0);
+    const auto samples = static_cast<int>(made["figures"]["samples a pixel"].get<double>());
+    EXPECT_GE(samples, 32);
+    EXPECT_EQ(made["facts"]["samples"], fmt::format("{} a pixel, guided, sobol", samples));
+  };
+  expect_recorded(until(inserted(), {"--target-error", "0.3"}), run() / "insert.json", "the objects");
+  expect_recorded(until(edited(), {"--target-error", "0.3"}), run() / "edit/provenance.json", "the edit");
+  ASSERT_EQ(start(inserted({"--sampler", "cosine"})), 0) << said();
+  EXPECT_EQ(record(run() / "insert.json")["facts"]["samples"], "2 a pixel, cosine, sobol");
+}
+
 TEST_F(RunFolder, WhereAResultLiesStandsAloneOnStdout) {
   const fs::path out = folder_ / "out", results = folder_ / "stdout.txt";
   const auto printed = [&](Words words, const Words& more = {}) {

@@ -149,7 +149,8 @@ TEST(NetLight, ManyRaysShareAnswers) {
   const Rendering few = render_scene(device(), scene, shared), all = render_scene(device(), scene, alone);
   EXPECT_EQ(few.shared_answers, 20 * 14 * 16) << "16 around each pixel of the nets' picture";
   EXPECT_EQ(all.shared_answers, 0);
-  EXPECT_EQ(few.answered, all.answered);
+  EXPECT_TRUE(few.answered.empty()) << "to look an answer up needs no list";
+  EXPECT_EQ(all.answered.size(), 2u);
   EXPECT_NE(few.radiance.data, all.radiance.data);
   shared.chunk_rays = 16 * 100;
   EXPECT_EQ(render_scene(device(), scene, shared).radiance.data, few.radiance.data) << "whatever the tiles";
@@ -157,7 +158,8 @@ TEST(NetLight, ManyRaysShareAnswers) {
   // Few rays for the picture's size ask by themselves.
   EXPECT_EQ(render_scene(device(), scene, settings_of("net", untrained(kWidth))).shared_answers, 0);
 
-  // Nets that do not look at directions have one answer for all of them.
+  // Nets that do not look at directions have one answer for all of them; small shares are in it on both sides.
+  alone.leave_out.erase(Saving::SmallShares);
   Tensor blind = nets->states->get("local.mlp.0.direction.weight");
   std::ranges::fill(blind.real, 0.0);
   nets->states->set("local.mlp.0.direction.weight", blind);
@@ -168,6 +170,36 @@ TEST(NetLight, ManyRaysShareAnswers) {
   // Four equal answers mixed: three roundings, and in the sum of samples what Kahan leaves.
   for (std::size_t i = 0; i < each.data.size(); ++i)
     ASSERT_NEAR(same.data[i], each.data[i], 20 * 0x1p-24 * largest) << i;
+}
+
+TEST(NetLight, AmongMirrorsAnswersAreNotSharedUnlessTheyAreToBe) {
+  Scene scene = corner();
+  RenderSettings settings = settings_of("net", untrained(20));
+  settings.spp = 256;
+  const double rays = static_cast<double>(scene.photo.pixels()) * settings.spp;
+  const auto with_mirrors = [&](std::size_t count) {
+    for (std::size_t i = 0; i < scene.depth.pixels(); ++i) scene.material.data[i] = i < count ? 0.05f : 0.4f;
+  };
+  with_mirrors(scene.depth.pixels() / 2);
+  EXPECT_TRUE(shares_answers(scene, settings, rays));
+  EXPECT_EQ(why_none_are_shared(scene, settings, rays), "");
+  with_mirrors(scene.depth.pixels() / 2 + 1);
+  EXPECT_FALSE(shares_answers(scene, settings, rays));
+  EXPECT_NE(why_none_are_shared(scene, settings, rays).find("50.1 % of the surfaces are mirrors"), std::string::npos);
+  const Rendering each = render_scene(device(), scene, settings);
+  EXPECT_EQ(each.shared_answers, 0);
+  RenderSettings never = settings;
+  never.sharing = Sharing::Never;
+  EXPECT_EQ(each.radiance.data, render_scene(device(), scene, never).radiance.data);
+  EXPECT_EQ(why_none_are_shared(scene, never, rays), "") << "not for what the scene is";
+  settings.sharing = Sharing::Always;
+  EXPECT_TRUE(shares_answers(scene, settings, rays));
+  EXPECT_GT(render_scene(device(), scene, settings).shared_answers, 0);
+  // Surfaces without a depth are none, and few rays are a reason of their own.
+  settings.sharing = Sharing::WhereItPays;
+  for (std::size_t i = 0; i < 2; ++i) scene.depth.data[i] = 0;
+  EXPECT_TRUE(shares_answers(scene, settings, rays));
+  EXPECT_NE(why_none_are_shared(scene, settings, 0.01 * rays).find("rays for each answer"), std::string::npos);
 }
 
 TEST(NetLight, OutOfViewDiffersOnlyWhereSomethingIsHit) {
