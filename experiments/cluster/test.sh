@@ -9,10 +9,15 @@ for program in parallel slurmctld slurmd munged python3; do
   command -v $program >/dev/null || { echo "$program is missing: apt-get install parallel slurm-wlm munge python3" >&2; exit 1; }
 done
 work=$(mktemp -d)
-started=() # process groups and daemons of ours
+daemons=() # of the Slurm of ours, in the order of their start
 clean_up() {
-  local pid
-  for pid in "${started[@]}"; do kill -KILL -- "$pid" 2>/dev/null || true; done
+  local i
+  if [ ${#daemons[@]} -gt 0 ]; then
+    timeout 10 scancel --user="$(id -un)" || true
+    for ((i = 0; i < 100; i++)); do queue_empty || sleep 0.1; done
+    for ((i = ${#daemons[@]} - 1; i >= 0; i--)); do kill "${daemons[i]}" && wait "${daemons[i]}" || true; done
+  fi 2>/dev/null
+  cd /
   rm -rf "$work"
 }
 trap clean_up EXIT
@@ -21,9 +26,10 @@ cd "$work"
 
 fail() { echo "FAILED: $*" >&2; exit 1; }
 sweep() { # folder of its runs
-  echo "$root/build/clerestory train tiny.toml -m train.rate=1e-3,5e-4,2e-4 run.seed=range(1,5) run.root=$1"
+  echo "$root/build/clerestory train tiny.toml -m train.rate=1e-3,5e-4,2e-4 run.seed=range(1,5) run.root=$work/$1"
 }
-done_runs() { find "$1" -name DONE -path '*main-*' 2>/dev/null | wc -l; }
+finished() { find "$1" -name DONE ! -path '*/sweep-*' 2>/dev/null; }
+done_runs() { finished "$1" | wc -l; }
 wait_for_runs() { # folder, how many
   local tries
   for ((tries = 0; tries < 1200; tries++)); do
@@ -47,8 +53,8 @@ compare() { # folder, who made it
   [ "$(table_of "$1")" = "$(table_of one)" ] || fail "$2: another table than that of one process"
   echo "$2: the table of one process"
 }
-unchanged() { # folder: what each finished run says of its end, to be compared
-  find "$1" -path '*main-*' -name DONE -exec sha256sum {} + | sort -k 2
+ends() { # folder: what each finished run says of its end
+  finished "$1" | xargs sha256sum | sort
 }
 
 prepare() {
@@ -70,7 +76,7 @@ width = 32
 height = 32
 [train]
 batch = 1
-steps = 40
+steps = 200
 [log]
 checkpoint_every = 5
 TOML
@@ -81,15 +87,14 @@ TOML
 by_parallel() {
   local command=(bash "$root/experiments/cluster/parallel.sh" --jobs 2 -- $(sweep par)) before
   POCL_MAX_PTHREAD_COUNT=1 setsid "${command[@]}" >par.txt 2>&1 &
-  started+=(-$!)
   wait_for_runs par 3
-  kill -KILL -- -$!
+  pkill -KILL --session $! # its jobs have process groups of their own
   wait $! 2>/dev/null || true
-  unchanged par >par.before
+  ends par >par.before
   echo "parallel: killed after $(done_runs par) of 12 runs"
   [ "$(done_runs par)" -lt 12 ] || fail "parallel was done before it was killed"
   POCL_MAX_PTHREAD_COUNT=1 "${command[@]}" >par.txt 2>&1 || { cat par.txt; fail "parallel, gone on"; }
-  [ -z "$(unchanged par | comm -13 - par.before)" ] || fail "parallel: finished runs were made again"
+  [ -z "$(ends par | comm -13 - par.before)" ] || fail "parallel: finished runs were made again"
   compare par parallel
 }
 
@@ -132,11 +137,11 @@ PartitionName=all Nodes=$host Default=YES MaxTime=INFINITE State=UP
 CONF
   munged --foreground --force --key-file="$work/munge.key" --socket="$work/munge.socket" --pid-file="$work/munged.pid" \
     --log-file="$work/munged.log" --seed-file="$work/munged.seed" &
-  started+=($!)
+  daemons+=($!)
   slurmctld -D &
-  started+=($!)
+  daemons+=($!)
   slurmd -D &
-  started+=($!)
+  daemons+=($!)
   local tries
   for ((tries = 0; tries < 300; tries++)); do
     [ "$(sinfo -h -o %t 2>/dev/null)" != idle ] || return 0
@@ -157,27 +162,36 @@ wait_for_queue() {
 }
 
 by_slurm() {
-  local command=(bash "$root/experiments/cluster/slurm.sh" -- $(sweep slurm)) job task pid
+  local command=(bash "$root/experiments/cluster/slurm.sh" -- $(sweep slurm)) task late tries
   start_slurm 2>daemons.txt
   "${command[@]}"
   wait_for_runs slurm 3
   # A task is told that its time is over: a checkpoint, and it is queued again.
-  task=$(squeue -h -t R -o %i | head -n 1)
-  scancel --batch --signal=USR1 "$task"
+  until grep -l 'interrupted after step' jobs/*/*.txt >/dev/null 2>&1; do
+    [ "$(done_runs slurm)" -lt 10 ] || fail "slurm: no task wrote a checkpoint when its time was over"
+    task=$(squeue -h -t R -o %i | head -n 1)
+    timeout 1 scancel --batch --signal=USR1 "${task:-1_1}" 2>/dev/null || true # not while it is only starting
+    sleep 0.3
+  done
+  late=$(basename "$(grep -l 'interrupted after step' jobs/*/*.txt | head -n 1)" .txt)
+  for ((tries = 0; tries < 100; tries++)); do
+    ! squeue -h -r -t PD -o %K | grep -qx "$late" || break
+    sleep 0.1
+  done
+  [ $tries -lt 100 ] || { squeue >&2; fail "slurm: task $late was not queued again"; }
   # Another one's program is killed outright, and then the whole job.
-  pid=$(pgrep -f "^$root/build/clerestory train .* run.root=slurm " | tail -n 1)
-  [ -z "$pid" ] || kill -KILL "$pid"
   wait_for_runs slurm 5
+  kill -KILL "$(pgrep -f "^$root/build/clerestory train .* run.root=$work/slurm " | tail -n 1)"
+  wait_for_runs slurm 6
   scancel "${task%_*}"
   wait_for_queue
   echo "slurm: cancelled after $(done_runs slurm) of 12 runs"
   [ "$(done_runs slurm)" -lt 12 ] || fail "slurm was done before it was cancelled"
-  grep -l 'interrupted after step' jobs/*/*.txt >/dev/null || fail "slurm: no task wrote a checkpoint at its end"
-  unchanged slurm >slurm.before
+  ends slurm >slurm.before
   "${command[@]}"
   wait_for_queue
   [ "$(done_runs slurm)" = 12 ] || { tail jobs/*/*.txt; fail "slurm: $(done_runs slurm) of 12 runs"; }
-  [ -z "$(unchanged slurm | comm -13 - slurm.before)" ] || fail "slurm: finished runs were made again"
+  [ -z "$(ends slurm | comm -13 - slurm.before)" ] || fail "slurm: finished runs were made again"
   $(sweep slurm) -q >slurm.txt
   compare slurm slurm
 }
