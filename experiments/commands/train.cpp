@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "experiments/commands/sweep_options.hpp"
 #include "experiments/studies/sweep.hpp"
 #include "experiments/training/trainer.hpp"
 #include "experiments/weights/weights.hpp"
@@ -14,7 +15,8 @@ namespace {
 struct TrainArguments {
   std::vector<std::string> words;  // config, then overrides
   std::string init;
-  bool keys = false, many = false;
+  bool keys = false;
+  SweepOptions sweep;
 };
 
 /// The last validation behind a run's weights, in one row.
@@ -36,6 +38,18 @@ RunTables validation_row(const std::filesystem::path& run) {
   return {{"validation", std::move(table)}};
 }
 
+void sweep_trainings(const TrainArguments& arguments, const std::vector<std::string>& overrides,
+                     const std::vector<std::string>& fixed, const CommonOptions& common) {
+  const std::string& config = arguments.words[0];
+  const std::string& only = arguments.sweep.only;
+  const Schema schema = training_schema();
+  if (arguments.sweep.list) return print_sweep(sweep_names(config, schema, overrides, fixed), common.command);
+  const SweepTask task{[&](const Config& one) { train(one, common.command); }, validation_row};
+  const auto folder = only.empty() ? run_sweep(config, schema, overrides, fixed, common.command, task)
+                                   : run_of_sweep(config, schema, overrides, fixed, only, task);
+  std::printf("%s\n", folder.c_str());
+}
+
 void run_train(const TrainArguments& arguments, const CommonOptions& common, bool seed_given) {
   if (arguments.keys) {
     std::fputs(config_page(training_schema(), "Keys of a training config").c_str(), stdout);
@@ -51,12 +65,8 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common, boo
   if (common.gemm != "auto") fixed.push_back("model.gemm=" + common.gemm);
   if (common.tile != "auto") fixed.push_back("run.tile=" + common.tile);
   if (seed_given) fixed.push_back(fmt::format("run.seed={}", common.seed));
-  if (arguments.many) {
-    const SweepTask task{[&](const Config& config) { train(config, common.command); }, validation_row};
-    const auto folder = run_sweep(arguments.words[0], training_schema(), overrides, fixed, common.command, task);
-    std::printf("%s\n", folder.c_str());
-    return;
-  }
+  check_sweep_options(arguments.sweep, arguments.sweep.many);
+  if (arguments.sweep.many) return sweep_trainings(arguments, overrides, fixed, common);
   const Config config = load_config(arguments.words[0], training_schema(), overrides).with(fixed);
   std::printf("%s\n", train(config, common.command).weights.c_str());
 }
@@ -65,18 +75,20 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common, boo
 
 void add_train_command(CommandLine& line) {
   auto arguments = std::make_shared<TrainArguments>();
-  line.add("train",
-           "Trains MGNet or the light on rooms written by `generate`; an interrupted run goes on, a finished one is "
-           "skipped")
+  Command command = line.add(
+      "train",
+      "Trains MGNet or the light on rooms written by `generate`; an interrupted run goes on, a finished one is "
+      "skipped");
+  command
       .arguments("CONFIG [KEY=VALUE...]",
                  "Config file, then overrides such as train.minutes=30 data.train=[rooms_a,rooms_b]", arguments->words)
       .option(
           "--init", "WEIGHTS",
           "Weights or a checkpoint to start from, for the light also the folder of its two files, or an encoder that "
           "`weights import` wrote (model.init)",
-          arguments->init)
-      .flag("-m,--multirun", sweep_words, arguments->many)
-      .flag("--keys", "Prints every key with its default and meaning, as Markdown", arguments->keys)
+          arguments->init);
+  add_sweep_options(command, arguments->sweep);
+  command.flag("--keys", "Prints every key with its default and meaning, as Markdown", arguments->keys)
       .common({Common::Device, Common::Seed, Common::Gemm, Common::Tile, Common::Quiet})
       .notes(
           "Prints the path of the weights. Ctrl-C writes a checkpoint first (exit code 4); the same command goes on "

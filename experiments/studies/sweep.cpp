@@ -6,7 +6,9 @@
 #include <set>
 
 #include "host/error.hpp"
+#include "host/io/config_values.hpp"
 #include "host/io/files.hpp"
+#include "host/report/file_lock.hpp"
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
@@ -70,15 +72,32 @@ std::string description(const Texts& keys, const SweptRun& run) {
 }
 
 void run_one(const SweepTask& task, const Config& config, SweptRun& run) {
+  run.failure.clear(), run.elsewhere = false;
   try {
     task.run(config);
     run.tables = task.results(run.folder);
+  } catch (const AtWork& e) {
+    run.failure = e.what(), run.elsewhere = true;
+    say("sweep: this run is left to another process: " + run.failure);
   } catch (const std::exception& e) {
     const auto* error = dynamic_cast<const Error*>(&e);
     if (error && error->kind() == ErrorKind::Interrupted) throw;
     run.failure = e.what();
     say("sweep: this run failed: " + run.failure);
   }
+}
+
+/// One after another; in the end those again that others were at work on: they may be done by now, or free.
+void run_all(const SweepTask& task, Plan& plan) {
+  const std::size_t count = plan.runs.size();
+  for (const bool again : {false, true})
+    for (std::size_t i = 0; i < count; ++i) {
+      if (again && !plan.runs[i].elsewhere) continue;
+      stop_if_interrupted(fmt::format("sweep, after {} of {} runs", i, count));
+      say(fmt::format("sweep: run {} of {}{}: {}", i + 1, count, again ? " again" : "",
+                      description(plan.keys, plan.runs[i])));
+      run_one(task, plan.configs[i], plan.runs[i]);
+    }
 }
 
 /// Runs that differ in seeds alone.
@@ -198,7 +217,7 @@ Table list_of(const Texts& keys, const std::vector<SweptRun>& runs) {
   table.columns.insert(table.columns.end(), {{"state", "", Best::None, 3}, {"run", "", Best::None, 3}});
   for (const SweptRun& run : runs) {
     std::vector<Cell> row(run.values.begin(), run.values.end());
-    row.emplace_back(run.failure.empty() ? "done" : "failed: " + run.failure);
+    row.emplace_back(run.failure.empty() ? "done" : (run.elsewhere ? "at work: " : "failed: ") + run.failure);
     row.emplace_back(run.folder.filename().string());
     table.add(std::move(row));
   }
@@ -277,24 +296,57 @@ std::string sweep_hash(const fs::path& config, const Schema& schema, const Texts
   return hash_of(plan_of(config, schema, words, fixed));
 }
 
+Texts sweep_names(const fs::path& config, const Schema& schema, const Texts& words, const Texts& fixed) {
+  Texts names;
+  for (const SweptRun& run : plan_of(config, schema, words, fixed).runs) names.push_back(run.folder.filename());
+  return names;
+}
+
+std::string sweep_commands(const Texts& names, const Texts& command) {
+  std::string lines;
+  for (const std::string& name : names) {
+    Texts words = command;
+    std::erase(words, "--list");
+    words.insert(words.end(), {"--only", name});
+    lines += command_text(words) + "\n";
+  }
+  return lines;
+}
+
+fs::path run_of_sweep(const fs::path& config, const Schema& schema, const Texts& words, const Texts& fixed,
+                      const std::string& name, const SweepTask& task) {
+  const Plan plan = plan_of(config, schema, words, fixed);
+  Texts names;
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    names.push_back(plan.runs[i].folder.filename());
+    if (names.back() != name) continue;
+    task.run(plan.configs[i]);
+    return plan.runs[i].folder;
+  }
+  throw usage_error("the sweep has no run of this name; has its config changed since it was listed?", "--only", name,
+                    "one of --list, such as " + nearest_word(name, names));
+}
+
 fs::path run_sweep(const fs::path& config, const Schema& schema, const Texts& words, const Texts& fixed,
                    const Texts& command, const SweepTask& task) {
   Plan plan = plan_of(config, schema, words, fixed);
   Provenance provenance = begin_provenance(command);
-  std::size_t failed = 0;
-  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
-    stop_if_interrupted(fmt::format("sweep, after {} of {} runs", i, plan.runs.size()));
-    say(fmt::format("sweep: run {} of {}: {}", i + 1, plan.runs.size(), description(plan.keys, plan.runs[i])));
-    run_one(task, plan.configs[i], plan.runs[i]);
-    failed += !plan.runs[i].failure.empty();
-  }
+  run_all(task, plan);
   provenance.hashes["config"] = hash_of(plan);
   gather(provenance, plan.runs);
   if (task.record) task.record(provenance);
   provenance.ended = utc_now();
   const fs::path folder = write_sweep(plan, task, provenance);
-  if (failed > 0)
-    throw Error(ErrorKind::Failed, fmt::format("{} of {} runs failed", failed, plan.runs.size()), folder.string());
+  const std::size_t count = plan.runs.size();
+  const auto elsewhere = std::ranges::count_if(plan.runs, &SweptRun::elsewhere);
+  const auto failed =
+      std::ranges::count_if(plan.runs, [](const SweptRun& run) { return !run.failure.empty(); }) - elsewhere;
+  if (failed > 0) throw Error(ErrorKind::Failed, fmt::format("{} of {} runs failed", failed, count), folder.string());
+  if (elsewhere > 0)
+    throw Error(ErrorKind::Interrupted,
+                fmt::format("other processes are at work on {} of {} runs, the same command goes on from here",
+                            elsewhere, count),
+                folder.string());
   write_file(folder / "DONE", utc_now() + "\n");
   return folder;
 }

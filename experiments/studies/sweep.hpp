@@ -36,6 +36,7 @@ struct SweptRun {
   std::filesystem::path folder;
   std::string failure;  // empty: it is done
   RunTables tables;
+  bool elsewhere = false;  // it is not failed: another process is at work on it
 };
 
 /// Tables over all runs: those of one name below each other, the swept values in front. Runs that differ only in keys
@@ -48,11 +49,26 @@ RunTables sweep_tables(const std::vector<std::string>& keys, const std::vector<S
 std::string sweep_hash(const std::filesystem::path& config, const Schema& schema, const std::vector<std::string>& words,
                        const std::vector<std::string>& fixed);
 
+/// Names of the run directories of such a sweep, in their order: no two are alike.
+std::vector<std::string> sweep_names(const std::filesystem::path& config, const Schema& schema,
+                                     const std::vector<std::string>& words, const std::vector<std::string>& fixed);
+
+/// For each of these names the command that makes that run, quoted for a shell, a line each: `command`, which asks for
+/// the sweep, with --only in the place of --list.
+std::string sweep_commands(const std::vector<std::string>& names, const std::vector<std::string>& command);
+
+/// The run of that name alone, without tables over all. Returns its directory. Throws what its run throws, and
+/// usage_error when the sweep has no such run.
+std::filesystem::path run_of_sweep(const std::filesystem::path& config, const Schema& schema,
+                                   const std::vector<std::string>& words, const std::vector<std::string>& fixed,
+                                   const std::string& name, const SweepTask& task);
+
 /// Runs the config for each of its variants and each element of expand_sweep(words); `fixed` overrides come after.
-/// All configs are checked before the first run. A run that fails lets the others go on. Prints the tables, and writes
-/// them with report.html and provenance.json to <root>/<experiment>/sweep-<hash>, DONE too when no run failed. Returns
-/// that folder. Throws Error (Failed) at the end when a run failed, Interrupted when asked to stop: the same command
-/// goes on. Throws usage_error when two runs would share a directory.
+/// All configs are checked before the first run. A run that fails lets the others go on; one on which another process
+/// is at work is left to it, and looked at again in the end. Prints the tables, and writes them with report.html and
+/// provenance.json to <root>/<experiment>/sweep-<hash>, DONE too when all runs are done. Returns that folder. Throws
+/// Error (Failed) at the end when a run failed, Interrupted when asked to stop or while others are at work: the same
+/// command goes on. Throws usage_error when two runs would share a directory.
 std::filesystem::path run_sweep(const std::filesystem::path& config, const Schema& schema,
                                 const std::vector<std::string>& words, const std::vector<std::string>& fixed,
                                 const std::vector<std::string>& command, const SweepTask& task);

@@ -11,6 +11,7 @@
 #include "experiments/training/trainer.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/report/file_lock.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
 #include "tracer/generate.hpp"
@@ -111,6 +112,9 @@ class Ablation {
     const auto seed = static_cast<std::uint64_t>(config.integer("run.seed"));
     const fs::path folder = RunDirectory::path_of(config.text("run.root"), config.text("run.experiment"),
                                                   config.text("run.variant"), config, seed);
+    // All of a run is one process's work: kernels that are compiled before, training, tables.
+    make_directories(folder.parent_path());
+    const FolderLock claim(folder, LockKind::Write);
     const bool begun = fs::exists(folder / "metrics.jsonl");
     if (!begun && compiled_.insert(config_hash(config)).second) compile_kernels(config, command_);
     train(config, command_);
@@ -193,7 +197,15 @@ void one_kind(const Config& run, const Config& config) {
 
 }  // namespace
 
-fs::path run_training_study(const fs::path& path, const Texts& words, const Texts& fixed, const Texts& command) {
+Texts training_study_names(const fs::path& path, const Texts& words, const Texts& fixed) {
+  const Schema schema = training_study_schema();
+  const Config config = load_config(path, schema, expand_sweep(words)[0]).with(fixed);
+  const SweepWords all = sweep_words_of(config, words, fixed);
+  return sweep_names(path, schema, all.words, all.fixed);
+}
+
+fs::path run_training_study(const fs::path& path, const Texts& words, const Texts& fixed, const Texts& command,
+                            const std::string& only) {
   const Schema schema = training_study_schema();
   const Config config = load_config(path, schema, expand_sweep(words)[0]).with(fixed);
   const Texts& measures = config.texts("ablation.measures");
@@ -215,9 +227,10 @@ fs::path run_training_study(const fs::path& path, const Texts& words, const Text
     std::erase_if(tables, [&](const auto& table) { return std::ranges::count(names, table.first) == 0; });
     return tables;
   };
-  return run_sweep(path, schema, all.words, all.fixed, command,
-                   {[&](const Config& c) { ablation.run(c); }, results, with_differences,
-                    [&](Provenance& provenance) { record_rooms(provenance, config); }});
+  const SweepTask task{[&](const Config& c) { ablation.run(c); }, results, with_differences,
+                       [&](Provenance& provenance) { record_rooms(provenance, config); }};
+  return only.empty() ? run_sweep(path, schema, all.words, all.fixed, command, task)
+                      : run_of_sweep(path, schema, all.words, all.fixed, only, task);
 }
 
 }  // namespace clerestory

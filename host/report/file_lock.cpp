@@ -6,11 +6,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <regex>
 #include <utility>
 
-#include "host/error.hpp"
+#include "host/io/files.hpp"
 #include "host/report/provenance.hpp"
 
 namespace clerestory {
@@ -27,6 +29,23 @@ bool is_file_at(int file, const fs::path& path) {
 /// Nobody who may write there can be kept out by one who may not.
 bool may_not_write(int reason) { return reason == EACCES || reason == EPERM || reason == EROFS; }
 
+constexpr std::size_t kLongestHolder = 300;  // bytes; a host's name has 255 at most
+
+/// This process, as others are told of it.
+std::string this_holder() {
+  char host[256] = "";
+  ::gethostname(host, sizeof host - 1);
+  return fmt::format("pid {} on {}\n", ::getpid(), host);
+}
+
+/// The writer that holds a file; empty where readers do, who leave no name.
+std::string holder_of(int file) {
+  if (::flock(file, LOCK_SH | LOCK_NB) == 0) return {};
+  std::string text(kLongestHolder, '\0');
+  const ssize_t got = ::pread(file, text.data(), text.size(), 0);
+  return text.substr(0, std::min(text.find('\n'), static_cast<std::size_t>(std::max<ssize_t>(got, 0))));
+}
+
 }  // namespace
 
 FileLock::FileLock(const fs::path& path, LockKind kind, const fs::path& guarded) : path_(path) {
@@ -34,21 +53,35 @@ FileLock::FileLock(const fs::path& path, LockKind kind, const fs::path& guarded)
 }
 
 void FileLock::take(LockKind kind, const fs::path& guarded) {
+  // A writer leaves its name; and NFS locks a file for one alone only where it is open for writing.
+  const int access = kind == LockKind::Write ? O_RDWR : O_RDONLY;
   for (;;) {
-    file_ = ::open(path_.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
+    file_ = ::open(path_.c_str(), access | O_CREAT | O_CLOEXEC, 0666);
     if (file_ < 0 && kind == LockKind::Read && may_not_write(errno)) return;
     if (file_ < 0) throw usage_error(std::string("cannot be locked: ") + std::strerror(errno), path_.string());
     if (::flock(file_, (kind == LockKind::Read ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0) {
       const int reason = errno;
+      const std::string holder = reason == EWOULDBLOCK ? holder_of(file_) : "";
       ::close(file_);
       if (reason != EWOULDBLOCK)
         throw Error(ErrorKind::Failed, std::string("cannot be locked: ") + std::strerror(reason), path_.string());
-      throw usage_error("another process is at work here", guarded.string());
+      throw AtWork(ErrorKind::Usage, "another process is at work here", guarded.string(), holder);
     }
     // The one before us may have deleted the file between our open and our lock: then we hold nothing that anyone sees.
-    if (is_file_at(file_, path_)) return;
+    if (is_file_at(file_, path_)) break;
     ::close(file_);
   }
+  if (kind == LockKind::Write) write_holder();
+}
+
+void FileLock::write_holder() const {
+  const std::string name = this_holder();
+  if (::ftruncate(file_, 0) == 0 && ::pwrite(file_, name.data(), name.size(), 0) == static_cast<ssize_t>(name.size()))
+    return;
+  const std::string reason = std::strerror(errno);
+  ::unlink(path_.c_str());
+  ::close(file_);
+  throw Error(ErrorKind::Failed, "cannot be locked: " + reason, path_.string());
 }
 
 FileLock::~FileLock() {
@@ -59,6 +92,13 @@ FileLock::~FileLock() {
 }
 
 FileLock::FileLock(FileLock&& other) noexcept : file_(std::exchange(other.file_, -1)), path_(std::move(other.path_)) {}
+
+bool is_left_lock(const fs::path& file) {
+  std::error_code error;
+  if (const auto bytes = fs::file_size(file, error); error || bytes > kLongestHolder) return false;
+  static const std::regex holder("(pid [0-9]+ on [^\n]*\n)?");
+  return std::regex_match(read_file(file, kLongestHolder, true), holder);
+}
 
 fs::path own_path(const fs::path& folder) {
   std::error_code error;

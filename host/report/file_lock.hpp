@@ -3,13 +3,21 @@
 #include <filesystem>
 #include <vector>
 
+#include "host/error.hpp"
+
 namespace clerestory {
 
 /// Any number of readers, or one writer.
 enum class LockKind { Read, Write };
 
-/// Throws ErrorKind::Usage naming `guarded` when another process holds the file in a way that excludes `kind`. The last
-/// holder removes the file.
+/// Another process holds what was asked for; the message says which, "pid 4711 on HOST", where it writes there.
+class AtWork : public Error {
+ public:
+  using Error::Error;
+};
+
+/// Throws AtWork (ErrorKind::Usage) naming `guarded` when another process holds the file in a way that excludes `kind`.
+/// A writer's name stands in the file. The last holder removes it.
 class FileLock {
  public:
   explicit FileLock(const std::filesystem::path& path, LockKind kind = LockKind::Write,
@@ -20,9 +28,13 @@ class FileLock {
 
  private:
   void take(LockKind kind, const std::filesystem::path& guarded);
+  void write_holder() const;
   int file_ = -1;  // -1: moved from, or nothing to lock
   std::filesystem::path path_;
 };
+
+/// Whether a file is what such a lock leaves when its holder is killed: empty, or with a holder's name and no more.
+bool is_left_lock(const std::filesystem::path& file);
 
 /// A folder of results while it is read, or written into or replaced: `.NAME.lock` beside it, for a folder that may be
 /// replaced as a whole holds no lock of its own. Run folders that it lies in (RUN/edit) are locked for reading.

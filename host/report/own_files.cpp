@@ -5,21 +5,22 @@
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/report/file_lock.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace fs = std::filesystem;
 namespace {
 
-/// A lock (FolderLock) is empty, a temporary (AtomicFile) has two numbers before its ending, `.NAME.partial`
-/// (StagedFolder) is a folder.
+/// A lock (FolderLock) holds a name at most, a temporary (AtomicFile) has two numbers before its ending,
+/// `.NAME.partial` (StagedFolder) is a folder.
 bool left_by_a_killed_process(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename().string();
   const auto status = entry.symlink_status();
   if (!name.starts_with(".")) return false;
   if (fs::is_directory(status)) return name.ends_with(".partial");
   if (!fs::is_regular_file(status)) return false;
-  if (name.ends_with(".lock")) return entry.file_size() == 0;
+  if (name.ends_with(".lock")) return is_left_lock(entry.path());
   const std::string numbers = fs::path(entry.path().stem()).extension().string();
   return name.ends_with(".tmp") && numbers.size() > 1 &&
          numbers.find_first_not_of("0123456789-", 1) == std::string::npos;

@@ -6,9 +6,14 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
+#include <map>
+#include <optional>
+#include <sstream>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/report/file_lock.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/run_directory.hpp"
 #include "tests/experiments/program.hpp"
@@ -105,9 +110,10 @@ Schema schema() {
 /// A sweep whose runs only note that they ran.
 struct Sweep : testing::Test {
   ScratchFolder folder{"clerestory-sweep"};
-  std::vector<std::string> ran;  // "width/seed", in order
-  std::string fails;             // the one that throws
-  bool interrupts = false;       // it throws Interrupted
+  std::vector<std::string> ran;                          // "width/seed", in order
+  std::string fails;                                     // the one that throws
+  bool interrupts = false;                               // it throws Interrupted
+  std::map<std::string, std::function<void()>> besides;  // what else happens while a run is made
 
   void SetUp() override {
     set_quiet(true);
@@ -116,6 +122,16 @@ struct Sweep : testing::Test {
   void TearDown() override { set_quiet(false); }
 
   fs::path sweep(const std::vector<std::string>& overrides, const std::vector<std::string>& fixed = {}) {
+    return run_sweep(folder / "a.toml", schema(), overrides, fixed, {"clerestory", "run"}, task());
+  }
+  std::vector<std::string> names(const std::vector<std::string>& overrides) const {
+    return sweep_names(folder / "a.toml", schema(), overrides, {});
+  }
+  fs::path only(const std::vector<std::string>& overrides, const std::string& name) {
+    return run_of_sweep(folder / "a.toml", schema(), overrides, {}, name, task());
+  }
+
+  SweepTask task() {
     ran.clear();
     const auto run = [&](const Config& c) {
       const RunDirectory directory(c.text("run.root"), c.text("run.experiment"), c.text("run.variant"), c,
@@ -123,6 +139,7 @@ struct Sweep : testing::Test {
       if (directory.done()) return;
       ran.push_back(fmt::format("{}{}/{}", c.text("run.variant") == "main" ? "" : c.text("run.variant") + ":",
                                 c.integer("model.width"), c.integer("run.seed")));
+      if (const auto other = besides.find(ran.back()); other != besides.end()) other->second();
       if (ran.back() == fails)
         throw Error(interrupts ? ErrorKind::Interrupted : ErrorKind::Usage, "the rope broke", "here");
       write_file(directory.artifact("errors.table.json"),
@@ -133,7 +150,7 @@ struct Sweep : testing::Test {
       const fs::path file = run_folder / "artifacts/errors.table.json";
       return RunTables{{"errors", table_from_json(read_file(file), file)}};
     };
-    return run_sweep(folder / "a.toml", schema(), overrides, fixed, {"clerestory", "run"}, {run, results});
+    return {run, results};
   }
   Error error_of(const std::vector<std::string>& overrides, const std::vector<std::string>& fixed = {}) {
     try {
@@ -189,6 +206,50 @@ TEST_F(Sweep, AnInterruptedOneGoesOn) {
   EXPECT_THAT(ran, ElementsAre("9/0", "16/0"));
 }
 
+TEST_F(Sweep, ARunOfItAloneIsTheSame) {
+  const std::vector<std::string> overrides{"model.width=4,9"};
+  const std::vector<std::string> all = names(overrides);
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(only(overrides, all[1]), folder / "runs/sweep" / all[1]);
+  EXPECT_THAT(ran, ElementsAre("9/0"));
+  only(overrides, all[1]);
+  EXPECT_TRUE(ran.empty()) << "again: done";
+  sweep(overrides);
+  EXPECT_THAT(ran, ElementsAre("4/0"));
+  try {
+    only({"model.width=4,8"}, all[1]);
+    FAIL() << "the sweep has changed";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    EXPECT_THAT(e.what(), HasSubstr(all[1]));
+  }
+}
+
+TEST_F(Sweep, CommandsOfItsRunsAreSafeForAShell) {
+  EXPECT_EQ(
+      sweep_commands({"main-1-s0", "main-2-s0"}, {"a b/clerestory", "train", "a.toml", "x=\"$y\"", "-m", "--list"}),
+      "'a b/clerestory' train a.toml 'x=\"$y\"' -m --only main-1-s0\n"
+      "'a b/clerestory' train a.toml 'x=\"$y\"' -m --only main-2-s0\n");
+}
+
+// As if another process had the run: locks of one process keep each other out.
+TEST_F(Sweep, LeavesARunToWhoIsAtWorkOnIt) {
+  const std::vector<std::string> overrides{"model.width=4,9"};
+  const fs::path held = folder / "runs/sweep" / names(overrides)[0];
+  fs::create_directories(held);
+  std::optional<FileLock> other(std::in_place, RunDirectory::lock_of(held));
+  const Error error = error_of(overrides);
+  EXPECT_EQ(error.kind(), ErrorKind::Interrupted);
+  EXPECT_THAT(error.what(), HasSubstr("at work on 1 of 2 runs"));
+  EXPECT_THAT(ran, ElementsAre("9/0"));
+  fs::remove_all(folder / "runs");
+  fs::create_directories(held);
+  other.emplace(RunDirectory::lock_of(held));
+  besides["9/0"] = [&] { other.reset(); };
+  EXPECT_TRUE(fs::exists(sweep(overrides) / "DONE")) << "it was free in the end";
+  EXPECT_THAT(ran, ElementsAre("9/0", "4/0"));
+}
+
 TEST_F(Sweep, VariantsOfTheConfigAreSweptToo) {
   std::ofstream(folder / "a.toml", std::ios::app)
       << "[[variant]]\nname = \"thin\"\noverrides = [\"model.width=2\"]\n[[variant]]\nname = \"wide\"\n"
@@ -231,6 +292,34 @@ TEST_F(SweepProgram, TrainsOneAfterAnotherAndSaysWhichFailed) {
   EXPECT_THAT(text, HasSubstr("failed: "));
   EXPECT_EQ(run({"train", folder / "tiny.toml", "-m", "run.seed=range(1,3)"}), 0);
   EXPECT_THAT(text_of(said), HasSubstr("nothing to do")) << "trained anew";
+  EXPECT_EQ(run({"train", folder / "tiny.toml", "--list"}), 2) << "no sweep";
+  EXPECT_THAT(text_of(said), HasSubstr("-m"));
+}
+
+// What a machine of a cluster does: one line of the list, by a shell, and the same again.
+TEST_F(SweepProgram, EachLineOfTheListMakesItsRun) {
+  write_file(folder / "it's tiny.toml",
+             fmt::format("[run]\nroot = \"{}/runs\"\n[study]\nspp = [2]\ntruth_spp = 4\nseeds = 1\n[data]\nrooms = 1\n"
+                         "width = 32\nheight = 24\nspp = 1\n",
+                         folder.path().string()));
+  const std::vector<std::string> sweep{"run", folder / "it's tiny.toml", "-m", "data.seed=1,2"};
+  std::vector<std::string> listing = sweep;
+  listing.push_back("--list");
+  ASSERT_EQ(run(listing), 0);
+  EXPECT_FALSE(fs::exists(folder / "runs")) << "a list makes nothing";
+  std::istringstream lines(text_of(said));
+  std::vector<std::string> commands;
+  for (std::string line; std::getline(lines, line);) commands.push_back(line);
+  ASSERT_EQ(commands.size(), 2u);
+  const auto shell = [&](const std::string& line) { return Program({"-c", line}, said, {{}, {}, "/bin/sh"}).wait(); };
+  EXPECT_EQ(shell(commands[1]), 0) << text_of(said);
+  EXPECT_EQ(shell(commands[1]), 0);
+  EXPECT_THAT(text_of(said), HasSubstr("done before, skipped"));
+  EXPECT_EQ(run(sweep), 0);
+  EXPECT_THAT(text_of(said), HasSubstr("done before, skipped"));
+  EXPECT_THAT(text_of(said), HasSubstr("2 of 2"));
+  EXPECT_EQ(shell(commands[0] + "x"), 2);
+  EXPECT_THAT(text_of(said), HasSubstr("no run of this name"));
 }
 
 TEST_F(SweepProgram, RunsStudiesOneAfterAnother) {

@@ -57,6 +57,42 @@ TEST_F(FileLockTest, AFileThatAnotherMadeSinceStays) {
   EXPECT_EQ(names_in(folder_), std::vector<std::string>{".lock"});
 }
 
+TEST_F(FileLockTest, NamesTheWriterThatHoldsIt) {
+  char host[256];
+  ASSERT_EQ(gethostname(host, sizeof host), 0);
+  const auto refused = [&](LockKind kind) {
+    try {
+      FileLock lock(path(), kind, "the run");
+    } catch (const AtWork& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  put(path(), "pid 1 on a host whose name is long, of one that was killed\n");
+  {
+    const FileLock writer(path());
+    const std::string name = "pid " + std::to_string(getpid()) + " on " + host;
+    EXPECT_EQ(text_of(path()), name + "\n");
+    EXPECT_EQ(refused(LockKind::Write), "the run: another process is at work here (found " + name + ")");
+    EXPECT_EQ(refused(LockKind::Read), refused(LockKind::Write));
+  }
+  put(path(), "pid 1 on one that was killed\n");
+  const FileLock reader(path(), LockKind::Read);
+  EXPECT_EQ(refused(LockKind::Write), "the run: another process is at work here") << "not by the dead one";
+}
+
+TEST_F(FileLockTest, WhatAKilledHolderLeavesIsKnown) {
+  for (const char* left : {"", "pid 4711 on here.example.org\n"}) {
+    put(path(), left);
+    EXPECT_TRUE(is_left_lock(path())) << left;
+  }
+  for (const std::string& other : {std::string("pid"), std::string("pid 4 on x\nand more\n"), std::string(400, 'x')}) {
+    put(path(), other);
+    EXPECT_FALSE(is_left_lock(path())) << other;
+  }
+  EXPECT_FALSE(is_left_lock(folder_ / "none")) << "there is none";
+}
+
 TEST_F(FileLockTest, MovedLocksAreHeldOnce) {
   FileLock lock(path());
   {

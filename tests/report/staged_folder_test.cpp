@@ -159,6 +159,7 @@ TEST_F(StagedFolderTest, OnlyWhatTheProgramLeavesBehindIsItsOwn) {
   fs::create_directories(target / ".edit.partial");
   put_results(target);
   put(target / ".composite.exr.4711-0.tmp", "half"), put(target / ".edit.lock", "");
+  put(target / ".probe.lock", "pid 4711 on here\n");
   EXPECT_NO_THROW(StagedFolder{target});
   for (const char* name : {".thoughts.tmp", ".keys.lock", ".tmp"}) {
     put(target / name, "somebody's");
