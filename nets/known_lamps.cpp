@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kBright = 3;  // times the ambient luminance
 constexpr std::size_t kPatches = 8, kLamps = 20;
-constexpr double kSmall = 0.02;  // of the scene's scale: patches of this radius are not split
+constexpr double kSmall = 0.02;  // of the scene's scale: patches of this radius are not split, of others the widest
 constexpr double kWider = 1.44;  // a lobe's variance over that of what it covers: with it squares and discs cost least
 constexpr double kPixelsOwn = 0.5;  // variance of a pixel over its area; rays meet cells of a depth map to half a cell
 constexpr double kLeastFacing = 0.1;  // cosine: what a pixel that is seen edge-on shows of a surface
@@ -69,7 +69,8 @@ std::vector<Spot> bright_spots(const Scene& scene) {
     const Vec3 at =
         scene.camera.unproject(static_cast<double>(i % width) + 0.5, static_cast<double>(i / width) + 0.5, z);
     const Vec3 normal{of(scene.normal, 0), of(scene.normal, 1), of(scene.normal, 2)}, view = -glm::normalize(at);
-    const double facing = std::max(glm::dot(normal, view), kLeastFacing);
+    const double cosine = glm::dot(normal, view) / glm::length(normal);
+    const double facing = cosine > kLeastFacing ? cosine : kLeastFacing;
     const double area = z * z / (scene.camera.fx * scene.camera.fy) * view.z / facing;
     spots.push_back({at, area, (seen - ambient) * area});
   }
@@ -83,9 +84,9 @@ std::vector<SoftLamp> bright_patches(const Scene& scene) {
   if (spots.empty()) return {};
   std::vector<Patch> patches{patch_of(std::move(spots))};
   while (patches.size() < kPatches) {
-    const auto widest = std::max_element(patches.begin(), patches.end(),
-                                         [](const Patch& a, const Patch& b) { return a.spread() < b.spread(); });
-    if (widest->radius() < kSmall * scene.scale()) break;
+    const auto spread = [&](const Patch& p) { return p.radius() < kSmall * scene.scale() ? 0 : p.spread(); };
+    const auto widest = std::ranges::max_element(patches, {}, spread);
+    if (spread(*widest) == 0) break;
     auto [low, high] = split(*widest);
     *widest = std::move(low);
     patches.push_back(std::move(high));

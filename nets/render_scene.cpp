@@ -134,7 +134,9 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   executor.after_chunk(settings.after_chunk);
   Profiled profiled(device, settings.profile);
   const double seconds = seconds_of(device, [&] { executor.run(settings.seed); });
-  const RenderCounts counts = render_counts(executor.fetch(rendered.status), executor.fetch(rendered.tally));
+  const RenderCounts counts = settings.every_chunk > 1
+                                  ? RenderCounts{}  // most of them were never written
+                                  : render_counts(executor.fetch(rendered.status), executor.fetch(rendered.tally));
 
   Rendering result;
   result.kernels = profiled.kernels();
@@ -151,10 +153,9 @@ Rendering render_scene(Device& device, const Scene& scene, const RenderSettings&
   result.seconds = seconds;
   result.explanation = executor.explain();
   result.shared_answers = light.shared_answers;
-  if (counts.first_dropped)
-    result.first_dropped =
-        fmt::format("pixel {},{}, sample {}, seed {}", counts.first_dropped->pixel % scene.width(),
-                    counts.first_dropped->pixel / scene.width(), counts.first_dropped->sample, settings.seed);
+  if (const auto& first = counts.first_dropped)
+    result.first_dropped = {static_cast<int>(first->pixel % scene.width()),
+                            static_cast<int>(first->pixel / scene.width()), first->sample};
   return result;
 }
 

@@ -25,8 +25,8 @@ enum class Sharing { WhereItPays, Never, Always };
 /// Names as on the command line; render_scene() throws usage_error naming the setting on an unknown one.
 struct RenderSettings {
   int spp = 64;
-  // vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16 | ndf_roughness, or guided:
-  // vndf_caps and directions drawn towards lamps (known_lamps); without one it is vndf_caps
+  // vndf_caps | vndf_hemisphere | vndf_bounded | ndf | cosine | uniform | grid8x16, or guided: vndf_caps and directions
+  // drawn towards lamps (known_lamps); without one it is vndf_caps. Studies have ndf_roughness as well.
   std::string sampler = "vndf_caps";
   std::string points = "sobol";       // independent | sobol
   std::string ssrt = "hierarchical";  // dda | hierarchical
@@ -48,12 +48,17 @@ struct RenderSettings {
   ChunkListener after_chunk;
 };
 
+/// Where a sample was not finite; over rounds `sample` counts on.
+struct DroppedSample {
+  int x = 0, y = 0, sample = 0;
+};
+
 /// What the layer gives for every pixel, in the scene's own units, and what it counted.
 struct Rendering {
   Image radiance, standard_error, uncertainty;  // 3, 3, 1 channels; the error is a bound under Sobol points
   double rays = 0;                              // traced
   double dropped = 0;                           // samples that were not finite: a bias, printed
-  std::string first_dropped;                    // pixel, sample and seed of the first of them, to be replayed
+  std::optional<DroppedSample> first_dropped;   // the first of them, to be replayed
   double facing_away = 0;                       // pixels not shaded because their normal faces away from the viewer
   double hits = 0;                              // rays that end on a visible surface
   /// Rays that each part of a learned light answered: "in view", "out of view".

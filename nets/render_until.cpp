@@ -44,7 +44,10 @@ class Rounds {
       all_.standard_error.data[i] =
           static_cast<float>(std::hypot(a * all_.standard_error.data[i], b * round.standard_error.data[i]));
     all_.rays += round.rays, all_.dropped += round.dropped, all_.hits += round.hits, all_.seconds += round.seconds;
-    if (all_.first_dropped.empty()) all_.first_dropped = round.first_dropped;
+    if (!all_.first_dropped && round.first_dropped) {
+      all_.first_dropped = round.first_dropped;
+      all_.first_dropped->sample += spp_;
+    }
     add_counts(all_.answered, round.answered);
     all_.shared_answers += round.shared_answers;
     all_.kernels.insert(all_.kernels.end(), round.kernels.begin(), round.kernels.end());

@@ -12,7 +12,7 @@ enum class Saving { SharedAnswers, SmallShares, Lobes, Tracing };
 /// One line of the table.
 struct SavingKind {
   Saving saving;
-  const char* name;   // "facing blocks"
+  const char* name;   // "small shares"
   const char* what;   // that is left out
   const char* error;  // that this makes
   bool exact;         // none: the same bits of radiance

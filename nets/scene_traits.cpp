@@ -7,6 +7,7 @@
 
 #include "host/math/statistics.hpp"
 #include "host/stopwatch.hpp"
+#include "nets/learned_light.hpp"
 #include "nets/scene_light.hpp"
 
 namespace clerestory {
@@ -54,6 +55,8 @@ Saved shared_answers(const RenderSettings& settings, const Rendering& r) {
           std::max(asked * (rays / answers - 1) - looked_up, 0.0)};
 }
 
+static_assert(kLeastShare == 1e-3);  // as kSavings says
+
 Saved small_shares(const RenderSettings& settings, const Rendering& r) {
   const double near = rays_answered(r, "in view"), far = rays_answered(r, "out of view");
   const double in_view = seconds_of_kernels(r, "light/ask_mlp"),
@@ -72,6 +75,7 @@ Saved small_shares(const RenderSettings& settings, const Rendering& r) {
 /// How long the re-render of a part of the rays takes: what is done once, and each chunk of rays.
 struct Pace {
   double once = std::numeric_limits<double>::infinity(), a_chunk = once;
+  int chunks = 0;  // of that part
 };
 
 Pace pace_of(Device& device, const Scene& scene, RenderSettings settings) {
@@ -81,7 +85,8 @@ Pace pace_of(Device& device, const Scene& scene, RenderSettings settings) {
     const Stopwatch watch;
     settings.after_chunk = [&](int, int) { done.push_back(watch.seconds()); };
     const double seconds = render_scene(device, scene, settings).seconds;
-    const auto chunks = static_cast<double>(done.size());
+    pace.chunks = static_cast<int>(done.size());
+    const double chunks = pace.chunks;
     const double a_chunk = done.size() > 1 ? (done.back() - done.front()) / (chunks - 1) : seconds;
     pace.a_chunk = std::min(pace.a_chunk, a_chunk);
     pace.once = std::min(pace.once, std::max(seconds - chunks * a_chunk, 0.0));
@@ -171,8 +176,8 @@ std::map<Saving, double> measure_savings(Device& device, const Scene& scene, con
   part.sharing = rendering.shared_answers > 0 ? Sharing::Always : Sharing::Never;
   const double rays = static_cast<double>(scene.photo.pixels()) * part.spp;
   part.every_chunk = std::max(1, static_cast<int>(rays / kMeasuredRays));
-  const double chunks = rendering.rays / (1 << 18);
   const Pace all = pace_of(device, scene, part);
+  const double chunks = static_cast<double>(all.chunks) * part.every_chunk;
   std::map<Saving, double> seconds;
   for (const Saved& saved : saved_in(traits_of(scene, settings), settings, rendering)) {
     RenderSettings without = part;

@@ -1,4 +1,5 @@
-// Random numbers for building rooms: the same on every machine, unlike the standard library's distributions.
+// Random numbers for building rooms, which do not hang on a standard library's distributions. Numbers drawn in one
+// expression are drawn in the compiler's order: another compiler makes other rooms of a seed, files of rooms stay.
 #pragma once
 #include <cmath>
 #include <cstdint>

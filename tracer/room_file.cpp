@@ -10,6 +10,7 @@
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "tracer/sky.hpp"
 
 namespace clerestory {
 namespace {
@@ -417,7 +418,8 @@ std::vector<Camera> RoomDescription::views(int count, int width, int height) con
 
 int format_of(const RoomFile& file) {
   const auto begun_with = [](const RoomDescription& room) {
-    return std::ranges::all_of(room.parts, [](const Part& p) { return p.kind <= PartKind::Tube; }) &&
+    return !sunny_seed(room.panorama) &&
+           std::ranges::all_of(room.parts, [](const Part& p) { return p.kind <= PartKind::Tube; }) &&
            std::ranges::all_of(room.materials, [](const Material& m) {
              return m.texture <= static_cast<float>(Texture::Painting) && m.smudge == 0 && m.stain == 0;
            });

@@ -12,7 +12,7 @@ namespace clerestory {
 /// Model for Daylight", at a random turbidity and height of the sun, whose disc is as wide and as bright as 64 samples
 /// resolve; overcast: Moon and Spencer 1942; or between the two. What a seed gives never changes: room files name it.
 Panorama make_sky(std::uint64_t seed);
-/// A clear one whose sun is as strong beside its sky as at noon.
+/// A clear one whose sun is four fifths as strong beside its sky as at noon. What a seed gives never changes.
 Panorama make_sunny_sky(std::uint64_t seed);
 /// Where that sun stands: radians from the panorama's centre to the right.
 float sun_azimuth(std::uint64_t seed);

@@ -26,6 +26,7 @@
 #include "host/report/progress.hpp"
 #include "host/report/staged_folder.hpp"
 #include "host/stopwatch.hpp"
+#include "nets/known_lamps.hpp"
 #include "nets/learned_light.hpp"
 #include "nets/scene_maps.hpp"
 #include "nets/scene_traits.hpp"
@@ -55,6 +56,9 @@ void check_options(const InvertOptions& options) {
   if (options.goal) check_goal(options.render, *options.goal);
   if (options.measure && !options.only.empty())
     throw usage_error("--only leaves out the re-render, which this times", "--measure", "beside --only", "one of them");
+  if (options.measure && options.render.leave_out.empty())
+    throw usage_error("nothing is left out, so that nothing is saved", "--measure", "beside --everything",
+                      "one of them");
   if (options.fov && !options.camera.empty())
     throw usage_error("two ways to set the camera", "--fov and --camera", "both", "one of them");
 }
@@ -152,16 +156,10 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
 /// Parts of the re-render as people think of them, by where their kernels lie. The rest is shading.
 std::string part_of(const std::string& kernel) {
   static const std::vector<std::pair<std::string, std::string>> parts{
-      {"nn/", "light's networks"},
-      {"tensor/resize", "light's networks"},
-      {"light/ssrt", "SSRT"},
-      {"light/depth_pyramid", "SSRT"},
-      {"light/ask_mlp", "in-view MLP"},
-      {"light/pixel_rows", "in-view MLP"},
-      {"light/direction_grid", "in-view MLP"},
-      {"light/ask_", "out of view"},
-      {"light/soft_lamps", "lamps"},
-      {"light/project_rays", "light's networks"},
+      {"nn/", "light's networks"},         {"tensor/resize", "light's networks"},      {"light/ssrt", "SSRT"},
+      {"light/depth_pyramid", "SSRT"},     {"light/normal_pyramid", "SSRT"},           {"light/ask_mlp", "in-view MLP"},
+      {"light/pixel_rows", "in-view MLP"}, {"light/direction_grid", "in-view MLP"},    {"light/ask_", "out of view"},
+      {"light/soft_lamps", "lamps"},       {"light/project_rays", "light's networks"},
   };
   for (const auto& [prefix, part] : parts)
     if (kernel.starts_with(prefix)) return part;
@@ -200,6 +198,12 @@ void record_render(const Rendering& r, const RenderSettings& settings, Provenanc
   for (const KernelProfile& k : r.kernels) record.figures["seconds: re-render, " + part_of(k.kernel)] += k.seconds;
   for (const auto& [part, rays] : r.answered) record.figures["rays answered " + part] = rays;
   record_samples(settings, record);
+}
+
+std::string guide_text(const Scene& scene, const RenderSettings& settings) {
+  const std::optional<Tensor> lamps = known_lamps(scene, settings);
+  return lamps ? fmt::format("directions towards {} lamps and bright patches", lamps->shape.w)
+               : "none: no lamp is known and nothing is bright, vndf_caps drew";
 }
 
 /// For the plan: how many rays each part of a learned light was asked for.
@@ -357,6 +361,7 @@ class Inversion {
     rendered_ = {lit, rounds_, r.shared_answers > 0};
     lap("re-render");
     record_render(r, settings, record_);
+    if (settings.sampler == kGuidedSampler) record_.facts["guide"] = guide_text(scene_, settings);
     const double first_rays = static_cast<double>(scene_.photo.pixels()) * lit.spp;  // these decided
     if (const std::string why = why_none_are_shared(scene_, lit, first_rays); !why.empty())
       record_.facts["shared answers"] = "none: " + why;
@@ -367,7 +372,9 @@ class Inversion {
     plan_ += r.explanation + answered_text(r);
     say(fmt::format("re-render: {:.1f} million rays, {:.1f} % hit a visible surface, {} samples dropped", r.rays * 1e-6,
                     100 * r.hits / std::max(r.rays, 1.0), r.dropped));
-    if (!r.first_dropped.empty()) say("re-render: first dropped sample at " + r.first_dropped);
+    if (const auto& first = r.first_dropped)
+      say(fmt::format("re-render: first dropped sample: `clerestory replay RUN --at {},{} --sample {}`", first->x,
+                      first->y, first->sample));
   }
 
   /// `settings` get the samples that it took.

@@ -33,9 +33,12 @@ RenderRecord record_of(const Json& json, fs::path& weights) {
   record.shared = json.at("shared answers");
   weights = json.at("light weights").get<std::string>();
   s.leave_out.clear();
-  for (const std::string name : json.at("left out"))
-    for (const SavingKind& kind : kSavings)
-      if (name == kind.name) s.leave_out.insert(kind.saving);
+  for (const std::string name : json.at("left out")) {
+    const auto* kind = std::ranges::find(kSavings, name, &SavingKind::name);
+    if (kind == kSavings.end())
+      throw usage_error("unknown name of what is left out", "left out", name, "as `invert` wrote it");
+    s.leave_out.insert(kind->saving);
+  }
   for (const Json& lamp : json.at("lamps")) s.lamps.push_back(lamp_of(lamp));
   for (const Json& round : json.at("rounds"))
     record.rounds.push_back({round.at("spp").get<int>(), round.at("seed").get<std::uint32_t>()});

@@ -37,7 +37,8 @@ Replayed replay_of_run(const ReplayOptions& options) {
   if (options.x < 0 || options.y < 0 || options.x >= scene.width() || options.y >= scene.height())
     throw usage_error("the pixel lies outside of the picture", "--at", fmt::format("{},{}", options.x, options.y),
                       fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
-  int taken = 0;
+  int taken = 0, all = 0;
+  for (const SampleRound& round : record.rounds) all += round.spp;
   for (const SampleRound& round : record.rounds) {
     if (options.sample < taken || options.sample >= taken + round.spp) {
       taken += round.spp;
@@ -49,6 +50,8 @@ Replayed replay_of_run(const ReplayOptions& options) {
     const int pixel = options.y * scene.width() + options.x;
     replayed.in_double = replay(device, scene, settings, pixel, replayed.of_round, Precision::Double);
     replayed.in_float = replay(device, scene, settings, pixel, replayed.of_round, Precision::Single);
+    for (std::vector<Quantity>* quantities : {&replayed.in_double, &replayed.in_float})  // of a round: to the whole
+      for (double& share : quantities->back().values) share *= static_cast<double>(round.spp) / all;
     return replayed;
   }
   throw usage_error("the run has no such sample", "--sample", std::to_string(options.sample),

@@ -1,6 +1,7 @@
 // A RUN folder of `clerestory invert`: what it holds and how it is read back by insert, report and evaluate.
 //   albedo.exr normal.exr depth.exr material.exr rerender.exr stderr.exr uncertainty.exr camera.json provenance.json
-//   report.html, PNG previews, and photo.exr: the photograph in linear radiance, so that the folder stands alone.
+//   render.json (how it was rendered), report.html, PNG previews, and photo.exr: the photograph in linear radiance, so
+//   that the folder stands alone.
 #pragma once
 #include <filesystem>
 #include <optional>

@@ -96,8 +96,8 @@ static inline SeenLamp seen_lamp(const LitRays lit, global const real *places, i
   }
   const lanes widths = widest * lit.width;
   const lanes log_shape = steepness * chord;
-  const lanes shape = exp(fmax(log_shape, (lanes)(LEAST_LOG_SHAPE)));
-  return (SeenLamp){WHERE(log_shape > LEAST_LOG_SHAPE, shape, R(0)),
+  const lanes shape = exp(WHERE(log_shape < LEAST_LOG_SHAPE, R(LEAST_LOG_SHAPE), log_shape));
+  return (SeenLamp){WHERE(log_shape <= LEAST_LOG_SHAPE, R(0), shape),  // a NaN stays one
                     WHERE(lit.width > R(0), fmin(widths, (lanes)(R(1))), R(1))};
 }
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "experiments/applications/insert.hpp"
+#include "experiments/applications/render_record.hpp"
 #include "experiments/applications/replay.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "host/error.hpp"
@@ -139,6 +140,36 @@ TEST_F(InvertTest, AFailureLeavesTheOldRunAsItWas) {
     EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::HasSubstr("kept.")));
 }
 
+TEST_F(InvertTest, HowARunWasRenderedIsReadAsItWasWritten) {
+  RenderRecord wrote;
+  RenderSettings& s = wrote.settings;
+  s.light = "constant", s.sampler = "guided", s.points = "independent", s.ssrt = "dda", s.delta = "window";
+  s.thickness = 0.3, s.brdf = "li2020", s.leave_out = {Saving::Lobes, Saving::SmallShares};
+  s.lamps = {{{1, 2, -3}, 0.25, {4, 5, 6}}, {{-1, 0, -2}, 0.5, {0.1, 0.2, 0.3}}};
+  wrote.rounds = {{16, 3}, {32, 4}}, wrote.shared = true;
+  write_render_record(folder_ / "render.json", wrote);
+  const RenderRecord read = read_render_record(folder_ / "render.json", Device::open(""));
+  const RenderSettings& r = read.settings;
+  EXPECT_EQ(std::tie(r.light, r.sampler, r.points, r.ssrt, r.delta, r.thickness, r.brdf, r.leave_out),
+            std::tie(s.light, s.sampler, s.points, s.ssrt, s.delta, s.thickness, s.brdf, s.leave_out));
+  ASSERT_EQ(r.lamps.size(), 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(r.lamps[k].place, s.lamps[k].place);
+    EXPECT_EQ(r.lamps[k].size, s.lamps[k].size);
+    EXPECT_EQ(r.lamps[k].radiance, s.lamps[k].radiance);
+  }
+  ASSERT_EQ(read.rounds.size(), 2);
+  EXPECT_EQ(read.rounds[1].spp, 32);
+  EXPECT_EQ(read.rounds[1].seed, 4u);
+  EXPECT_TRUE(read.shared);
+  EXPECT_EQ(r.sharing, Sharing::Always);
+
+  std::string text = read_file(folder_ / "render.json", 1 << 20);
+  text.replace(text.find("small shares"), 12, "small change");
+  write_file(folder_ / "render.json", text);
+  EXPECT_THROW(read_render_record(folder_ / "render.json", Device::open("")), Error);
+}
+
 TEST_F(InvertTest, AnySampleOfARunCanBeTakenAgain) {
   InvertOptions o = options("replayed");
   o.render.light = "image", o.render.spp = 16, o.goal = RenderGoal{.error = 1e-3, .most = 48};  // in rounds
@@ -148,8 +179,7 @@ TEST_F(InvertTest, AnySampleOfARunCanBeTakenAgain) {
   for (int s = 0; s < 48; ++s) {
     const Replayed sample = replay_of_run({run, 30, 20, s, ""});
     EXPECT_EQ(sample.seed, s < 16 ? 0u : s < 32 ? 1u : 2u);
-    // Of its round's mean, which counts by samples.
-    sum += sample.in_float.back().values[1] * sample.spp / 48;
+    sum += sample.in_float.back().values[1];
   }
   EXPECT_NEAR(sum, picture.at(1, 20, 30), 0x1p-11 * sum) << "the picture is stored in half";
   EXPECT_THROW(replay_of_run({run, 30, 20, 48, ""}), Error);

@@ -14,6 +14,7 @@
 #include "host/io/files.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/generate.hpp"
+#include "tracer/sky.hpp"
 
 namespace clerestory {
 namespace {
@@ -167,6 +168,8 @@ TEST_F(RoomFiles, TheFormatIsTheOldestThatHoldsTheRooms) {
   };
   EXPECT_EQ(format([](RoomDescription& r) { r.materials[0].noise = 0.1f; }), 1);
   EXPECT_EQ(format([](RoomDescription& r) { r.materials[0].texture = static_cast<float>(Texture::Print); }), 2);
+  EXPECT_EQ(format([](RoomDescription& r) { r.panorama = sunny_name(1); }), 2);
+  EXPECT_EQ(format([](RoomDescription& r) { r.panorama = sky_name(1); }), 1);
   EXPECT_EQ(format([](RoomDescription& r) { r.materials[0].smudge = -0.1f; }), 2);
   EXPECT_EQ(format([](RoomDescription& r) { r.materials[0].stain = 0.1f; }), 2);
   EXPECT_EQ(format([](RoomDescription& r) {

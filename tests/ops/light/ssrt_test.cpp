@@ -257,7 +257,6 @@ TEST(Ssrt, SolversAgreeToTheLastBit) {
       }
 }
 
-/// The scene and its rays seen in a mirror: x -> -x (axis 0) or y -> -y (axis 1).
 // Flat walls with normals that are a little off, and normals without a direction among them: blocks pass for facing
 // away, for facing, and for neither.
 TEST(Ssrt, BoxesAroundNormalsChangeNoHit) {

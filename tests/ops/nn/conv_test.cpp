@@ -98,15 +98,14 @@ TEST(Conv, BlocksFitTheirScratch) {
       for (std::size_t i = 0; i < passes.size(); ++i) {
         const ConvGeometry& g = passes[i].geometry;
         std::vector<ConvBlocking> blockings{block_pass(g, 2, scratch, 2)};
+        const ConvBlocking& whole = blockings[0];
+        EXPECT_LE(static_cast<std::size_t>(whole.channel_block) * (whole.plane + g.taps()) +
+                      static_cast<std::size_t>(whole.chunk) * whole.positions,
+                  scratch);
         if (i + 1 == passes.size()) {
           blockings.push_back(block_weights(g, 2, scratch));
           EXPECT_LE(weights_form(g, blockings[1]).elements() + blockings[1].channel_block * g.taps(), scratch);
           EXPECT_LE(blockings[1].partials, most_partials(g)) << "the workspace holds no more";
-        } else {
-          const ConvBlocking& b = blockings[0];
-          EXPECT_LE(static_cast<std::size_t>(b.channel_block) * (b.plane + g.taps()) +
-                        static_cast<std::size_t>(b.chunk) * b.positions,
-                    scratch);
         }
         for (const ConvBlocking& b : blockings) {
           EXPECT_GE(b.bands / b.bands_x * b.band_rows, g.grid_h);
