@@ -19,9 +19,9 @@ SceneLight learned_light(Graph& graph, const SceneValues& values, const Scene& s
 inline constexpr double kLeastShare = 1e-3;
 
 /// Share of mirrors among the surfaces above which answers are not shared. In two rooms of the validation list
-/// (320x240, 64 samples) with mirrors of roughness 0.05 on a quarter, half, three quarters and all of their tiles, shared
-/// answers moved the re-render by a root relMSE of 0.011 to 0.013, 0.018 to 0.019, 0.024 to 0.026 and 0.028 to 0.032:
-/// above half they alone are more than an error of 0.02 that is asked for.
+/// (320x240, 64 samples) with mirrors of roughness 0.05 on a quarter, half, three quarters and all of their tiles,
+/// shared answers moved the re-render by a root relMSE of 0.011 to 0.013, 0.018 to 0.019, 0.024 to 0.026 and 0.028 to
+/// 0.032: above half they alone are more than an error of 0.02 that is asked for.
 inline constexpr double kMostMirrors = 0.5;
 
 /// Whether about so many rays of this scene are answered from a grid.
