@@ -351,7 +351,7 @@ def print_shapes(family):
             print(f"  {str(key):76} {1e3 * seconds:9.3f} ms {1e3 * peer[key]:9.3f} ms {seconds / peer[key]:6.2f}")
 
 
-def report(family, wide):
+def report(family, wide, table):
     missed = []
     own, peer, before = (family.rows(program) for program in ("ours", "peer", "before"))
     busy = f"  busy: others took {100 * family.others:.0f} %" if family.others > 0.05 else ""
@@ -364,7 +364,18 @@ def report(family, wide):
             print(f"{word} {name} {ratio:.3f}{wanted}  ({1e3 * own[name]:.1f} ms, {1e3 * others[name]:.1f} ms){busy}", flush=True)
             if bar and ratio > bar[0]:
                 missed.append(name)
+            note = ", ".join(["missed"] * (name in missed) + ["busy"] * bool(busy))
+            table.append((f"{name}, against the older one" if word == "BEFORE" else name, bar[0] if bar else "-",
+                          bar[1] if bar else "-", f"{ratio:.2f}{f' ({note})' if note else ''}",
+                          f"{1e3 * own[name]:.1f}", f"{1e3 * others[name]:.1f}"))
     return missed
+
+
+def write_table(path, title, table):
+    columns = ("what", "bar", "goal", "ours / other", "ours, ms", "other, ms")
+    lines = [title, "", *(f"| {' | '.join(map(str, row))} |" for row in (columns, ["---"] * len(columns), *table))]
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
 
 
 def main():
@@ -375,22 +386,26 @@ def main():
     parser.add_argument("--only", default="", help="nets: rows whose name contains this")
     parser.add_argument("--runs", type=int, default=9, help="at least, of each program, in rounds of three")
     parser.add_argument("--shapes", action="store_true", help="a line for every shape too: ours, the peer's, ratio")
+    parser.add_argument("--table", help="a file for the same as Markdown")
     options = parser.parse_args()
     device = ours(options.binary, "peak", 0, "")
     wide = device["float_width"] >= 16
-    print(
+    title = (
         f"{device['device']}, tile {device['tile']}, {device['peak_gflops']:.0f} GFLOP/s; PyTorch {torch.__version__}, "
         f"{torch.get_num_threads()} threads; load {' '.join(f'{x:.2f}' for x in os.getloadavg())}"
     )
+    print(title)
     each = min(3, options.runs)
-    missed = []
+    missed, table = [], []
     for name in options.families:
         family = Family(name, options)
         for _ in range(-(-options.runs // each)):
             family.round(each)
         if options.shapes:
             print_shapes(family)
-        missed += report(family, wide)
+        missed += report(family, wide, table)
+    if options.table:
+        write_table(options.table, title, table)
     if missed:
         print(f"missed: {', '.join(missed)}")
         sys.exit(1)
