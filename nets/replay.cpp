@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kRow = 16;  // samples come in such rows, of which one is looked at
 
+constexpr auto kGuideRow = "guide";  // the one output that is of the pixel, not of its rays
+
 std::string input_name(std::size_t i) { return fmt::format("value {}", i); }
 
 /// The whole picture's values, computed once, and what one row of samples makes of them.
@@ -52,6 +54,7 @@ class Replay {
     const std::span<const Value> maps = std::span(in).subspan(lit), inputs = std::span(in).first(lit);
     const Surfaces surfaces{maps[2], maps[3], maps[4]};
     const Value guide = guided < in.size() ? light_guide(maps[0], maps[1], surfaces, in[guided], 1) : Value{};
+    if (guided < in.size()) add(kGuideRow, guide);
     const BrdfSamples drawn = sample_brdf(maps[0], maps[1], surfaces, surfaces, 1, kRow, spec_.sampling, guide);
     add("made", replay_sample(maps[1], surfaces, drawn.direction, spec_.sampling));
     add("direction", drawn.direction), add("pdf", drawn.pdf), add("weight", drawn.weight);
@@ -88,6 +91,7 @@ class Replay {
       return values;
     };
     const std::vector<double> made = fetched("made"), weight = fetched("weight"), radiance = fetched("radiance");
+    const std::vector<double> guide = guide_row();
     std::vector<Quantity> all{{"depth", of_map(scene_.depth, 1)},
                               {"albedo", of_map(scene_.albedo, 3)},
                               {"roughness, metallic", of_map(scene_.material, 2)},
@@ -100,6 +104,8 @@ class Replay {
                               {"wi, camera", fetched("direction")},
                               {"alpha", part(made, 19, 1)},
                               {"probability of the lobe", part(made, 20, 1)},
+                              {"probability of lamps", part(guide, 0, std::min<std::ptrdiff_t>(1, std::ssize(guide)))},
+                              {"drawn towards lamp", lamp_drawn(guide, made[2])},
                               {"pdf", fetched("pdf")},
                               {"weight", weight},
                               {"hit pixel", hit_pixel(fetched("hit"))},
@@ -116,6 +122,25 @@ class Replay {
 
  private:
   void add(const std::string& name, Value value) { named_.emplace_back(name, value); }
+
+  /// The pixel's row of kernels/lib/guide.clh; nothing where no lamps are known.
+  std::vector<double> guide_row() {
+    for (const auto& [name, value] : named_)
+      if (name == kGuideRow) {
+        const std::vector<double> row = executor_->fetch(value).real;
+        return row[1] > 0 ? row : std::vector<double>{};
+      }
+    return {};
+  }
+
+  /// Axis and sharpness of the lobe that drew the direction; nothing where the surface drew it. As guided_direction().
+  static std::vector<double> lamp_drawn(const std::vector<double>& guide, double u) {
+    if (guide.empty() || u >= guide[0]) return {};
+    std::ptrdiff_t lobe = kGuideHead;
+    for (int i = 1; i < static_cast<int>(guide[1]) && u >= guide[static_cast<std::size_t>(lobe) + 4]; ++i)
+      lobe += kGuideLobe;
+    return {guide.begin() + lobe, guide.begin() + lobe + 4};
+  }
 
   /// The channels of one ray; nothing where nobody asked for it.
   std::vector<double> fetch(const std::string& name, int ray) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/error.hpp"
 #include "tests/nets/corner.hpp"
@@ -40,6 +41,31 @@ TEST_F(ReplayTest, ContributionsAddUpToThePixel) {
       for (int c = 0; c < 3; ++c)  // a sum of twenty floats, in another order
         EXPECT_NEAR(sum[c], picture.plane(c)[kPixel], 32 * 0x1p-24 * sum[c]) << points << ", lamp " << lamp;
     }
+}
+
+// Half of a pixel's directions, say, are aimed: that many samples name their lamp, and lie about its axis.
+TEST_F(ReplayTest, SaysWhichLampASampleWasDrawnTowards) {
+  settings.sampler = "guided";
+  settings.lamps = {{{0.5, 2.5, 0.5}, 0.6, {4, 3, 2}}, {{-1, 2, 1}, 0.3, {9, 9, 9}}};
+  int aimed = 0;
+  double chance = 0;
+  for (int s = 0; s < kSpp; ++s) {
+    const auto sample = replay(device, scene, settings, kPixel, s, Precision::Double);
+    chance = named(sample, "probability of lamps").at(0);
+    const std::vector<double>&lamp = named(sample, "drawn towards lamp"), &wi = named(sample, "wi, camera");
+    EXPECT_EQ(lamp.empty(), named(sample, "random numbers")[2] >= chance);
+    if (lamp.empty()) continue;
+    ++aimed;
+    if (named(sample, "pdf")[0] == 0) continue;  // it would have gone below the surface
+    double square = 0;
+    for (std::size_t c = 0; c < 3; ++c) square += (wi[c] - lamp[c]) * (wi[c] - lamp[c]);
+    // sharpness d^2 / 2 is distributed as an exponential: above 20 once in 5e8
+    EXPECT_LT(lamp[3] * square / 2, 20) << "sample " << s;
+  }
+  EXPECT_NEAR(aimed, kSpp * chance, 5 * std::sqrt(kSpp * chance * (1 - chance)));
+  EXPECT_GT(aimed, 0);
+  settings.lamps.clear(), settings.sampler = "vndf_caps";
+  EXPECT_TRUE(named(replay(device, scene, settings, kPixel, 0, Precision::Double), "probability of lamps").empty());
 }
 
 TEST_F(ReplayTest, DoubleIsTheSameSampleWithMoreDigits) {
