@@ -120,7 +120,7 @@ TEST_F(Tune, AWrongSetIsRefusedByItsResult) {
   ClblastMeter meter(device, few(1).small, 1);
   EXPECT_EQ(meter.measure({})[0].fault, "");
   ClblastParameters wrong = clblast_defaults(device);
-  wrong["XgemmDirect"] = kOwnDirect;  // CLBlast's own differ by device
+  wrong["XgemmDirect"] = kOwnDirect;                                   // CLBlast's own differ by device
   wrong["XgemmDirect"]["WGD"] = 16, wrong["XgemmDirect"]["VWMD"] = 4;  // 16 is no multiple of 8 work-items of 4
   EXPECT_FALSE(valid_values("XgemmDirect", wrong["XgemmDirect"]));
   EXPECT_NE(meter.measure(wrong)[0].fault, "");
