@@ -22,6 +22,7 @@ constexpr std::size_t kMaterialReals = sizeof(Material) / sizeof(float), kPoseRe
 constexpr hsize_t kChunk = 1 << 16;            // values that are compressed together
 constexpr std::size_t kMost = 1u << 26;        // values of a column: a file that says more is damaged
 constexpr std::uint64_t kMostBytes = 1 << 28;  // of a file
+constexpr std::size_t kMostPacking = 2048;     // deflate packs 1032 to 1 at best
 
 /// Behind the HDF5 file, which does not mind: HDF5 itself checks little of what it reads.
 std::string trailer_of(std::string_view bytes) { return fmt::format("\nhash {:016x}\n", content_hash(bytes)); }
@@ -130,6 +131,9 @@ class Reader {
         (wanted != kAll && static_cast<std::size_t>(count) != wanted))
       fail("a column has another length", fmt::format("{}: {}", name, count),
            wanted == kAll ? "less" : fmt::format("{}", wanted));
+    if (static_cast<std::size_t>(count) * sizeof(T) / kMostPacking > bytes_.size())
+      fail("a column claims more than the file can hold", fmt::format("{}: {}", name, count),
+           fmt::format("what fits into {} bytes", bytes_.size()));
     std::vector<T> values(static_cast<std::size_t>(count));
     if (H5Dread(set, number_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
       fail("a column is damaged", name, "the bytes that were written");
@@ -284,6 +288,7 @@ class Rooms {
   RoomDescription next() {
     const std::size_t r = room_++;
     RoomDescription room;
+    check_name(c_.names[r]);
     room.name = c_.names[r], room.seed = c_.seeds[r], room.kind = c_.kinds[r], room.panorama = c_.panoramas[r];
     const float* shape = c_.shape.data() + 4 * r;
     room.size = {shape[0], shape[1], shape[2]}, room.panorama_turn = shape[3];
@@ -299,6 +304,12 @@ class Rooms {
   }
 
  private:
+  /// Rooms are written to folders of their name.
+  void check_name(const std::string& name) const {
+    if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos || name.find('\0') != std::string::npos)
+      from_.fail("a room's name is not fit for a folder", name, "no / and no . at its beginning");
+  }
+
   Material material() {
     Material m;
     std::memcpy(static_cast<void*>(&m), c_.materials.data() + kMaterialReals * material_++, sizeof m);

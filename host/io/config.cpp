@@ -17,6 +17,7 @@ namespace {
 
 using Entries = std::map<std::string, ConfigEntry>;
 constexpr std::uintmax_t kMostBytes = 1u << 20;  // a config is written by hand: a larger file is something else
+constexpr int kMostFiles = 100;
 
 std::string place(const std::string& file, const toml::node& node) {
   return fmt::format("{}:{}", file, node.source().begin.line);
@@ -101,6 +102,8 @@ class Loader {
     const std::string name = path.string();
     const std::filesystem::path real = std::filesystem::weakly_canonical(path);
     if (std::ranges::find(open_, real) != open_.end()) throw usage_error("extends itself: " + chain(real), name);
+    if (++files_ > kMostFiles)  // files that extend each other twice over are read again each time
+      throw usage_error("extends too many files", name, fmt::format("{}", files_), fmt::format("at most {}", kMostFiles));
     open_.push_back(real);
     const toml::table root = parse(read_file(path, kMostBytes, true), name);
     for (const std::string& base : bases(root, name)) load_file(path.parent_path() / base);
@@ -218,6 +221,7 @@ class Loader {
   Entries& entries_;
   std::vector<ConfigVariant>& variants_;
   std::vector<std::filesystem::path> open_;
+  int files_ = 0;
 };
 
 Entries default_entries(const Schema& schema) {

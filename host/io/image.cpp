@@ -17,6 +17,8 @@ namespace {
 
 // No codec here packs more than deflate's 1032 to 1 by much; a header that claims more lies.
 constexpr std::uint64_t largest_compression = 2048;
+// DWA keeps a black picture in some hundred bytes for 256 lines.
+constexpr std::uint64_t largest_dwa_compression = 1 << 18;
 
 struct Format {
   const char* plugin;  // OpenImageIO's name
@@ -52,9 +54,8 @@ void check_header(const OIIO::ImageSpec& spec, std::uint64_t file_bytes, const s
   const auto channels = static_cast<std::uint64_t>(spec.nchannels);
   if (pixels > max_image_values || pixels * channels > max_image_values)
     throw usage_error("the picture is too large", where, size, fmt::format("at most {} values", max_image_values));
-  // DWA keeps a smooth picture in almost nothing, so its files are not judged by their length.
   const bool dwa = spec.get_string_attribute("compression").substr(0, 3) == "dwa";
-  if (!dwa && pixels * channels * spec.channel_bytes() / largest_compression > file_bytes)
+  if (pixels * channels * spec.channel_bytes() / (dwa ? largest_dwa_compression : largest_compression) > file_bytes)
     throw usage_error("the header claims more pixels than the file can hold", where, size,
                       fmt::format("what fits into {} bytes", file_bytes));
   using OIIO::TypeDesc;

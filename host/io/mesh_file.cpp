@@ -31,6 +31,7 @@ using Json = nlohmann::json;
 
 constexpr const char* draco_name = "KHR_draco_mesh_compression";
 constexpr std::uint64_t max_mesh_bytes = std::uint64_t{1} << 30;
+constexpr std::size_t max_vertices = 1 << 24, max_corners = 3 << 24;  // a small file can name one accessor many times
 
 std::uint32_t word(const std::string& bytes, std::size_t at) {
   std::uint32_t value;
@@ -366,6 +367,10 @@ std::array<float, 3> floats(const Vec3& v) {
 
 void append(Mesh& mesh, Part part, const Mat4& transform, const std::string& where) {
   check_part(part, where);
+  if (part.vertices() > max_vertices - mesh.positions.size() ||
+      part.corners.size() > max_corners - 3 * mesh.indices.size())
+    throw usage_error("the mesh is too large", where, {},
+                      fmt::format("at most {} vertices and {} triangles", max_vertices, max_corners / 3));
   const Mat3 linear(transform);
   const double determinant = glm::determinant(linear);
   if (!std::isfinite(determinant) || determinant == 0)

@@ -8,10 +8,11 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
+#include "host/io/nesting.hpp"
 #include "host/stopwatch.hpp"
 
 namespace clerestory {
@@ -19,20 +20,27 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 28;  // of the file
+constexpr std::size_t kLongestLine = 1 << 20;
+
 /// The whole lines of the file; bytes after the last newline are a record that was being written when a run died.
 std::string whole_lines(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path)) return {};
-  std::string text = read_file(path, std::uint64_t{1} << 32, true);
+  std::string text = read_file(path, kMostBytes, true);
   const auto last = text.rfind('\n');
   text.resize(last == std::string::npos ? 0 : last + 1);
   return text;
 }
 
 MetricRecord record_of(const std::string& line, const std::string& where) {
+  if (line.size() > kLongestLine)
+    throw usage_error("a line is too long", where, fmt::format("{} bytes", line.size()),
+                      fmt::format("at most {}", kLongestLine));
+  check_nesting(line, where);
   try {
     const Json json = Json::parse(line);
     MetricRecord record;
-    record.step = json.at("step").get<std::int64_t>();
+    record.step = whole_number<std::int64_t>(json.at("step"), "step", where);
     record.seconds = json.at("seconds").get<double>();
     for (const auto& [name, value] : json.items())
       if (name != "step" && name != "seconds")

@@ -7,10 +7,11 @@
 #include <chrono>
 #include <ctime>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
+#include "host/io/nesting.hpp"
 
 extern char** environ;
 
@@ -20,6 +21,8 @@ namespace {
 #include "host/report/build_info.inc"
 
 using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;  // of a file
 
 std::string cpu_name() {
   std::ifstream info("/proc/cpuinfo");
@@ -54,11 +57,11 @@ Json files_json(const std::vector<FileRecord>& files) {
   return list;
 }
 
-std::vector<FileRecord> files_of(const Json& list) {
+std::vector<FileRecord> files_of(const Json& list, const std::string& where) {
   std::vector<FileRecord> files;
   for (const Json& file : list)
     files.push_back({file.at("path").get<std::string>(), file.at("hash").get<std::string>(),
-                     file.at("bytes").get<std::uintmax_t>()});
+                     whole_number<std::uintmax_t>(file.at("bytes"), "bytes", where)});
   return files;
 }
 
@@ -150,8 +153,10 @@ void write_provenance(const std::filesystem::path& path, const Provenance& prove
 }
 
 Provenance read_provenance(const std::filesystem::path& path) {
+  const std::string where = path.string(), text = read_file(path, kMostBytes);
+  check_nesting(text, where);
   try {
-    const Json json = Json::parse(read_file(path, std::uint64_t{64} << 20));
+    const Json json = Json::parse(text);
     Provenance p;
     json.at("command").get_to(p.command);
     const Json& build = json.at("build");
@@ -165,13 +170,15 @@ Provenance read_provenance(const std::filesystem::path& path) {
     if (json.contains("hashes")) json.at("hashes").get_to(p.hashes);  // runs of earlier versions lack these two
     if (json.contains("rooms")) {
       json.at("rooms").at("setting").get_to(p.rooms.setting);
-      json.at("rooms").at("seeds").get_to(p.rooms.seeds);
+      for (const Json& seed : json.at("rooms").at("seeds"))
+        p.rooms.seeds.push_back(whole_number<std::uint64_t>(seed, "seeds", where));
     }
-    json.at("seeds").get_to(p.seeds);
+    for (const auto& [name, seed] : json.at("seeds").items())
+      p.seeds[name] = whole_number<std::uint64_t>(seed, name, where);
     json.at("facts").get_to(p.facts);
     json.at("figures").get_to(p.figures);
-    p.inputs = files_of(json.at("inputs"));
-    p.outputs = files_of(json.at("outputs"));
+    p.inputs = files_of(json.at("inputs"), where);
+    p.outputs = files_of(json.at("outputs"), where);
     for (const Json& item : json.at("left_out"))
       p.left_out.push_back(
           {item.at("what").get<std::string>(), item.at("why").get<std::string>(), item.at("saved").get<std::string>()});
@@ -179,7 +186,7 @@ Provenance read_provenance(const std::filesystem::path& path) {
     json.at("ended").get_to(p.ended);
     return p;
   } catch (const Json::exception& error) {
-    throw usage_error(std::string("not a provenance file: ") + error.what(), path.string());
+    throw usage_error(std::string("not a provenance file: ") + error.what(), where);
   }
 }
 

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
+#include "host/io/json_file.hpp"
+#include "host/io/nesting.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/terminal.hpp"
 
@@ -64,13 +65,14 @@ Json cell_json(const Cell& cell) {
   return nullptr;
 }
 
-Cell cell_of(const Json& json) {
+Cell cell_of(const Json& json, const std::string& name) {
   if (json.is_null()) return {};
   if (json.is_string()) return json.get<std::string>();
   const auto real = [&](const char* key) { return json.at(key).is_null() ? std::nan("") : json.at(key).get<double>(); };
-  return Measure{real("mean"), real("deviation"), json.at("count").get<int>()};
+  return Measure{real("mean"), real("deviation"), whole_number<int>(json.at("count"), "count", name)};
 }
 
+constexpr int kMostDigits = 17;  // all that a double has
 const char* const kBest[] = {"none", "lowest", "highest"};
 
 }  // namespace
@@ -174,6 +176,7 @@ std::string table_json(const Table& table) {
 }
 
 Table table_from_json(const std::string& text, const std::string& name) {
+  check_nesting(text, name);
   try {
     const Json json = Json::parse(text);
     Table table;
@@ -183,11 +186,17 @@ Table table_from_json(const std::string& text, const std::string& name) {
       const auto best = std::ranges::find(kBest, column.at("best").get<std::string>());
       if (best == std::end(kBest)) throw usage_error("unknown direction in a table", name, column.at("best").dump());
       table.columns.push_back({column.at("name").get<std::string>(), column.at("unit").get<std::string>(),
-                               static_cast<Best>(best - std::begin(kBest)), column.at("digits").get<int>()});
+                               static_cast<Best>(best - std::begin(kBest)), whole_number<int>(column.at("digits"), "digits", name)});
+      if (const int digits = table.columns.back().digits; digits < 1 || digits > kMostDigits)
+        throw usage_error("wrong number of digits in a table", name, fmt::format("{}", digits),
+                          fmt::format("1 to {}", kMostDigits));
     }
     for (const Json& row : json.at("rows")) {
       std::vector<Cell> cells;
-      for (const Json& cell : row) cells.push_back(cell_of(cell));
+      for (const Json& cell : row) cells.push_back(cell_of(cell, name));
+      if (cells.size() != table.columns.size())
+        throw usage_error("a row of a table has another length", name, std::to_string(cells.size()),
+                          std::to_string(table.columns.size()));
       table.add(std::move(cells));
     }
     return table;

@@ -1,0 +1,68 @@
+// What all fuzz targets share, for libFuzzer and for the tests that replay the corpus.
+#include <unistd.h>
+
+#include <cstdint>
+#include <fstream>
+#include <stdexcept>
+
+#include "host/error.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of this process, removed at its end.
+struct Scratch {
+  fs::path folder = fs::temp_directory_path() / fmt::format("clerestory_fuzz_{}", ::getpid());
+
+  Scratch() { fs::create_directories(folder); }
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  }
+};
+
+const fs::path& scratch_folder() {
+  static const Scratch scratch;
+  return scratch.folder;
+}
+
+fs::path put(const std::string& name, std::string_view bytes) {
+  const fs::path file = scratch_folder() / name;
+  std::ofstream(file, std::ios::binary) << bytes;
+  return file;
+}
+
+}  // namespace
+
+FuzzTarget::FuzzTarget(std::string name, std::string file, std::function<void(const fs::path&)> read)
+    : name_(std::move(name)), file_(std::move(file)), read_(std::move(read)) {
+  fuzz_targets().push_back(*this);
+}
+
+bool FuzzTarget::reads(std::string_view input) const {
+  try {
+    read_(put(file_, input));
+    return true;
+  } catch (const Error& error) {
+    const std::string said = error.what();
+    if (error.kind() != ErrorKind::Usage || said.find(scratch_folder().string()) == std::string::npos)
+      throw std::logic_error("refused, but not as a wrong file: " + said);
+    return false;
+  }
+}
+
+std::vector<FuzzTarget>& fuzz_targets() {
+  static std::vector<FuzzTarget> targets;
+  return targets;
+}
+
+}  // namespace clerestory
+
+/// libFuzzer's programs hold one target; an exception that leaves here is a crash.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  clerestory::fuzz_targets().front().reads({reinterpret_cast<const char*>(bytes), size});
+  return 0;
+}
