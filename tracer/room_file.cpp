@@ -306,7 +306,8 @@ class Rooms {
  private:
   /// Rooms are written to folders of their name.
   void check_name(const std::string& name) const {
-    if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos || name.find('\0') != std::string::npos)
+    if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos ||
+        name.find('\0') != std::string::npos)
       from_.fail("a room's name is not fit for a folder", name, "no / and no . at its beginning");
   }
 

@@ -1,10 +1,10 @@
 #include "experiments/applications/render_record.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "experiments/applications/light_choice.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
+#include "host/io/nesting.hpp"
 #include "nets/scene_light.hpp"
 
 namespace clerestory {
@@ -25,24 +25,27 @@ SoftLamp lamp_of(const Json& json) {
       {place[0], place[1], place[2]}, json.at("size").get<double>(), json.at("radiance").get<std::array<double, 3>>()};
 }
 
-RenderRecord record_of(const Json& json, fs::path& weights) {
+RenderRecord record_of(const Json& json, const std::string& where) {
   RenderRecord record;
   RenderSettings& s = record.settings;
   s.light = json.at("light"), s.sampler = json.at("sampler"), s.points = json.at("points"), s.ssrt = json.at("ssrt");
   s.delta = json.at("delta"), s.thickness = json.at("thickness"), s.brdf = json.at("surface model");
   record.shared = json.at("shared answers");
-  weights = json.at("light weights").get<std::string>();
+  record.weights = json.at("light weights").get<std::string>();
   s.leave_out.clear();
   for (const std::string name : json.at("left out")) {
     const auto* kind = std::ranges::find(kSavings, name, &SavingKind::name);
     if (kind == kSavings.end())
-      throw usage_error("unknown name of what is left out", "left out", name, "as `invert` wrote it");
+      throw usage_error("unknown name of what is left out", where, name, "as `invert` wrote it");
     s.leave_out.insert(kind->saving);
   }
   for (const Json& lamp : json.at("lamps")) s.lamps.push_back(lamp_of(lamp));
   for (const Json& round : json.at("rounds"))
-    record.rounds.push_back({round.at("spp").get<int>(), round.at("seed").get<std::uint32_t>()});
-  if (record.rounds.empty()) throw usage_error("no samples were taken", "rounds", "none");
+    record.rounds.push_back({whole_number<int>(round.at("spp"), "spp", where),
+                             whole_number<std::uint32_t>(round.at("seed"), "seed", where)});
+  if (record.rounds.empty()) throw usage_error("no samples were taken", where, "no rounds");
+  for (const SampleRound& round : record.rounds)
+    if (round.spp < 1) throw usage_error("wrong value of spp", where, fmt::format("{}", round.spp), "at least 1");
   s.spp = record.rounds[0].spp, s.seed = record.rounds[0].seed;
   s.sharing = record.shared ? Sharing::Always : Sharing::Never;
   return record;
@@ -70,19 +73,23 @@ void write_render_record(const fs::path& path, const RenderRecord& record) {
   write_file(path, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-RenderRecord read_render_record(const fs::path& path, Device device) {
+RenderRecord parse_render_record(const fs::path& path) {
   if (!fs::exists(path))
     throw usage_error("the run does not say how it was rendered", path.string(), "no such file",
                       "a folder that `clerestory invert` wrote without --only");
-  RenderRecord record;
-  fs::path weights;
+  const std::string text = read_file(path, kMostBytes);
+  check_nesting(text, path.string());
   try {
-    record = record_of(Json::parse(read_file(path, kMostBytes)), weights);
+    return record_of(Json::parse(text), path.string());
   } catch (const nlohmann::json::exception& error) {
     throw usage_error("this is no record of a re-render", path.string(), error.what(),
                       "what `clerestory invert` wrote");
   }
-  load_light_nets(record.settings, weights, std::move(device));
+}
+
+RenderRecord read_render_record(const fs::path& path, Device device) {
+  RenderRecord record = parse_render_record(path);
+  load_light_nets(record.settings, record.weights, std::move(device));
   return record;
 }
 

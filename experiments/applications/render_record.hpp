@@ -18,11 +18,14 @@ struct SampleRound {
 struct RenderRecord {
   RenderSettings settings;  // with lamps; of nets the note alone, which says where they are
   std::vector<SampleRound> rounds;
-  bool shared = false;  // rays shared answers of the in-view MLP
+  bool shared = false;                 // rays shared answers of the in-view MLP
+  std::filesystem::path weights = {};  // of the light, as a file names them; to be written, settings.nets says it
 };
 
 void write_render_record(const std::filesystem::path& path, const RenderRecord& record);
-/// settings.nets are loaded for `device`. Throws usage_error: no such file, not one of these, nets that are not there.
+/// What the file says, without settings.nets. Throws usage_error: no such file, not one of these.
+RenderRecord parse_render_record(const std::filesystem::path& path);
+/// The same, with settings.nets loaded for `device`. Throws usage_error also for nets that are not there.
 RenderRecord read_render_record(const std::filesystem::path& path, Device device);
 
 }  // namespace clerestory

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
 #include "host/math/statistics.hpp"
 
 namespace clerestory {
@@ -29,7 +29,7 @@ std::optional<RealScale> real_scale(const fs::path& weights, const std::string& 
   const fs::path file = frames_file(weights);
   if (!fs::exists(file)) return std::nullopt;
   try {
-    const nlohmann::json json = nlohmann::json::parse(read_file(file));
+    const nlohmann::json json = parse_json_object(read_file(file, 1 << 20), file.string());
     if (json.at("facts").at("weights hash") != hash) return std::nullopt;
     RealScale scale;
     for (const auto& frame : json.at("frames")) {

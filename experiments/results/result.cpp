@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "experiments/studies/study.hpp"
 #include "host/error.hpp"
 #include "host/io/config_values.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
+#include "host/io/nesting.hpp"
 #include "host/report/plot.hpp"
 
 namespace clerestory {
@@ -226,8 +227,10 @@ Result result_of_run(const fs::path& run, const std::string& name, const std::st
 std::string result_json(const Result& result) { return json_of(result).dump(1) + "\n"; }
 
 Result read_result(const fs::path& path) {
+  const std::string where = path.string(), text = read_file(path, std::uint64_t{16} << 20);
+  check_nesting(text, where);
   try {
-    const Json json = Json::parse(read_file(path, std::uint64_t{64} << 20));
+    const Json json = Json::parse(text);
     Result r;
     json.at("name").get_to(r.name), json.at("title").get_to(r.title);
     const Json& config = json.at("config");
@@ -237,9 +240,12 @@ Result read_result(const fs::path& path) {
     json.at("kernels").get_to(r.kernels_hash);
     for (const Json& file : json.at("inputs"))
       r.inputs.push_back({file.at("path").get<std::string>(), file.at("hash").get<std::string>(),
-                          file.at("bytes").get<std::uintmax_t>()});
-    json.at("rooms").at("setting").get_to(r.rooms.setting), json.at("rooms").at("seeds").get_to(r.rooms.seeds);
-    json.at("seeds").get_to(r.seeds);
+                          whole_number<std::uintmax_t>(file.at("bytes"), "bytes", where)});
+    json.at("rooms").at("setting").get_to(r.rooms.setting);
+    for (const Json& seed : json.at("rooms").at("seeds"))
+      r.rooms.seeds.push_back(whole_number<std::uint64_t>(seed, "seeds", where));
+    for (const auto& [name, seed] : json.at("seeds").items())
+      r.seeds[name] = whole_number<std::uint64_t>(seed, name, where);
     json.at("commit").get_to(r.commit), json.at("device").get_to(r.device), json.at("minutes").get_to(r.minutes);
     json.at("notes").get_to(r.notes);
     json.at("plot").at("table").get_to(r.plotted.table), json.at("plot").at("column").get_to(r.plotted.column);

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
+#include "host/io/json_file.hpp"
 
 namespace clerestory {
 namespace {
@@ -25,8 +25,12 @@ std::vector<double> numbers(const json& values) {
   return out;
 }
 
-HistoryPoint point_of(const json& p, std::size_t errors) {
-  HistoryPoint point{p.at("step"),       p.at("hours"), p.at("score"), numbers(p.at("errors")), numbers(p.at("ratios")),
+HistoryPoint point_of(const json& p, std::size_t errors, const std::string& where) {
+  HistoryPoint point{whole_number<std::int64_t>(p.at("step"), "step", where),
+                     p.at("hours"),
+                     p.at("score"),
+                     numbers(p.at("errors")),
+                     numbers(p.at("ratios")),
                      p.at("scale_error")};
   const auto check = [&](const auto& of) {
     if (of.errors.size() != errors || of.ratios.size() != errors)
@@ -34,8 +38,8 @@ HistoryPoint point_of(const json& p, std::size_t errors) {
   };
   check(point);
   for (const json& l : p.value("lists", json::array())) {
-    point.lists.push_back({l.at("list"), l.at("views"), l.at("score"), numbers(l.at("errors")), numbers(l.at("ratios")),
-                           l.at("scale_error")});
+    point.lists.push_back({l.at("list"), whole_number<std::int64_t>(l.at("views"), "views", where), l.at("score"),
+                           numbers(l.at("errors")), numbers(l.at("ratios")), l.at("scale_error")});
     check(point.lists.back());
   }
   for (const json& f : p.value("frames", json::array()))
@@ -222,15 +226,16 @@ std::string history_json(const History& history) {
 History history_from_json(const std::string& text, const std::string& where) {
   try {
     History history;
-    for (const json& j : json::parse(text)) {
+    for (const json& j : parse_json(text, where)) {
+      const auto whole = [&]<class T>(T& to, const char* key) { to = whole_number<T>(j.at(key), key, where); };
       Leg l;
       l.kind = j.value("kind", "maps");
       l.experiment = j.at("experiment"), l.variant = j.at("variant"), l.config_hash = j.at("config_hash");
       l.commit = j.at("commit"), l.started = j.at("started"), l.preset = j.at("preset");
-      l.width = j.at("width"), l.height = j.at("height"), l.batch = j.at("batch"), l.seed = j.at("seed");
-      l.rooms = j.at("rooms"), l.views = j.at("views"), l.steps = j.at("steps"), l.views_seen = j.at("views_seen");
+      whole(l.width, "width"), whole(l.height, "height"), whole(l.batch, "batch"), whole(l.seed, "seed");
+      whole(l.rooms, "rooms"), whole(l.views, "views"), whole(l.steps, "steps"), whole(l.views_seen, "views_seen");
       l.hours = j.at("hours"), l.init = j.at("init"), l.overrides = j.at("overrides").get<std::vector<std::string>>();
-      for (const json& p : j.at("curve")) l.curve.push_back(point_of(p, error_names(l.kind).size()));
+      for (const json& p : j.at("curve")) l.curve.push_back(point_of(p, error_names(l.kind).size(), where));
       history.legs.push_back(std::move(l));
     }
     return history;

@@ -103,7 +103,8 @@ class Loader {
     const std::filesystem::path real = std::filesystem::weakly_canonical(path);
     if (std::ranges::find(open_, real) != open_.end()) throw usage_error("extends itself: " + chain(real), name);
     if (++files_ > kMostFiles)  // files that extend each other twice over are read again each time
-      throw usage_error("extends too many files", name, fmt::format("{}", files_), fmt::format("at most {}", kMostFiles));
+      throw usage_error("extends too many files", name, fmt::format("{}", files_),
+                        fmt::format("at most {}", kMostFiles));
     open_.push_back(real);
     const toml::table root = parse(read_file(path, kMostBytes, true), name);
     for (const std::string& base : bases(root, name)) load_file(path.parent_path() / base);

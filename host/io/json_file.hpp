@@ -31,9 +31,9 @@ std::string brief(const nlohmann::json& value);
 template <class T, class Json>
 T whole_number(const Json& value, const std::string& key, const std::string& where) {
   using Limits = std::numeric_limits<T>;
-  const bool fits = value.is_number_unsigned() ? std::in_range<T>(value.template get<std::uint64_t>())
-                                               : value.is_number_integer() &&
-                                                     std::in_range<T>(value.template get<std::int64_t>());
+  const bool fits = value.is_number_unsigned()
+                        ? std::in_range<T>(value.template get<std::uint64_t>())
+                        : value.is_number_integer() && std::in_range<T>(value.template get<std::int64_t>());
   if (!fits)
     throw usage_error(fmt::format("wrong value of {}", key), where, brief(value),
                       fmt::format("a whole number from {} to {}", Limits::min(), Limits::max()));

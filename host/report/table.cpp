@@ -186,7 +186,8 @@ Table table_from_json(const std::string& text, const std::string& name) {
       const auto best = std::ranges::find(kBest, column.at("best").get<std::string>());
       if (best == std::end(kBest)) throw usage_error("unknown direction in a table", name, column.at("best").dump());
       table.columns.push_back({column.at("name").get<std::string>(), column.at("unit").get<std::string>(),
-                               static_cast<Best>(best - std::begin(kBest)), whole_number<int>(column.at("digits"), "digits", name)});
+                               static_cast<Best>(best - std::begin(kBest)),
+                               whole_number<int>(column.at("digits"), "digits", name)});
       if (const int digits = table.columns.back().digits; digits < 1 || digits > kMostDigits)
         throw usage_error("wrong number of digits in a table", name, fmt::format("{}", digits),
                           fmt::format("1 to {}", kMostDigits));

@@ -48,8 +48,8 @@ bool FuzzTarget::reads(std::string_view input) const {
     return true;
   } catch (const Error& error) {
     const std::string said = error.what();
-    if (error.kind() != ErrorKind::Usage || said.find(scratch_folder().string()) == std::string::npos)
-      throw std::logic_error("refused, but not as a wrong file: " + said);
+    const bool names = said.find(scratch_folder().string()) != std::string::npos || said.starts_with('/');
+    if (error.kind() != ErrorKind::Usage || !names) throw std::logic_error("refused, but not as a wrong file: " + said);
     return false;
   }
 }

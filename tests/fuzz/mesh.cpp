@@ -4,8 +4,6 @@
 
 namespace clerestory {
 
-static const FuzzTarget target("mesh", "mesh.glb", [](const std::filesystem::path& file) {
-  read_mesh(file);
-});
+static const FuzzTarget target("mesh", "mesh.glb", [](const std::filesystem::path& file) { read_mesh(file); });
 
 }  // namespace clerestory

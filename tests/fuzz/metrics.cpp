@@ -1,5 +1,6 @@
 // Metrics of a run, which goes on from step 2.
 #include "host/report/metrics.hpp"
+
 #include "tests/fuzz/target.hpp"
 
 namespace clerestory {

@@ -1,6 +1,7 @@
 // Provenance, and what of its folder it claims.
-#include "host/report/own_files.hpp"
 #include "host/report/provenance.hpp"
+
+#include "host/report/own_files.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace clerestory {

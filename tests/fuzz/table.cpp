@@ -1,7 +1,8 @@
 // A table, in all its dresses.
+#include "host/report/table.hpp"
+
 #include "host/io/files.hpp"
 #include "host/report/html.hpp"
-#include "host/report/table.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace clerestory {

@@ -16,7 +16,8 @@ class FuzzTarget {
   FuzzTarget(std::string name, std::string file, std::function<void(const std::filesystem::path&)> read);
 
   const std::string& name() const { return name_; }
-  /// Whether the input was read; "no" means an Error of the user that names the file, or one beside it. Throws
+  /// Whether the input was read; "no" means an Error of the user that names the file, one beside it, or
+  /// another that the input names by its whole path. Throws
   /// std::logic_error when it was refused in another way, and lets through whatever else is thrown.
   bool reads(std::string_view input) const;
 
