@@ -32,9 +32,6 @@ std::vector<Precision> precisions_of(const CheckedDevices& devices) {
   return {Precision::Single, Precision::Double};
 }
 
-/// The greater of two errors of which either may be missing (NaN).
-double worse(double a, double b) { return std::isnan(a) || b > a ? b : a; }
-
 double weighted_sum(const std::vector<Tensor>& outputs, const std::vector<Tensor>& cotangents) {
   long double sum = 0;
   for (std::size_t o = 0; o < cotangents.size(); ++o)
@@ -58,28 +55,11 @@ bool lies_in(const std::string& room, const std::string& stem) {
   return std::ranges::count(kernel_files(), room + "/" + stem + ".cl") > 0;
 }
 
-std::set<std::string> launched_on(Device device) {
+std::set<std::string> names_of(const std::set<KernelVariant>& variants) {
   std::set<std::string> names;
-  for (const KernelProfile& k : device.profile()) names.insert(k.kernel.substr(k.kernel.find_last_of(":/") + 1));
+  for (const KernelVariant& v : variants) names.insert(v.name);
   return names;
 }
-
-/// While it lives, launches of the device are counted.
-class Counted {
- public:
-  explicit Counted(const Device& device) : device_(device) { device_.set_profiling(true), device_.reset_profile(); }
-  ~Counted() {
-    try {
-      device_.set_profiling(false);
-    } catch (const Error&) {  // of a device that is lost; what lost it is on its way
-    }
-  }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-
- private:
-  Device device_;
-};
 
 /// While it lives, kernels are built in the tile.
 class InTile {
@@ -149,6 +129,20 @@ class Check {
     if (devices_.with_doubles && differentiates()) differences();
   }
 
+  /// Kernels of the case that what was found may come from.
+  std::set<std::string> suspects() {
+    const std::set<std::string> own(case_.kernels.begin(), case_.kernels.end());
+    if (!differentiates() || slope_faults_ + value_faults_ < findings_.faults.size()) return own;
+    Device device = devices_.single;
+    device.forget_launched();
+    run(Precision::Single)();
+    const std::set<std::string> forward = names_of(device.launched(Precision::Single));
+    std::set<std::string> some;
+    for (const std::string& kernel : own)
+      if (forward.contains(kernel) == (value_faults_ > 0)) some.insert(kernel);
+    return some.empty() ? own : some;
+  }
+
   void tiles_agree() {
     for (const Precision precision : precisions_of(devices_)) {
       const auto run_in_tile = [&](const std::string& name) {
@@ -177,6 +171,7 @@ class Check {
 
   template <class... Args>
   void fault(fmt::format_string<Args...> format, Args&&... args) {
+    ++(of_slopes_ ? slope_faults_ : value_faults_);
     findings_.faults.push_back(fmt::format(format, std::forward<Args>(args)...));
   }
 
@@ -187,24 +182,19 @@ class Check {
   /// Runs it twice, without passes and in slices: equal bits, and the kernels are launched.
   void run_in(Precision precision) {
     Results& results = results_[precision];
-    std::set<std::string> seen;
-    {
-      const Counted counted(device_of(devices_, precision));
-      OpRun usual = run(precision, {.with_gradients = differentiates()});
-      results.outputs = usual.outputs().size() - case_.differentiate.size();
-      cotangents_ = usual.cotangents();
-      results.values = usual();
-      same_bits(usual(), results.values, fmt::format("{} in {}, second run", name_, text(precision)));
+    OpRun usual = run(precision, {.with_gradients = differentiates()});
+    results.outputs = usual.outputs().size() - case_.differentiate.size();
+    cotangents_ = usual.cotangents();
+    results.values = usual();
+    same_bits(usual(), results.values, fmt::format("{} in {}, second run", name_, text(precision)));
 
-      // With every pass off, views and concatenations are copied by their kernels.
-      const PlanOptions off{.prune = false, .alias = false, .reuse = false, .reorder = false};
-      same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
-                fmt::format("{} in {}, passes off", name_, text(precision)));
-      seen = launched_on(device_of(devices_, precision));
-    }
+    // With every pass off, views and concatenations are copied by their kernels.
+    const PlanOptions off{.prune = false, .alias = false, .reuse = false, .reorder = false};
+    same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
+              fmt::format("{} in {}, passes off", name_, text(precision)));
+    const std::set<std::string> seen = names_of(device_of(devices_, precision).launched(precision));
     for (const std::string& kernel : case_.kernels)
       if (!seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);
-    if (precision == Precision::Single) findings_.launched.merge(seen);
 
     same_bits(run(precision, {.wrap = true, .with_gradients = differentiates()})(), results.values,
               fmt::format("{} in {}, as slices of bigger tensors", name_, text(precision)));
@@ -228,7 +218,10 @@ class Check {
       const double magnitude = case_.magnitude > 0 ? case_.magnitude : std::max(largest(want[i]), 1e-30);
       const double share = close(got[i], want[i], case_.roundings * epsilon(precision) * magnitude,
                                  fmt::format("{} in {} against the reference, output {}", name_, text(precision), i));
-      if (precision == Precision::Single) findings_.value_error = worse(findings_.value_error, share);
+      if (precision == Precision::Single) {
+        findings_.value_error = worse(findings_.value_error, share);
+        findings_.value_ulps = worse(findings_.value_ulps, share * case_.roundings);
+      }
     }
     return true;
   }
@@ -240,11 +233,15 @@ class Check {
     for (std::size_t i = 0; i < single.size(); ++i) {
       const bool is_slope = is_gradient(i, outputs);
       const double magnitude = !is_slope && case_.magnitude > 0 ? case_.magnitude : std::max(largest(twin[i]), 1e-30);
-      const double share =
-          close(single[i], twin[i], (is_slope ? gradient_roundings : case_.roundings) * FLT_EPSILON * magnitude,
-                fmt::format("{}, float against double, {} {}", name_, is_slope ? "gradient" : "output",
-                            is_slope ? i - outputs : i));
+      const double roundings = is_slope ? gradient_roundings : case_.roundings;
+      of_slopes_ = is_slope;
+      const double share = close(single[i], twin[i], roundings * FLT_EPSILON * magnitude,
+                                 fmt::format("{}, float against double, {} {}", name_, is_slope ? "gradient" : "output",
+                                             is_slope ? i - outputs : i));
+      of_slopes_ = false;
       findings_.twin_error = worse(findings_.twin_error, share);
+      double& ulps = is_slope ? findings_.gradient_ulps : findings_.value_ulps;
+      ulps = worse(ulps, share * roundings);
     }
   }
 
@@ -281,8 +278,10 @@ class Check {
   void differences() {
     OpRun moving = run(Precision::Double);
     const Results& results = results_[Precision::Double];
+    of_slopes_ = true;
     for (std::size_t d = 0; d < case_.differentiate.size(); ++d)
       differences_by(case_.differentiate[d], results.values[results.outputs + d], d + 1, moving);
+    of_slopes_ = false;
   }
 
   void differences_by(const std::string& name, const Tensor& adjoint, std::size_t seed, OpRun& moving) {
@@ -380,6 +379,8 @@ class Check {
   const std::string name_;
   std::map<Precision, Results> results_;
   std::vector<Tensor> cotangents_;
+  bool of_slopes_ = false;  // what is compared now is a gradient
+  std::size_t slope_faults_ = 0, value_faults_ = 0;
 };
 
 /// True when the kernels of this stem have one body for CPUs and one for groups of work-items.
@@ -424,7 +425,24 @@ void OpFindings::add(const OpFindings& other) {
   value_error = worse(value_error, other.value_error);
   twin_error = worse(twin_error, other.twin_error);
   gradient_error = worse(gradient_error, other.gradient_error);
+  value_ulps = worse(value_ulps, other.value_ulps);
+  gradient_ulps = worse(gradient_ulps, other.gradient_ulps);
   launched.insert(other.launched.begin(), other.launched.end());
+  launched_in_double.insert(other.launched_in_double.begin(), other.launched_in_double.end());
+  suspects.insert(other.suspects.begin(), other.suspects.end());
+}
+
+double worse(double a, double b) { return std::isnan(a) || b > a ? b : a; }
+
+LaunchesSeen::LaunchesSeen(const CheckedDevices& devices, OpFindings& findings)
+    : devices_(devices), findings_(findings) {
+  Device(devices.single).forget_launched();
+  if (devices.with_doubles) Device(*devices.with_doubles).forget_launched();
+}
+
+LaunchesSeen::~LaunchesSeen() {
+  findings_.launched.merge(devices_.single.launched(Precision::Single));
+  if (devices_.with_doubles) findings_.launched_in_double.merge(devices_.with_doubles->launched(Precision::Double));
 }
 
 OpFindings check_op(const OpCase& c, const CheckedDevices& devices, Bodies bodies) {
@@ -437,12 +455,17 @@ OpFindings check_op(const OpCase& c, const CheckedDevices& devices, Bodies bodie
     clblast.emplace(devices), named.label += " by products", named.kernels = named.product_kernels;
   try {
     Check check(named, devices, findings);
-    if (bodies == Bodies::InTiles)
-      check.tiles_agree();
-    else
-      check.everything();
+    {
+      const LaunchesSeen seen(devices, findings);
+      if (bodies == Bodies::InTiles)
+        check.tiles_agree();
+      else
+        check.everything();
+    }
+    if (!findings.faults.empty()) findings.suspects = check.suspects();
   } catch (const Error& e) {
     findings.faults.push_back(fmt::format("{}: {}", named.name(), e.what()));
+    findings.suspects.insert(named.kernels.begin(), named.kernels.end());
   }
   return findings;
 }

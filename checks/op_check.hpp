@@ -33,7 +33,12 @@ struct OpFindings {
   /// The worst error as a share of what the case allows, NaN where nothing was compared: of float against the
   /// reference, of float against double, of the gradient in double against central differences.
   double value_error = NAN, twin_error = NAN, gradient_error = NAN;
-  std::set<std::string> launched;  // kernels, by name
+  /// The worst error of float in epsilons of the largest magnitude that is compared: of values against the reference
+  /// and the twin, of gradients against the twin's.
+  double value_ulps = NAN, gradient_ulps = NAN;
+  std::set<KernelVariant> launched, launched_in_double;
+  /// Names of kernels of the case that faults may come from: those of the backward pass alone where values are right.
+  std::set<std::string> suspects;
 
   void add(const OpFindings& other);
 };
@@ -47,5 +52,21 @@ struct OpFindings {
 /// In tiles: every tile gives the bits of the device's own and writes nothing beside them.
 /// Without a device with doubles all that needs double is left out. An error of the device or of the graph is a fault.
 OpFindings check_op(const OpCase& op_case, const CheckedDevices& devices, Bodies bodies = Bodies::OfDevice);
+
+/// While it lives, launches of both devices are remembered for `findings`, which get them at its end.
+class LaunchesSeen {
+ public:
+  LaunchesSeen(const CheckedDevices& devices, OpFindings& findings);
+  ~LaunchesSeen();
+  LaunchesSeen(const LaunchesSeen&) = delete;
+  LaunchesSeen& operator=(const LaunchesSeen&) = delete;
+
+ private:
+  const CheckedDevices& devices_;
+  OpFindings& findings_;
+};
+
+/// The greater of two errors of which either may be missing (NaN).
+double worse(double a, double b);
 
 }  // namespace clerestory

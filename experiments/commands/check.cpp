@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "checks/kernel_check.hpp"
 #include "checks/op_check.hpp"
+#include "experiments/commands/check_devices.hpp"
 #include "experiments/commands/check_report.hpp"
 #include "experiments/commands/check_stability.hpp"
 #include "experiments/commands/cli.hpp"
@@ -26,14 +28,37 @@ struct OpReport {
 };
 using OpReports = std::map<std::string, OpReport>;
 
-struct CaseToRun {
-  const OpCase* op_case;
-  Bodies bodies;
+/// What all cases together showed of one variant: of those that name its kernel.
+struct VariantReport {
+  int cases = 0;
+  bool in_double = false;
+  double value_ulps = NAN, gradient_ulps = NAN;
+  std::vector<std::string> faults;
+};
+using VariantReports = std::map<KernelVariant, VariantReport>;
+
+struct Reports {
+  OpReports ops;
+  VariantReports variants;
+};
+
+struct CheckToRun {
+  std::string stem;
+  std::vector<std::string> kernels;
+  std::function<OpFindings(const CheckedDevices&)> run;
+};
+
+struct Options {
+  std::vector<std::string> only;
+  bool stability = false, quick = false;
+  std::string reproduce;
+  DevicesOptions devices;
 };
 
 std::vector<std::string> known_stems() {
   std::set<std::string> stems;
   for (const OpCase& c : declared_cases()) stems.insert(c.stem);
+  for (const KernelCheck& c : declared_kernel_checks()) stems.insert(c.stem);
   return {stems.begin(), stems.end()};
 }
 
@@ -44,31 +69,81 @@ void expect_known(const std::vector<std::string>& only, const std::vector<std::s
                         fmt::format("{}", fmt::join(known, ", ")));
 }
 
-/// All cases in all bodies of their kernels; `only` empty: of all ops.
-std::vector<CaseToRun> cases_to_run(const std::vector<std::string>& only) {
-  std::vector<CaseToRun> chosen;
+std::vector<std::string> kernels_of(const OpCase& c) {
+  std::vector<std::string> kernels = c.kernels;
+  kernels.insert(kernels.end(), c.product_kernels.begin(), c.product_kernels.end());
+  return kernels;
+}
+
+/// All cases in all bodies of their kernels, and the kernels that are no op's. `only` empty: of all stems. Quick: the
+/// first case of each stem in each body.
+std::vector<CheckToRun> checks_to_run(const Options& options) {
+  std::vector<CheckToRun> chosen;
+  std::set<std::pair<std::string, Bodies>> seen;
+  const auto wanted = [&](const std::string& stem) {
+    return options.only.empty() || std::ranges::count(options.only, stem) > 0;
+  };
   for (const OpCase& c : declared_cases()) {
-    if (!only.empty() && !std::ranges::count(only, c.stem)) continue;
-    for (const Bodies bodies : bodies_of(c)) chosen.push_back({&c, bodies});
+    if (!wanted(c.stem)) continue;
+    for (const Bodies bodies : bodies_of(c))
+      if (seen.emplace(c.stem, bodies).second || !options.quick)
+        chosen.push_back(
+            {c.stem, kernels_of(c), [&c, bodies](const CheckedDevices& d) { return check_op(c, d, bodies); }});
   }
+  for (const KernelCheck& c : declared_kernel_checks())
+    if (wanted(c.stem))
+      chosen.push_back({c.stem, c.kernels, [&c](const CheckedDevices& d) { return check_kernels(c, d); }});
   return chosen;
 }
 
-OpReports check_all(const std::vector<CaseToRun>& chosen, const CheckedDevices& devices) {
-  OpReports reports;
+void add_to_variants(VariantReports& variants, const CheckToRun& check, const OpFindings& found) {
+  for (const KernelVariant& variant : found.launched) {
+    if (!std::ranges::count(check.kernels, variant.name)) continue;
+    VariantReport& report = variants[variant];
+    ++report.cases;
+    report.in_double = report.in_double || found.launched_in_double.contains(variant);
+    report.value_ulps = worse(report.value_ulps, found.value_ulps);
+    report.gradient_ulps = worse(report.gradient_ulps, found.gradient_ulps);
+  }
+  // A kernel that cannot be built is never launched: it stands there without its defines.
+  for (const std::string& suspect : found.suspects) {
+    const auto named = [&](const auto& entry) {
+      return entry.first.name == suspect && found.launched.contains(entry.first);
+    };
+    if (std::ranges::none_of(variants, named)) variants[{check.stem, suspect, {}}];
+    for (auto& [variant, report] : variants)
+      if (variant.name == suspect && (found.launched.contains(variant) || variant.file == check.stem))
+        report.faults.insert(report.faults.end(), found.faults.begin(), found.faults.end());
+  }
+}
+
+Reports check_all(const std::vector<CheckToRun>& chosen, const CheckedDevices& devices) {
+  Reports reports;
   Progress bar("check", static_cast<std::int64_t>(chosen.size()), "cases");
-  for (const CaseToRun& each : chosen) {
-    OpReport& report = reports[each.op_case->stem];
+  for (const CheckToRun& each : chosen) {
+    OpReport& report = reports.ops[each.stem];
     const Stopwatch watch;
-    const OpFindings found = check_op(*each.op_case, devices, each.bodies);
+    const OpFindings found = each.run(devices);
     report.seconds += watch.seconds(), ++report.cases;
     report.findings.add(found);
-    for (const std::string& kernel : each.op_case->kernels)
-      if (found.launched.contains(kernel)) report.kernels.insert(kernel);
-    bar.advance(each.op_case->stem);
+    for (const KernelVariant& variant : found.launched)
+      if (std::ranges::count(each.kernels, variant.name)) report.kernels.insert(variant.name);
+    add_to_variants(reports.variants, each, found);
+    bar.advance(each.stem);
     give_up_if_interrupted("check");
   }
   return reports;
+}
+
+/// A variant that programs launch and no case does is a hole in the check. GPUs have variants of their own.
+void expect_all_listed(const CheckedDevices& devices, Reports& reports) {
+  if (!devices.single.info().cpu) return;
+  std::set<std::string> seen;
+  for (const auto& [variant, report] : reports.variants) seen.insert(text_of(variant));
+  for (const std::string& listed : listed_variants())
+    if (!seen.contains(listed))
+      reports.ops["variants"].findings.faults.push_back(
+          fmt::format("{} stands in {}, but no case of the check launches it", listed, kVariantsName));
 }
 
 std::vector<std::string> all_faults(const OpReports& reports) {
@@ -100,47 +175,68 @@ Table reports_table(const OpReports& reports, const CheckedDevices& devices) {
 }
 
 /// Errors that were not compared are null; so is one beyond all numbers, whose fault says so.
-std::string check_json(const OpReports& reports, const CheckedDevices& devices) {
+std::string check_json(const Reports& reports, const CheckedDevices& devices) {
   nlohmann::ordered_json all = devices_json(devices);
-  all["faults"] = all_faults(reports).size();
-  for (const auto& [stem, report] : reports)
+  all["faults"] = all_faults(reports.ops).size();
+  for (const auto& [stem, report] : reports.ops)
     all["ops"].push_back({{"stem", stem},
                           {"cases", report.cases},
                           {"kernels", report.kernels},
                           {"value_error", report.findings.value_error},
                           {"twin_error", report.findings.twin_error},
                           {"gradient_error", report.findings.gradient_error},
+                          {"value_ulps", report.findings.value_ulps},
+                          {"gradient_ulps", report.findings.gradient_ulps},
                           {"seconds", report.seconds},
                           {"faults", report.findings.faults}});
+  for (const auto& [variant, report] : reports.variants)
+    all["kernels"].push_back({{"kernel", text_of(variant)},
+                              {"cases", report.cases},
+                              {"in_double", report.in_double},
+                              {"value_ulps", report.value_ulps},
+                              {"gradient_ulps", report.gradient_ulps},
+                              {"faults", report.faults}});
   return json_text(all);
 }
 
-void check_ops(const CheckedDevices& devices, const std::vector<std::string>& only, const CommonOptions& common) {
-  const OpReports reports = check_all(cases_to_run(only), devices);
+void check_ops(const CheckedDevices& devices, const Options& options, const CommonOptions& common) {
+  Reports reports = check_all(checks_to_run(options), devices);
+  if (options.only.empty() && !options.quick) expect_all_listed(devices, reports);
   if (!common.json || !common.json->empty())
     std::fputs(
-        terminal_text(table_text(reports_table(reports, devices)) + "\n" + faults_text(all_faults(reports))).c_str(),
+        terminal_text(table_text(reports_table(reports.ops, devices)) + "\n" + faults_text(all_faults(reports.ops)))
+            .c_str(),
         stdout);
   if (common.json) write_json_result(common, check_json(reports, devices));
   std::vector<std::string> wrong;
-  for (const auto& [stem, report] : reports)
+  for (const auto& [stem, report] : reports.ops)
     if (!report.findings.faults.empty()) wrong.push_back(stem);
   expect_none_wrong("op", wrong, devices);
 }
 
-struct Options {
-  std::vector<std::string> only;
-  bool stability = false;
-};
-
 void check(const Options& options, const CommonOptions& common) {
+  catch_interrupts();
+  if (!options.devices.from.empty()) return show_devices(options.devices, common);
+  if (!options.reproduce.empty()) return reproduce_fault(options.reproduce, common);
   if (options.stability)
     expect_known(options.only, stability_groups(), "group");
   else
     expect_known(options.only, known_stems(), "op");
-  catch_interrupts();
+  if (common.device == "all") {
+    if (options.stability) throw usage_error("asks one device", "--stability", "--device all", "--device NAME");
+    DevicesOptions devices = options.devices;
+    devices.only = options.only.empty() ? known_stems() : options.only;
+    devices.all = options.only.empty(), devices.quick = options.quick;
+    return check_devices(devices, common);
+  }
+  if (!options.devices.report.empty())
+    throw usage_error("is written of all devices", "--report", options.devices.report.string(),
+                      "--device all, or --from");
   const CheckedDevices devices = checked_devices(Device::open(common.device));
-  (options.stability ? check_stability_of : check_ops)(devices, options.only, common);
+  if (options.stability)
+    check_stability_of(devices, options.only, common);
+  else
+    check_ops(devices, options, common);
 }
 
 }  // namespace
@@ -148,6 +244,15 @@ void check(const Options& options, const CommonOptions& common) {
 void add_check_command(CommandLine& line) {
   auto options = std::make_shared<Options>();
   line.add("check", "Whether a device computes every op rightly, and how exactly")
+      .flag("--quick", "the first case of each op alone: for devices that are slow, simulators above all",
+            options->quick)
+      .option("--report", "FILE", "with --device all: kernels by devices, as FILE.html or FILE.md",
+              options->devices.report)
+      .option("--from", "FILE,...", "what --device all wrote by --json, shown again; nothing is checked",
+              [options](const std::string& text) { options->devices.from = read_names(text, "--from"); })
+      .flag("--again", "with --device all: check devices anew whose verdict is kept", options->devices.again)
+      .option("--reproduce", "FILE", "whether the device shows the fault of a short kernel (checks/reproducers)",
+              options->reproduce)
       .flag("--stability", "stiff and extreme cases instead: finite? how far from double?", options->stability)
       .option("--only", "NAME,...",
               "these ops alone (conv, ssrt, ...: a kernel's file without its ending); with --stability: these groups",
@@ -156,6 +261,8 @@ void add_check_command(CommandLine& line) {
       .notes(
           "Compares with references in plain C++, with the same kernels in double, and gradients with differences;\n"
           "with --stability whole small graphs in float with the same in double (docs/stability.md).\n"
+          "--device all: every device, each in a process of its own; a verdict is kept until the driver, the program,\n"
+          "its kernels or what the environment says to either change (docs/devices.md).\n"
           "Ends with exit code 1 when there is a fault.")
       .run([options](const CommonOptions& common) { check(*options, common); });
 }

@@ -49,7 +49,7 @@ FoundDevice describe(const cl::Platform& platform, const cl::Device& device) {
   info.memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
-  found.platform_version = trimmed(platform.getInfo<CL_PLATFORM_VERSION>());
+  info.platform_version = trimmed(platform.getInfo<CL_PLATFORM_VERSION>());
   found.id = device();
   return found;
 }

@@ -11,7 +11,6 @@ namespace clerestory {
 
 struct FoundDevice {
   DeviceInfo info;
-  std::string platform_version;  // names the compiler on some platforms (PoCL: its LLVM)
   cl_device_id id = nullptr;
 };
 

@@ -14,6 +14,7 @@
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/report/temporary_folder.hpp"
 
 extern char** environ;
 
@@ -21,25 +22,6 @@ namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Of its own, gone with it.
-class ScratchFolder {
- public:
-  ScratchFolder() : path_((fs::temp_directory_path() / "clerestory-XXXXXX").string()) {
-    if (!::mkdtemp(path_.data()))
-      throw Error(ErrorKind::Failed, std::string("no temporary folder: ") + std::strerror(errno), path_);
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  std::string operator/(const char* name) const { return (fs::path(path_) / name).string(); }
-
- private:
-  std::string path_;
-};
 
 pid_t spawn(const std::vector<std::string>& arguments, const std::string& in, const std::string& out,
             const std::string& errors) {
@@ -73,8 +55,9 @@ bool is_program(const std::string& name) {
 }
 
 ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input) {
-  const ScratchFolder scratch;
-  const std::string in = scratch / "in", out = scratch / "out", errors = scratch / "errors";
+  const TemporaryFolder scratch;
+  const std::string in = (scratch / "in").string(), out = (scratch / "out").string(),
+                    errors = (scratch / "errors").string();
   write_file(in, input);
   const pid_t child = spawn(arguments, in, out, errors);
   int status = 0;

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
+#include "host/cl/device.hpp"
 #include "host/io/files.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
@@ -158,6 +161,117 @@ TEST_F(CheckCommand, AnUnstableFormIsNamedByItsCase) {
 TEST_F(CheckCommand, AGroupThatThereIsNotIsBadUsage) {
   EXPECT_EQ(check({"--stability", "--only", "brdf,feild"}), 2);
   EXPECT_THAT(text_of(log), HasSubstr("no such group, the nearest is field"));
+}
+
+// --- Every device ---------------------------------------------------------------------------------------------------
+
+std::string last_line_of(const fs::path& file) {
+  std::istringstream lines(text_of(file));
+  std::string last;
+  for (std::string line; std::getline(lines, line);) last = line;
+  return last;
+}
+
+struct CheckAll : CheckCommand {
+  Surroundings with_cache(Surroundings around = {}) const {
+    around.environment["XDG_CACHE_HOME"] = (folder / "cache").string();
+    around.results = results;
+    return around;
+  }
+  int check_all(const Surroundings& around, std::vector<std::string> more = {}) const {
+    more.insert(more.begin(), {"--device", "all", "--only", "unit_vector,pad"});
+    return check(more, with_cache(around));
+  }
+  fs::path results = folder / "results.txt";
+};
+
+TEST_F(CheckAll, CountsVariantsDevicesAndFailuresAndKeepsTheVerdict) {
+  const fs::path markdown = folder / "devices.md", page = folder / "devices.html";
+  ASSERT_EQ(check_all({}, {"--report", markdown.string()}), 0) << text_of(log) << text_of(results);
+  const int devices = static_cast<int>(list_devices().size());
+  EXPECT_EQ(last_line_of(results), fmt::format("kernels 4 devices {} failed 0 unexplained 0", devices));
+  EXPECT_THAT(text_of(results), Not(HasSubstr("as checked before")));
+  EXPECT_THAT(text_of(markdown), HasSubstr("| nn/unit_vector.cl:unit_vector_adjoint | "));
+  ASSERT_EQ(check_all({}, {"--report", page.string(), "--json=" + json.string()}), 0) << text_of(log);
+  EXPECT_THAT(text_of(results), HasSubstr("as checked before"));
+  EXPECT_THAT(text_of(page), HasSubstr("nn/unit_vector.cl:unit_vector"));
+  const auto found = nlohmann::json::parse(text_of(json));
+  ASSERT_EQ(found["devices"].size(), static_cast<std::size_t>(devices));
+  const auto& verdict = found["devices"][0];
+  EXPECT_EQ(verdict["state"], "right");
+  EXPECT_TRUE(verdict["kept"]);
+  ASSERT_EQ(verdict["kernels"].size(), 4u);
+  for (const auto& kernel : verdict["kernels"]) {
+    EXPECT_GT(kernel["cases"], 0) << kernel;
+    EXPECT_TRUE(kernel["in_double"]) << kernel;
+    EXPECT_LT(kernel["value_ulps"], 100) << kernel;
+  }
+  ASSERT_EQ(check_all({}, {"--again"}), 0);
+  EXPECT_THAT(text_of(results), Not(HasSubstr("as checked before")));
+  ASSERT_EQ(check({"--from", json.string() + "," + json.string()}, with_cache()), 0) << text_of(log);
+  EXPECT_EQ(last_line_of(results), fmt::format("kernels 4 devices {} failed 0 unexplained 0", 2 * devices));
+}
+
+TEST_F(CheckAll, OneSmallMistakeIsNamedByItsKernelAndForgottenWithIt) {
+  ASSERT_EQ(check_all({}), 0) << text_of(log);
+  const Surroundings changed = with_kernel("nn/unit_vector.cl", "to[2 * plane] = inverse * (c - along * z);",
+                                           "to[2 * plane] = inverse * (c - along * y);");
+  for (int round = 0; round < 2; ++round) {  // the second time from the kept verdict
+    EXPECT_EQ(check_all(changed), 1) << text_of(results);
+    EXPECT_THAT(text_of(results), HasSubstr(": nn/unit_vector.cl:unit_vector_adjoint: unit_vector/"));
+    EXPECT_THAT(text_of(results), Not(HasSubstr("nn/unit_vector.cl:unit_vector:")));
+    EXPECT_THAT(last_line_of(results), HasSubstr("failed 1 unexplained 1"));
+  }
+  EXPECT_EQ(check_all({}), 0) << text_of(log);
+  EXPECT_THAT(text_of(results), HasSubstr("as checked before"));
+}
+
+TEST_F(CheckAll, AKernelThatDoesNotBuildIsNamed) {
+  const Surroundings changed = with_kernel("nn/unit_vector.cl", "kernel void", "no kernel void");
+  EXPECT_EQ(check_all(changed), 1);
+  EXPECT_THAT(text_of(results), HasSubstr("unit_vector: unit_vector/usual: "));
+  EXPECT_THAT(text_of(results), HasSubstr("failed 2 unexplained 2"));
+}
+
+TEST_F(CheckCommand, AMistakeInThePathTracerIsSeenInBothPrecisions) {
+  const Surroundings changed = with_kernel("trace/path.cl", "? R(1) / kept :", "? R(1) / (kept + R(1)) :");
+  EXPECT_EQ(check({"--only", "path"}, changed), 1) << text_of(log);
+  for (const char* seen : {"trace_rays in float: ray ", "trace_rays in double: ray ", "one op is wrong: path"})
+    EXPECT_THAT(text_of(log), HasSubstr(seen));
+}
+
+TEST_F(CheckCommand, AReproducerSaysWhetherTheDeviceShowsItsFault) {
+  const auto written = [&](const char* what) {
+    std::ofstream(folder / "short.cl") << "kernel void reproduce(global int *wrong, const int many) { " << what << " }";
+    return check({"--reproduce", (folder / "short.cl").string(), "--device", "0"});
+  };
+  EXPECT_EQ(written("wrong[get_global_id(0)] = many - 70001;"), 0) << text_of(log);
+  EXPECT_THAT(text_of(log), HasSubstr("does not show it"));
+  EXPECT_EQ(written("wrong[get_global_id(0)] = many;"), 1);
+  EXPECT_THAT(text_of(log), HasSubstr("shown: 70001"));
+  EXPECT_EQ(written("this is no OpenCL"), 1);
+}
+
+TEST(Reproducers, AreShortAndSayWhatTheyAreFor) {
+  int seen = 0;
+  for (const auto& entry : fs::directory_iterator(fs::path(CLERESTORY_SOURCE_DIR) / "checks/reproducers")) {
+    const std::string source = text_of(entry.path());
+    EXPECT_LE(std::ranges::count(source, '\n'), 30) << entry.path();
+    for (const char* part :
+         {"// device: ", "\n// kernels: ", "kernel void reproduce(global int *wrong, const int many)"})
+      EXPECT_THAT(source, HasSubstr(part)) << entry.path();
+    ++seen;
+  }
+  EXPECT_GT(seen, 0);
+}
+
+TEST_F(CheckCommand, WhatIsNoResultIsBadInput) {
+  std::ofstream(json) << "{\"devices\": [{\"state\": 3}]}";
+  EXPECT_EQ(check({"--from", json.string()}), 2);
+  EXPECT_THAT(text_of(log), HasSubstr("check.json"));
+  EXPECT_EQ(check({"--device", "all", "--only", "pad", "--report", (folder / "page.txt").string()}), 2);
+  EXPECT_EQ(check({"--device", "all", "--stability"}), 2);
+  EXPECT_EQ(check({"--only", "pad", "--report", (folder / "page.md").string()}), 2);
 }
 
 TEST_F(CheckCommand, IsInterrupted) {

@@ -1,7 +1,8 @@
 // Every declared case is a test of its own: "Op.<stem>/<label>" on the bodies that suit the device, "OpInGroups",
-// "OpInTiles" and "OpByProducts" on the others that its kernels have.
+// "OpInTiles" and "OpByProducts" on the others that its kernels have; "Kernels.<stem>" checks kernels that are no op's.
 #include <gtest/gtest.h>
 
+#include "checks/kernel_check.hpp"
 #include "checks/op_check.hpp"
 #include "tests/ops/test_device.hpp"
 
@@ -18,6 +19,17 @@ class OpTest : public testing::Test {
  private:
   const OpCase& case_;
   Bodies bodies_;
+};
+
+class KernelsTest : public testing::Test {
+ public:
+  explicit KernelsTest(const KernelCheck& check) : check_(check) {}
+  void TestBody() override {
+    for (const std::string& fault : check_kernels(check_, test_devices()).faults) ADD_FAILURE() << fault;
+  }
+
+ private:
+  const KernelCheck& check_;
 };
 
 const char* suite(Bodies bodies) {
@@ -38,6 +50,9 @@ void register_cases() {
     for (const Bodies bodies : bodies_of(c))
       testing::RegisterTest(suite(bodies), c.name().c_str(), nullptr, nullptr, __FILE__, __LINE__,
                             [&c, bodies]() -> testing::Test* { return new OpTest(c, bodies); });
+  for (const KernelCheck& c : declared_kernel_checks())
+    testing::RegisterTest("Kernels", c.stem.c_str(), nullptr, nullptr, __FILE__, __LINE__,
+                          [&c]() -> testing::Test* { return new KernelsTest(c); });
 }
 
 }  // namespace

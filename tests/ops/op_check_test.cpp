@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cfloat>
 
 #include "host/ops/tensor/elementwise.hpp"
@@ -33,6 +34,13 @@ OpCase square() {
           .differentiate = {"x"}};
 }
 
+/// The first of its stem.
+OpCase case_named(const std::string& stem) {
+  const auto found = std::ranges::find(declared_cases(), stem, &OpCase::stem);
+  EXPECT_NE(found, declared_cases().end()) << stem;
+  return *found;
+}
+
 TEST(OpCheck, FindsNothingInWhatIsRight) {
   const OpFindings found = check_op(square(), test_devices());
   EXPECT_THAT(found.faults, IsEmpty());
@@ -41,7 +49,26 @@ TEST(OpCheck, FindsNothingInWhatIsRight) {
   EXPECT_LE(found.twin_error, 0.5);
   EXPECT_GT(found.twin_error, 0);
   EXPECT_LT(found.gradient_error, 1);
-  EXPECT_TRUE(found.launched.contains("multiply"));
+  EXPECT_LE(found.value_ulps, 0.5);
+  EXPECT_GT(found.value_ulps, 0);
+  EXPECT_GT(found.gradient_ulps, 0);
+  const auto is_multiply = [](const KernelVariant& v) { return v.name == "multiply"; };
+  EXPECT_EQ(std::ranges::count_if(found.launched, is_multiply), 1);
+  EXPECT_EQ(std::ranges::count_if(found.launched_in_double, is_multiply), 1);
+  EXPECT_THAT(found.suspects, IsEmpty());
+}
+
+TEST(OpCheck, SuspectsAreTheForwardKernelsOrThoseOfTheGradientAlone) {
+  OpCase wrong = case_named("unit_vector");
+  wrong.reference = [right = wrong.reference](const Tensors& t) {
+    std::vector<Tensor> y = right(t);
+    y[0].real[0] += 1;
+    return y;
+  };
+  EXPECT_THAT(check_op(wrong, test_devices()).suspects, ElementsAre("unit_vector"));
+  OpCase strict = case_named("unit_vector");
+  strict.gradient_tolerance = 1e-20;
+  EXPECT_THAT(check_op(strict, test_devices()).suspects, ElementsAre("unit_vector_adjoint"));
 }
 
 TEST(OpCheck, ErrorsAreSharesOfWhatIsAllowed) {

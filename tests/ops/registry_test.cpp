@@ -9,6 +9,7 @@
 #include <regex>
 #include <set>
 
+#include "checks/kernel_check.hpp"
 #include "checks/op_case.hpp"
 #include "host/cl/device.hpp"
 
@@ -20,12 +21,6 @@ const fs::path kSource = CLERESTORY_SOURCE_DIR;
 
 /// Kernels that are no op's, and where their tests are.
 const std::map<std::string, std::string> kElsewhere{
-    {"tensor/place.cl", "tests/ops/tensor/place_test.cpp"},         // of map_chunks
-    {"tensor/probe.cl", "tests/cl/probe_test.cpp"},                 // asked when a device is opened
-    {"tensor/tile.cl", "tests/cl/tile_test.cpp"},                   // measures the register tiles
-    {"tensor/ceilings.cl", "tests/cl/ceilings_test.cpp"},           // measures the machine
-    {"trace/path.cl", "tests/tracer/path_test.cpp"},                // the path tracer
-    {"trace/objects.cl", "tests/tracer/objects_test.cpp"},          // rays to meshes that are put in
     {"trace/scene_probe.cl", "tests/tracer/light_test.cpp"},        // lets tests call the functions of trace
     {"lib/surface_probe.cl", "tests/ops/shade/surface_probe.cpp"},  // lets tests call those of lib
 };
@@ -37,13 +32,11 @@ const std::map<std::string, std::string> kPartOf{{"nn/conv_cpu.cl", "nn/conv"},
                                                  {"nn/im2col.cl", "nn/conv"},
                                                  {"light/net_products.cl", "light/ask_mlp"}};
 
-/// kernel name -> file, over all sources under tensor, nn, light and shade.
+/// kernel name -> file, over all sources that are no headers.
 std::multimap<std::string, std::string> all_kernels() {
   static const std::regex declaration(R"(kernel\s+(?:__attribute__\s*\(\([^)]*\)+\s*)?void\s+(\w+)\s*\()");
   std::multimap<std::string, std::string> kernels;
   for (const std::string& file : kernel_files()) {
-    const std::string room = file.substr(0, file.find('/'));
-    if (room != "tensor" && room != "nn" && room != "light" && room != "shade") continue;
     if (!file.ends_with(".cl") || kElsewhere.count(file)) continue;
     const std::string source = kernel_source(file);
     long found = 0;
@@ -60,10 +53,11 @@ TEST(Registry, EveryKernelHasACase) {
     covered.insert(c.kernels.begin(), c.kernels.end());
     covered.insert(c.product_kernels.begin(), c.product_kernels.end());
   }
+  for (const KernelCheck& c : declared_kernel_checks()) covered.insert(c.kernels.begin(), c.kernels.end());
   const auto kernels = all_kernels();
   ASSERT_FALSE(kernels.empty());
   for (const auto& [kernel, file] : kernels) {
-    EXPECT_TRUE(covered.count(kernel)) << "no OpCase names kernel " << kernel << " of " << file;
+    EXPECT_TRUE(covered.count(kernel)) << "no OpCase or KernelCheck names kernel " << kernel << " of " << file;
     EXPECT_EQ(kernels.count(kernel), 1u) << kernel << " is a kernel of two files; profiles go by name";
   }
   for (const std::string& kernel : covered)

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tests/tracer/colored_box.hpp"
-#include "tests/tracer/reference.hpp"
+#include "checks/trace/reference.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/room.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "host/math/panorama.hpp"
 #include "tests/roundings.hpp"
-#include "tests/tracer/path_reference.hpp"
+#include "checks/trace/path_reference.hpp"
 #include "tests/tracer/scene_probe.hpp"
 #include "tracer/light_tables.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "host/math/panorama.hpp"
 #include "tests/roundings.hpp"
-#include "tests/tracer/path_reference.hpp"
+#include "checks/trace/path_reference.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/room.hpp"
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "tests/roundings.hpp"
-#include "tests/tracer/reference.hpp"
+#include "checks/trace/reference.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/balls.hpp"
 #include "tracer/sky.hpp"

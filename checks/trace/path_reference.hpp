@@ -3,8 +3,8 @@
 #pragma once
 #include <optional>
 
+#include "checks/trace/reference.hpp"
 #include "host/math/panorama.hpp"
-#include "tests/tracer/reference.hpp"
 #include "tracer/random.hpp"
 #include "tracer/scene.hpp"
 
@@ -32,6 +32,12 @@ inline V sky(const World& world, const V& d) {
 /// Untextured worlds: a material is its first set of numbers.
 class PathTracer {
  public:
+  /// At o + t d, with barycentric u, v of the second and third corner of world.triangles[facet].
+  struct Hit {
+    double t, u, v;
+    std::size_t facet;
+  };
+
   explicit PathTracer(const World& world) : world_(world) {
     for (const Triangle& t : world.triangles) {
       Facet f;
@@ -41,6 +47,19 @@ class PathTracer {
       if (t.emitter >= 0) emitting_.push_back(facets_.size()), area_ += f.area;
       facets_.push_back(f);
     }
+  }
+
+  /// The first with 0 < t < t_max.
+  std::optional<Hit> nearest(const V& o, const V& d, double t_max) const {
+    std::optional<Hit> hit;
+    for (std::size_t i = 0; i < facets_.size(); ++i) {
+      const Facet& f = facets_[i];
+      const V p = glm::cross(d, f.e2), s = o - f.corner, q = glm::cross(s, f.e1);
+      const double inverse = 1 / glm::dot(f.e1, p), u = glm::dot(s, p) * inverse, v = glm::dot(d, q) * inverse,
+                   t = glm::dot(f.e2, q) * inverse;
+      if (u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < t_max) t_max = t, hit = Hit{t, u, v, i};
+    }
+    return hit;
   }
 
   /// One path's estimate of the radiance that arrives at o from unit d, with at most `depth` scatterings.
@@ -82,24 +101,9 @@ class PathTracer {
     double area = 0;
     const Triangle* of = nullptr;
   };
-  struct Hit {
-    double t, u, v;
-    std::size_t facet;
-  };
 
   static double unit(Random& random) { return static_cast<double>(random.bits() >> 11) * 0x1p-53; }
 
-  std::optional<Hit> nearest(const V& o, const V& d, double t_max) const {
-    std::optional<Hit> hit;
-    for (std::size_t i = 0; i < facets_.size(); ++i) {
-      const Facet& f = facets_[i];
-      const V p = glm::cross(d, f.e2), s = o - f.corner, q = glm::cross(s, f.e1);
-      const double inverse = 1 / glm::dot(f.e1, p), u = glm::dot(s, p) * inverse, v = glm::dot(d, q) * inverse,
-                   t = glm::dot(f.e2, q) * inverse;
-      if (u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < t_max) t_max = t, hit = Hit{t, u, v, i};
-    }
-    return hit;
-  }
   V emitted(const Facet& facet, const V& d) const {
     if (facet.of->emitter < 0) return V(0);
     const Emitter& e = world_.emitters[static_cast<std::size_t>(facet.of->emitter)];

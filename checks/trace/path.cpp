@@ -1,0 +1,218 @@
+// The path tracer's kernels: hits and light against an independent path tracer in plain C++, every answer in float
+// against the same kernels in double and the same random numbers, two runs bit for bit.
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+
+#include "checks/kernel_check.hpp"
+#include "checks/trace/path_reference.hpp"
+#include "tracer/shapes.hpp"
+#include "tracer/trace_scene.hpp"
+
+namespace clerestory {
+namespace {
+
+// What rounding decides, a shadow's edge or a lobe, is a rate; other numbers agree by arithmetic: a ray that lands two
+// roundings beside its place sees a lamp a third of the room away turned by 4 epsilon times 3, over cosines of a tenth.
+constexpr double kDecided = 1e-2, kRoundings = 2048;
+// Of means, whose seeds are fixed: seven in a million would fail by chance.
+constexpr double kSigmas = 4.5;
+
+Material plain(const glm::vec3& albedo, float roughness, float metallic) {
+  Material m;
+  m.color_a = m.color_b = m.color_c = albedo;
+  m.roughness_a = m.roughness_b = m.roughness_c = roughness;
+  m.metallic_a = m.metallic_b = m.metallic_c = metallic;
+  m.uncapped = 1;
+  return m;
+}
+
+/// A closed room seen from inside, with a metal ball of smooth normals, a lamp, and a pane before an uneven sky.
+World room() {
+  World world;
+  Shapes shapes(world, glm::mat4(1), Random(1));
+  const int wall = shapes.material(plain({0.7f, 0.5f, 0.3f}, 0.8f, 0));
+  shapes.box({-2, 0, -2}, {2, 2.5f, 2}, wall);
+  for (Triangle& t : world.triangles) {
+    std::swap(t.v[1], t.v[2]);
+    for (Vertex& v : t.v) v.normal = -v.normal;
+  }
+  shapes.sphere({0.6f, 0.6f, 0.1f}, 0.5f, shapes.material(plain({0.9f, 0.7f, 0.4f}, 0.6f, 1)), 5);
+  const int lamp = shapes.emitter({{6, 5, 4}, false}), pane = shapes.emitter({{1, 0.9f, 0.8f}, true});
+  shapes.quad({-0.6f, 2.49f, -0.6f}, {0.6f, 2.49f, -0.6f}, {0.6f, 2.49f, 0.6f}, {-0.6f, 2.49f, 0.6f}, wall, lamp);
+  shapes.quad({-1.99f, 0.8f, 1}, {-1.99f, 0.8f, -1}, {-1.99f, 2, -1}, {-1.99f, 2, 1}, wall, pane);
+  world.panorama = {16, 8, {}};
+  for (int i = 0; i < 16 * 8 * 3; ++i) world.panorama.rgb.push_back(1.f + static_cast<float>(i * 5 % 7));
+  world.panorama_turn = 0.4f;
+  return world;
+}
+
+/// The same with every surface textured: what has no reference here has its double.
+World textured(World world) {
+  for (Material& m : world.materials)
+    m.texture = static_cast<float>(Texture::Wood), m.color_b = glm::vec3(0.2f), m.scale = glm::vec3(3), m.noise = 0.3f;
+  return world;
+}
+
+Camera camera_into_room() {
+  Camera camera = Camera::from_fov(23, 17, 80);  // neither is a multiple of a work-group's size
+  look_at(camera, {1.5, 1.6, 1.7}, {-0.2, 0.8, -0.7});
+  return camera;
+}
+
+/// Rays from about the middle of the room, planar {3, count}.
+struct Rays {
+  std::vector<float> points, directions;
+  int count = 0;
+  glm::dvec3 at(const std::vector<float>& planar, int i) const {
+    const auto part = [&](int c) { return static_cast<double>(planar[static_cast<std::size_t>(c * count + i)]); };
+    return {part(0), part(1), part(2)};
+  }
+};
+
+Rays rays_in_room(int count) {
+  Random random(5);
+  Rays rays{std::vector<float>(3 * static_cast<std::size_t>(count)), {}, count};
+  rays.directions = rays.points;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t at = c * static_cast<std::size_t>(count) + i;
+      rays.points[at] = random.between(-0.3f, 0.3f) + (c == 1 ? 1.6f : 0.f);
+      rays.directions[at] = random.between(-1, 1);
+    }
+  return rays;
+}
+
+template <class T>
+void expect_same(OpFindings& findings, const char* what, const T& a, const T& b) {
+  if (a != b) findings.faults.push_back(fmt::format("{}, second run: other bits", what));
+}
+
+/// All but a few numbers within so many roundings of their own size, and no darker or brighter in sum.
+void expect_twins(OpFindings& findings, const std::string& what, const std::vector<float>& single,
+                  const std::vector<float>& twin, double roundings) {
+  std::vector<double> ulps;
+  long far = 0;
+  for (std::size_t i = 0; i < single.size(); ++i) {
+    const double x = static_cast<double>(single[i]), y = static_cast<double>(twin[i]);
+    if (x == y) continue;
+    const double off = std::abs(x - y) / (FLT_EPSILON * std::max(std::abs(x), std::abs(y)));
+    if (!(off <= roundings))
+      ++far;
+    else
+      ulps.push_back(off);
+  }
+  if (!ulps.empty()) findings.value_ulps = worse(findings.value_ulps, std::ranges::max(ulps));
+  const double share = static_cast<double>(far) / static_cast<double>(std::max<std::size_t>(single.size(), 1));
+  findings.twin_error = worse(findings.twin_error, share / kDecided);
+  if (single.empty() || share > kDecided)
+    findings.faults.push_back(
+        fmt::format("{}, float against double: {} of {} numbers are off by more than {} roundings", what, far,
+                    single.size(), roundings));
+}
+
+void hits(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings, const char* precision) {
+  const Rays rays = rays_in_room(700);
+  const std::vector<TraceHit> found = scene.hits(rays.points, rays.directions, 1e-3f, 1e6f);
+  std::vector<double> got, want;
+  int other = 0;
+  for (int i = 0; i < rays.count; ++i) {
+    const auto hit = reference.nearest(rays.at(rays.points, i), rays.at(rays.directions, i), 1e30);
+    const TraceHit& f = found[static_cast<std::size_t>(i)];
+    if (!hit || static_cast<std::size_t>(f.triangle) != hit->facet) {
+      ++other;  // through an edge, within a rounding
+      continue;
+    }
+    got.insert(got.end(), {static_cast<double>(f.t), static_cast<double>(f.u), static_cast<double>(f.v)});
+    want.insert(want.end(), {hit->t, hit->u, hit->v});
+  }
+  if (other > kDecided * rays.count)
+    findings.faults.push_back(
+        fmt::format("trace_hits in {}: {} of {} rays meet another triangle", precision, other, rays.count));
+  // Of the farthest hit: three products of lengths, over the cosine at which a triangle is met, a hundredth at worst.
+  expect_close(findings, fmt::format("trace_hits in {}", precision), got, want, 600);
+}
+
+/// Light along rays by two scatterings, in the mean over paths. kSigmas of both, so of their sum.
+void light(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings, const char* precision) {
+  constexpr int paths = 1500;
+  const Rays rays = rays_in_room(24);
+  RadianceQuery query;
+  query.seed = 4, query.max_depth = 2, query.spp = 1;
+  Rays many{{}, {}, rays.count * paths};
+  for (const auto& [from, to] : {std::pair{&rays.points, &many.points}, {&rays.directions, &many.directions}})
+    for (std::size_t i = 0; i < from->size(); ++i) to->insert(to->end(), paths, (*from)[i]);
+  const std::vector<float> found = scene.radiance(many.points, many.directions, query);
+  Random random(31);
+  for (int i = 0; i < rays.count; ++i) {
+    double sum[2] = {0, 0}, squares[2] = {0, 0};
+    for (int k = 0; k < paths; ++k) {
+      const reference::V l = reference.radiance(rays.at(rays.points, i), glm::normalize(rays.at(rays.directions, i)),
+                                                query.max_depth, random);
+      double mine = 0;
+      for (int c = 0; c < 3; ++c)
+        mine += static_cast<double>(found[static_cast<std::size_t>((c * rays.count + i) * paths + k)]);
+      for (const auto& [which, value] : {std::pair{0, mine}, {1, l.x + l.y + l.z}})
+        sum[which] += value / paths, squares[which] += value * value / paths;
+    }
+    double variance = 0;
+    for (const int which : {0, 1}) variance += std::max(0.0, squares[which] - sum[which] * sum[which]) / paths;
+    // 1e-3: rays start 0.1 mm off the surface.
+    const double allowed = kSigmas * std::sqrt(variance) + 1e-3 * sum[1], error = std::abs(sum[0] - sum[1]);
+    findings.value_error = worse(findings.value_error, std::isnan(error) ? INFINITY : error / allowed);
+    if (!(error <= allowed))
+      findings.faults.push_back(
+          fmt::format("trace_rays in {}: ray {} brings {} instead of {} +- {}", precision, i, sum[0], sum[1], allowed));
+  }
+}
+
+struct Answers {
+  std::vector<float> radiance, picture, maps;
+  std::vector<int> triangles;
+  bool operator==(const Answers&) const = default;
+};
+
+Answers answers_of(TraceScene& scene) {
+  const Camera camera = camera_into_room();
+  const Rays rays = rays_in_room(901);
+  RadianceQuery query;
+  query.seed = 12, query.max_depth = 3;
+  const TraceMaps maps = scene.maps(camera);
+  Answers a{
+      scene.radiance(rays.points, rays.directions, query), scene.picture(camera, 3, 3, 3).mean.data, {}, maps.triangle};
+  for (const Image* map : {&maps.depth, &maps.normal, &maps.albedo, &maps.roughness, &maps.metallic, &maps.emission})
+    a.maps.insert(a.maps.end(), map->data.begin(), map->data.end());
+  return a;
+}
+
+void twins(const CheckedDevices& devices, const World& world, OpFindings& findings) {
+  TraceScene scene(devices.single, world);
+  const Answers single = answers_of(scene);
+  expect_same(findings, "trace_view, trace_rays or trace_maps", answers_of(scene), single);
+  if (!devices.with_doubles) return;
+  TraceScene twin(*devices.with_doubles, world, Precision::Double);
+  const Answers twins = answers_of(twin);
+  expect_twins(findings, "trace_rays", single.radiance, twins.radiance, 3 * kRoundings);
+  expect_twins(findings, "trace_view", single.picture, twins.picture, 3 * 3 * kRoundings);
+  expect_twins(findings, "trace_maps", single.maps, twins.maps, kRoundings);
+}
+
+}  // namespace
+
+KERNEL_CHECK(path) {
+  return {.stem = "path",
+          .kernels = {"trace_view", "trace_rays", "trace_hits", "trace_maps", "mean_radiance"},
+          .run = [](const CheckedDevices& devices, OpFindings& findings) {
+            const World world = room();
+            const reference::PathTracer reference(world);
+            const auto in = [&](const Device& device, Precision precision, const char* name) {
+              TraceScene scene(device, world, precision);
+              hits(scene, reference, findings, name), light(scene, reference, findings, name);
+            };
+            in(devices.single, Precision::Single, "float");
+            if (devices.with_doubles) in(*devices.with_doubles, Precision::Double, "double");
+            twins(devices, world, findings), twins(devices, textured(world), findings);
+          }};
+}
+
+}  // namespace clerestory

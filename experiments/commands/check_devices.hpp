@@ -1,0 +1,37 @@
+// `clerestory check --device all`: which kernels are right on every device, how exactly, and what is known of failures.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiments/commands/cli.hpp"
+
+namespace clerestory {
+
+struct DevicesOptions {
+  std::vector<std::string> only;  // stems to check
+  bool all = true;                // these are all there are
+  bool quick = false;             // the first case of each op
+  bool again = false;             // without a look at kept verdicts
+  std::vector<std::string> from;  // files that --json wrote
+  std::filesystem::path report;   // .html or .md; empty: none
+};
+
+/// Every kernel variant that the program was seen to launch, in the tests and by commands (tests/variants.sh), as
+/// text_of(KernelVariant).
+inline constexpr const char* kVariantsName = "checks/variants.txt";
+std::vector<std::string> listed_variants();
+
+/// Each device in a process of its own: drivers crash, and two compilers in one process may be one too many. Prints a
+/// table and "kernels K devices D failed F unexplained U": K variants were run on D devices; F pairs of variant and
+/// device failed, and devices that are refused or lost; U of them without a reproducer in checks/reproducers that shows
+/// its fault there. Throws ErrorKind::Failed when a device that programs would use fails.
+void check_devices(const DevicesOptions& options, const CommonOptions& common);
+/// The same from files.
+void show_devices(const DevicesOptions& options, const CommonOptions& common);
+
+/// Runs kernel void reproduce(global int *wrong, int many) of a file of its own, many = 70001, 16 work-items of one
+/// group, on the device as it is, probed or not. Throws ErrorKind::Failed when it sets wrong[0] or cannot be built.
+void reproduce_fault(const std::filesystem::path& file, const CommonOptions& common);
+
+}  // namespace clerestory
