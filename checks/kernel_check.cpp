@@ -31,11 +31,11 @@ bool declare_kernel_check(KernelCheck (*make)()) {
   return true;
 }
 
-OpFindings check_kernels(const KernelCheck& check, const CheckedDevices& devices) {
+OpFindings check_kernels(const KernelCheck& check, const CheckedDevices& devices, bool quick) {
   OpFindings findings;
   try {
     const LaunchesSeen seen(devices, findings);
-    check.run(devices, findings);
+    check.run(devices, findings, quick);
   } catch (const Error& e) {
     findings.faults.push_back(fmt::format("{}: {}", check.stem, e.what()));
   }

@@ -12,8 +12,8 @@ namespace clerestory {
 struct KernelCheck {
   std::string stem = {};
   std::vector<std::string> kernels = {};  // each must be seen to run in float
-  /// Adds what it finds. `devices` may have none with doubles.
-  std::function<void(const CheckedDevices& devices, OpFindings& findings)> run = {};
+  /// Adds what it finds. `devices` may have none with doubles. Quick: what a simulator does within a minute or so.
+  std::function<void(const CheckedDevices& devices, OpFindings& findings, bool quick)> run = {};
 };
 
 /// All of the program, in no promised order.
@@ -22,7 +22,7 @@ const std::vector<KernelCheck>& declared_kernel_checks();
 bool declare_kernel_check(KernelCheck (*make)());
 
 /// Errors of the device, and kernels that were not launched, are faults.
-OpFindings check_kernels(const KernelCheck& check, const CheckedDevices& devices);
+OpFindings check_kernels(const KernelCheck& check, const CheckedDevices& devices, bool quick = false);
 
 /// Numbers of a kernel beside what they should be: one that is off by more than `roundings` epsilons of float of the
 /// largest |want| is a fault, and so is a NaN; the worst goes into value_error and value_ulps. Roundings 0: equal.

@@ -57,7 +57,7 @@ void nothing(Device device, OpFindings& findings) {
 KERNEL_CHECK(ceilings) {
   return {.stem = "ceilings",
           .kernels = {"fma_wide", "fma_narrow", "triad_wide", "triad_narrow", "nothing"},
-          .run = [](const CheckedDevices& devices, OpFindings& findings) {
+          .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
             for (const int width : {4, 8, 16}) multiply_adds(devices.single, findings, "fma_wide", width, width);
             multiply_adds(devices.single, findings, "fma_narrow", 4, 1);
             triad(devices.single, findings, "triad_wide", 16), triad(devices.single, findings, "triad_narrow", 1);

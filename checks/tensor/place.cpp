@@ -106,7 +106,7 @@ class Placed {
 KERNEL_CHECK(place) {
   return {.stem = "place",
           .kernels = {"place", "add_total", "add_total_int", "take", "put"},
-          .run = [](const CheckedDevices& devices, OpFindings& findings) {
+          .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
             Placed<float>(devices.single, findings).all();
             if (devices.with_doubles) Placed<double>(*devices.with_doubles, findings).all();
           }};

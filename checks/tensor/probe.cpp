@@ -8,7 +8,7 @@ namespace clerestory {
 KERNEL_CHECK(probe) {
   return {.stem = "probe",
           .kernels = {"probe_product", "probe_functions"},
-          .run = [](const CheckedDevices& devices, OpFindings& findings) {
+          .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
             const auto ask = [&](Device device, Precision precision) {
               if (const std::string fault = probe_fault(device, precision); !fault.empty())
                 findings.faults.push_back("probe: " + fault);

@@ -6,7 +6,9 @@
 namespace clerestory {
 
 KERNEL_CHECK(tile) {
-  return {.stem = "tile", .kernels = {"tile_product"}, .run = [](const CheckedDevices& devices, OpFindings& findings) {
+  return {.stem = "tile",
+          .kernels = {"tile_product"},
+          .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
             Device device = devices.single;
             for (const Tile& tile : tiles())
               if (const std::string fault = tile_fault(device, tile); !fault.empty())

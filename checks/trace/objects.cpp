@@ -74,7 +74,9 @@ Written meet(Device device, const std::vector<PlacedMesh>& meshes, const std::ve
 
 KERNEL_CHECK(objects) {
   return {
-      .stem = "objects", .kernels = {"meet_objects"}, .run = [](const CheckedDevices& devices, OpFindings& findings) {
+      .stem = "objects",
+      .kernels = {"meet_objects"},
+      .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
         const std::vector<PlacedMesh> meshes{{sphere_mesh({0, 0, -3}, 1, 6), 3},
                                              {sphere_mesh({0.8f, 0.3f, -2.5f}, 0.5f, 5), 7}};
         constexpr std::size_t rays = kPixels * kSamples;

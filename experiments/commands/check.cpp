@@ -92,7 +92,8 @@ std::vector<CheckToRun> checks_to_run(const Options& options) {
   }
   for (const KernelCheck& c : declared_kernel_checks())
     if (wanted(c.stem))
-      chosen.push_back({c.stem, c.kernels, [&c](const CheckedDevices& d) { return check_kernels(c, d); }});
+      chosen.push_back({c.stem, c.kernels,
+                        [&c, quick = options.quick](const CheckedDevices& d) { return check_kernels(c, d, quick); }});
   return chosen;
 }
 

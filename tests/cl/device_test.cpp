@@ -311,6 +311,34 @@ TEST_F(DeviceTest, ProfilesWhatIsLaunchedWhileOn) {
 
 // A training step makes about 2000 launches: the look-up and the launch itself have to be cheap. The bound on the
 // look-up is a hundred times what it takes, so that a busy machine does not fail it.
+TEST_F(DeviceTest, TellsAndListsTheVariantsThatAreLaunched) {
+  const ScopedVariable list("CLERESTORY_LAUNCHES", (folder.path() / "launches").string());
+  const Buffer x = device.allocate(4 * sizeof(int));
+  device.zero(x, x.bytes());
+  const Kernel one = device.kernel("test.cl", "add"),
+               two = device.kernel("test.cl", "add", {{"ADD", "2"}, {"TWICE", ""}});
+  device.kernel("test.cl", "only_twice", {{"ADD", "2"}, {"TWICE", ""}});  // made, not launched
+  for (int i = 0; i < 3; ++i) device.launch(one, Range::of(4, 1), x), device.launch(two, Range::of(4, 1), x);
+  const KernelVariant first{"test.cl", "add", {}}, second{"test.cl", "add", {{"ADD", "2"}, {"TWICE", ""}}};
+  EXPECT_EQ(device.launched(Precision::Single), (std::set{first, second}));
+  EXPECT_TRUE(device.launched(Precision::Double).empty());
+  device.forget_launched();
+  device.launch(two, Range::of(4, 1), x);
+  EXPECT_EQ(device.launched(Precision::Single), std::set{second});
+  EXPECT_EQ(read_text(folder.path() / "launches"), "test.cl:add\ntest.cl:add ADD=2 TWICE\n");
+  device.finish();
+
+  const ScopedVariable nowhere("CLERESTORY_LAUNCHES", (folder.path() / "none/launches").string());
+  const Kernel index = device.kernel("test.cl", "sizes");
+  EXPECT_THAT(message_of<Error>([&] { device.launch(index, Range::of(1, 1), device.allocate(24)); }),
+              HasSubstr("CLERESTORY_LAUNCHES"));
+}
+
+TEST_F(DeviceTest, OpensWhatTheProbeWasNotAskedAbout) {
+  EXPECT_EQ(Device::open_unprobed(device.info().index).fingerprint(), device.fingerprint());
+  EXPECT_THROW(Device::open_unprobed(10000), Error);
+}
+
 TEST_F(DeviceTest, LookingAKernelUpIsCheap) {
   device.kernel("test.cl", "add");
   constexpr int count = 20'000;
