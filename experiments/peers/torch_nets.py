@@ -16,7 +16,6 @@ judged by them. Exit 1 when a bar is missed.
 import argparse
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -27,6 +26,7 @@ import torch
 import torch.nn.functional as F
 import torchvision
 
+from load import Load
 from mgnet_torch import MGNet, Encoder, losses, random_batch
 
 # Most that our time may be of the peer's, and where we want to be. MLPs differ by the width of the device's vectors.
@@ -52,26 +52,6 @@ LAYOUTS = (torch.channels_last, torch.contiguous_format)
 def bar_of(name, bars, wide):
     bar = bars.get(name)
     return bar[wide] if bar and isinstance(bar[0], tuple) else bar
-
-
-class Load:
-    """How much of the cores others took between start and stop."""
-
-    def __enter__(self):
-        self.before = self.read()
-        return self
-
-    def __exit__(self, *_):
-        wall, busy, own = (after - before for after, before in zip(self.read(), self.before))
-        self.others = max(0.0, busy - own) / (wall * os.cpu_count())
-
-    @staticmethod
-    def read():
-        with open("/proc/stat", encoding="ascii") as file:
-            user, nice, system, _, _, irq, softirq = map(int, file.readline().split()[1:8])
-        busy = (user + nice + system + irq + softirq) / os.sysconf("SC_CLK_TCK")
-        own = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-        return time.perf_counter(), busy, own
 
 
 # Ours: seconds of runs by row.
