@@ -26,11 +26,16 @@ struct LayerRow {
                        width, width * 3 / 4, samples);
   }
 };
+constexpr LayerRow kWritten{"given", 160, 64, LayerResult::OneDraw};
 constexpr LayerRow kRows[]{
-    {"given", 320, 64, LayerResult::Picture},   {"given", 320, 64, LayerResult::OneDraw},
-    {"given", 640, 64, LayerResult::Picture},   {"learned", 320, 64, LayerResult::Picture},
-    {"learned", 320, 64, LayerResult::OneDraw}, {"given", 160, 16, LayerResult::OneDraw},
-    {"given", 160, 64, LayerResult::OneDraw},   {"given", 160, 256, LayerResult::OneDraw},
+    {"given", 320, 64, LayerResult::Picture},
+    {"given", 320, 64, LayerResult::OneDraw},
+    {"given", 640, 64, LayerResult::Picture},
+    {"learned", 320, 64, LayerResult::Picture},
+    {"learned", 160, 64, LayerResult::OneDraw},
+    {"given", 160, 16, LayerResult::OneDraw},
+    kWritten,
+    {"given", 160, 256, LayerResult::OneDraw},
     {"given", 160, 1024, LayerResult::OneDraw},
 };
 
@@ -149,7 +154,7 @@ nlohmann::ordered_json bench_layer(Device& device, const BenchOptions& options) 
   if (rows.empty())
     throw usage_error("no row is named so", "--only", options.only,
                       "a part of given|learned, picture|gradients, WIDTHxHEIGHT, SAMPLES samples");
-  if (!options.write.empty()) write_layer(device, options.write / "layer.safetensors", kRows[1]);
+  if (!options.write.empty()) write_layer(device, options.write / "layer.safetensors", kWritten);
   return {{"device", device.info().name}, {"rows", std::move(rows)}};
 }
 

@@ -2,7 +2,7 @@
 
     python3 experiments/peers/ssrt_embree.py --binary build/clerestory [--cpu haswell] [--only "office"]
 
-Needs a C++ compiler and libembree-dev (Embree 3), which building clerestory needs, and numpy. ssrt_embree.cpp is compiled
+Needs a C++ compiler and libembree-dev (Embree 3), which building clerestory needs, numpy and safetensors. ssrt_embree.cpp is compiled
 into build/peers with the compiler's best for this CPU; of the ways of calling (single rays, a stream, packets as wide as
 the CPU has them) the one that is fastest in the first round counts. Ours walks with normals, past cells that face away: what is hit is the surface's
 front, as triangles have it. Embree's tree is built beforehand, as are our pyramids. --cpu haswell: both as on a CPU
@@ -24,24 +24,12 @@ import tempfile
 
 import numpy as np
 from load import Load
+from safetensors.numpy import load_file
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 WIDE_BAR, NARROW_BAR = 1 / 1.5, 1 / 1.2  # our time over Embree's, with vectors of 16 floats and of 8
 FACING_BAR, DOUBLING_BAR, HITS_BAR = 0.8, 1.4, 0.01
-DTYPES = {"F32": np.float32, "I32": np.int32}
-
-
-def read_safetensors(path):
-    data = path.read_bytes()
-    size = int.from_bytes(data[:8], "little")
-    header = json.loads(data[8 : 8 + size])
-    header.pop("__metadata__", None)
-    body = data[8 + size :]
-    return {
-        name: np.frombuffer(body[slice(*t["data_offsets"])], DTYPES[t["dtype"]]).reshape(t["shape"])
-        for name, t in header.items()
-    }
 
 
 def compiled():
@@ -164,7 +152,7 @@ def main():
         judge = Judge(WIDE_BAR if wide else NARROW_BAR)
         for row in rows:
             scene = folder / row.file
-            write_scene(scene, read_safetensors(folder / f"{row.file}.safetensors"))
+            write_scene(scene, load_file(folder / f"{row.file}.safetensors"))
             for _ in range(-(-options.runs // each)):
                 row.round(options, program, scene, each)
             scene.unlink()

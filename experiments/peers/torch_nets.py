@@ -212,12 +212,13 @@ class LightMlp:
 class Field:
     """The paper's radiance field along rays: 64 samples, 39-64-64-64-4, composited."""
 
+    widths = (39, 64, 64, 64, 4)
+
     def __init__(self, rays, segments=64):
-        widths = (39, 64, 64, 64, 4)
         self.points, self.directions = torch.randn(rays, 3), F.normalize(torch.randn(rays, 3))
         self.edges = torch.linspace(0, 8, segments + 1)
         self.octaves = 2.0 ** torch.arange(6)
-        self.layers = [(torch.randn(o, i) / i**0.5, 0.1 * torch.randn(o)) for i, o in zip(widths, widths[1:])]
+        self.layers = [(torch.randn(o, i) / i**0.5, 0.1 * torch.randn(o)) for i, o in zip(self.widths, self.widths[1:])]
 
     def radiance(self):
         middle, length = (self.edges[1:] + self.edges[:-1]) / 2, self.edges[1:] - self.edges[:-1]
