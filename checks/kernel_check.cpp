@@ -34,7 +34,7 @@ bool declare_kernel_check(KernelCheck (*make)()) {
 OpFindings check_kernels(const KernelCheck& check, const CheckedDevices& devices, bool quick) {
   OpFindings findings;
   try {
-    const LaunchesSeen seen(devices, findings);
+    const LaunchesSeen seen(findings);
     check.run(devices, findings, quick);
   } catch (const Error& e) {
     findings.faults.push_back(fmt::format("{}: {}", check.stem, e.what()));

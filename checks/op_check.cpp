@@ -133,10 +133,9 @@ class Check {
   std::set<std::string> suspects() {
     const std::set<std::string> own(case_.kernels.begin(), case_.kernels.end());
     if (!differentiates() || slope_faults_ + value_faults_ < findings_.faults.size()) return own;
-    Device device = devices_.single;
-    device.forget_launched();
+    forget_launched();
     run(Precision::Single)();
-    const std::set<std::string> forward = names_of(device.launched(Precision::Single));
+    const std::set<std::string> forward = names_of(launched_variants(Precision::Single));
     std::set<std::string> some;
     for (const std::string& kernel : own)
       if (forward.contains(kernel) == (value_faults_ > 0)) some.insert(kernel);
@@ -192,7 +191,7 @@ class Check {
     const PlanOptions off{.prune = false, .alias = false, .reuse = false, .reorder = false};
     same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
               fmt::format("{} in {}, passes off", name_, text(precision)));
-    const std::set<std::string> seen = names_of(device_of(devices_, precision).launched(precision));
+    const std::set<std::string> seen = names_of(launched_variants(precision));
     for (const std::string& kernel : case_.kernels)
       if (!seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);
 
@@ -434,15 +433,9 @@ void OpFindings::add(const OpFindings& other) {
 
 double worse(double a, double b) { return std::isnan(a) || b > a ? b : a; }
 
-LaunchesSeen::LaunchesSeen(const CheckedDevices& devices, OpFindings& findings)
-    : devices_(devices), findings_(findings) {
-  Device(devices.single).forget_launched();
-  if (devices.with_doubles) Device(*devices.with_doubles).forget_launched();
-}
-
 LaunchesSeen::~LaunchesSeen() {
-  findings_.launched.merge(devices_.single.launched(Precision::Single));
-  if (devices_.with_doubles) findings_.launched_in_double.merge(devices_.with_doubles->launched(Precision::Double));
+  findings_.launched.merge(launched_variants(Precision::Single));
+  findings_.launched_in_double.merge(launched_variants(Precision::Double));
 }
 
 OpFindings check_op(const OpCase& c, const CheckedDevices& devices, Bodies bodies) {
@@ -456,7 +449,7 @@ OpFindings check_op(const OpCase& c, const CheckedDevices& devices, Bodies bodie
   try {
     Check check(named, devices, findings);
     {
-      const LaunchesSeen seen(devices, findings);
+      const LaunchesSeen seen(findings);
       if (bodies == Bodies::InTiles)
         check.tiles_agree();
       else

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "checks/op_case.hpp"
-#include "host/cl/device.hpp"
+#include "host/cl/kernel_variant.hpp"
 
 namespace clerestory {
 
@@ -53,16 +53,15 @@ struct OpFindings {
 /// Without a device with doubles all that needs double is left out. An error of the device or of the graph is a fault.
 OpFindings check_op(const OpCase& op_case, const CheckedDevices& devices, Bodies bodies = Bodies::OfDevice);
 
-/// While it lives, launches of both devices are remembered for `findings`, which get them at its end.
+/// While it lives, launches are remembered for `findings`, which get them at its end.
 class LaunchesSeen {
  public:
-  LaunchesSeen(const CheckedDevices& devices, OpFindings& findings);
+  explicit LaunchesSeen(OpFindings& findings) : findings_(findings) { forget_launched(); }
   ~LaunchesSeen();
   LaunchesSeen(const LaunchesSeen&) = delete;
   LaunchesSeen& operator=(const LaunchesSeen&) = delete;
 
  private:
-  const CheckedDevices& devices_;
   OpFindings& findings_;
 };
 

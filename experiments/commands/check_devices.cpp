@@ -13,6 +13,7 @@
 #include "experiments/commands/check_report.hpp"
 #include "host/cl/device.hpp"
 #include "host/cl/disk_cache.hpp"
+#include "host/cl/reproducer.hpp"
 #include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
 #include "host/report/child_process.hpp"
@@ -85,7 +86,6 @@ Json info_json(const DeviceInfo& info) {
           {"name", info.name},
           {"platform", info.platform},
           {"driver", info.driver},
-          {"platform_version", info.platform_version},
           {"compute_units", info.compute_units},
           {"fp64", info.fp64}};
 }
@@ -196,6 +196,8 @@ std::string key_of(const DeviceInfo& info, const DevicesOptions& options) {
   std::string key = fmt::format("{}\n{}\n{}\n{} {}\n", fingerprint_of(info), file_hash("/proc/self/exe"),
                                 kernels_hash(), options.quick ? "quick" : "", fmt::join(options.only, ","));
   for (const auto& [name, value] : begin_provenance({}).environment) key += name + "=" + value + "\n";
+  for (const char* name : {"CL_CONFIG_CPU_TARGET_ARCH", "RUSTICL_ENABLE"})  // Intel's and Mesa's own
+    if (const char* value = std::getenv(name)) key += fmt::format("{}={}\n", name, value);
   return key;
 }
 
@@ -418,22 +420,9 @@ void show_devices(const DevicesOptions& options, const CommonOptions& common) {
 void reproduce_fault(const fs::path& file, const CommonOptions& common) {
   int index = 0;
   read_value(common.device, "--device", index);
-  const std::string folder = fs::absolute(file).parent_path().string();
-  ::setenv("CLERESTORY_KERNELS", folder.c_str(), 1);
-  Device device = Device::open_unprobed(index);
-  constexpr int many = 70001, items = 16;
-  std::vector<std::int32_t> wrong(items, 0);
-  try {
-    const Buffer out = device.allocate(wrong.size() * sizeof wrong[0]);
-    device.zero(out, out.bytes());
-    device.launch(device.kernel(file.filename().string(), "reproduce"), Range::of(items, items), out, many);
-    device.read(out, wrong.data(), out.bytes());
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::Device) throw;
-    throw Error(ErrorKind::Failed, fmt::format("shown: {}", error.what()), file.string());
-  }
-  if (wrong[0] != 0) throw Error(ErrorKind::Failed, fmt::format("shown: {}", wrong[0]), file.string());
-  std::printf("%s\n", terminal_text(fmt::format("{} does not show it", device.info().name)).c_str());
+  const std::string shown = shown_by(read_file(file), index);
+  if (!shown.empty()) throw Error(ErrorKind::Failed, "the device shows it: " + shown, file.string());
+  std::puts("the device does not show it");
 }
 
 }  // namespace clerestory

@@ -30,8 +30,7 @@ void check_devices(const DevicesOptions& options, const CommonOptions& common);
 /// The same from files.
 void show_devices(const DevicesOptions& options, const CommonOptions& common);
 
-/// Runs kernel void reproduce(global int *wrong, int many) of a file of its own, many = 70001, 16 work-items of one
-/// group, on the device as it is, probed or not. Throws ErrorKind::Failed when it sets wrong[0] or cannot be built.
+/// shown_by() a file on the device of that index. Throws ErrorKind::Failed when it shows its fault.
 void reproduce_fault(const std::filesystem::path& file, const CommonOptions& common);
 
 }  // namespace clerestory

@@ -1,17 +1,14 @@
 #include "host/cl/device.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <CL/opencl.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <unordered_map>
 #include <utility>
 
+#include "host/cl/launch_mark.hpp"
 #include "host/cl/platforms.hpp"
 #include "host/cl/probe.hpp"
 #include "host/cl/profiler.hpp"
@@ -73,17 +70,6 @@ void fill(const cl::CommandQueue& queue, cl_mem memory, std::size_t bytes, std::
 
 const std::string copy_name = "(copy)", zero_name = "(zero)";
 
-/// In one write, so that processes can share the file and a driver that crashes leaves the name of the kernel there.
-void list_launch(const KernelVariant& variant) {
-  const char* file = std::getenv("CLERESTORY_LAUNCHES");
-  if (file == nullptr || *file == '\0') return;
-  const std::string line = text_of(variant) + "\n";
-  const int descriptor = ::open(file, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  const bool written = descriptor >= 0 && ::write(descriptor, line.data(), line.size()) == std::ssize(line);
-  if (descriptor >= 0) ::close(descriptor);
-  if (!written) throw usage_error(std::strerror(errno), "CLERESTORY_LAUNCHES", file, "a file that can be written");
-}
-
 }  // namespace
 
 struct Buffer::Memory {
@@ -104,9 +90,8 @@ struct Kernel::State {
   cl::Kernel kernel;
   std::string name, label;  // label: "nn/conv.cl:forward"
   std::size_t arguments;
-  bool first;                             // built for the first time and not launched yet
-  bool listed = false, launched = false;  // in CLERESTORY_LAUNCHES; since forget_launched()
-  KernelVariant variant;
+  bool first;  // built for the first time and not launched yet
+  LaunchMark mark;
 };
 
 struct Device::State {
@@ -180,35 +165,14 @@ std::size_t Buffer::bytes() const { return memory_ ? memory_->bytes : 0; }
 cl_mem Buffer::handle() const { return memory_ ? memory_->buffer() : nullptr; }
 const std::string& Kernel::name() const { return state_->name; }
 
-std::string text_of(const KernelVariant& variant) {
-  std::string text = variant.file + ":" + variant.name;
-  for (const auto& [name, value] : variant.defines) text += value.empty() ? " " + name : " " + name + "=" + value;
-  return text;
-}
-
 // --- Opening
 // ----------------------------------------------------------------------------------------------------------
 
 Device::State::State(const FoundDevice& device) : found(device) {
-  fingerprint = fingerprint_of(found.info);
+  fingerprint = fingerprint_of(found);
   context = checked([&] { return cl::Context(cl::Device(found.id, true)); }, [] { return "making a context"; });
   make_queue();
   builder = std::make_unique<ProgramBuilder>(context(), found.id, found.info, fingerprint);
-}
-
-std::string fingerprint_of(const DeviceInfo& info) {
-  return fmt::format("{} | {} | {} | {} | {} | {} | {} compute units", info.name, info.vendor, info.version,
-                     info.driver, info.platform, info.platform_version, info.compute_units);
-}
-
-Device Device::open_unprobed(int index) {
-  for (const FoundDevice& found : find_devices())
-    if (found.info.index == index) {
-      Device device;
-      device.state_ = std::make_shared<State>(found);
-      return device;
-    }
-  throw Error(ErrorKind::Device, "no such OpenCL device", "index", std::to_string(index));
 }
 
 Device Device::open(const std::string& selector) {
@@ -345,13 +309,13 @@ Kernel Device::State::make_kernel(std::string_view file, std::string_view name, 
   check(code, "clCreateKernel", [&] { return fmt::format("kernel {} of {}", name, file); });
   const std::size_t arguments = made.getInfo<CL_KERNEL_NUM_ARGS>();
   Kernel kernel;
-  kernel.state_ =
-      std::make_shared<Kernel::State>(Kernel::State{.kernel = std::move(made),
-                                                    .name = std::string(name),
-                                                    .label = fmt::format("{}:{}", file, name),
-                                                    .arguments = arguments,
-                                                    .first = first,
-                                                    .variant = {std::string(file), std::string(name), defines}});
+  kernel.state_ = std::make_shared<Kernel::State>(
+      Kernel::State{.kernel = std::move(made),
+                    .name = std::string(name),
+                    .label = fmt::format("{}:{}", file, name),
+                    .arguments = arguments,
+                    .first = first,
+                    .mark = {{std::string(file), std::string(name), defines}, precision}});
   return kernel;
 }
 
@@ -391,8 +355,7 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
     s.builder->add_first_launch(seconds_of(*this, [&] { launch_with(kernel, range, args); }));
     return;
   }
-  k.launched = true;
-  if (!std::exchange(k.listed, true)) list_launch(k.variant);
+  k.mark.launched();
   for (std::size_t i = 0; i < args.size(); ++i)
     s.check(clSetKernelArg(k.kernel(), static_cast<cl_uint>(i), args[i].size(), args[i].data()), "clSetKernelArg",
             [&] { return fmt::format("argument {} ({} bytes) of kernel {}", i, args[i].size(), k.label); });
@@ -443,17 +406,6 @@ std::vector<KernelProfile> Device::profile() {
 }
 
 void Device::reset_profile() { state_->profiler.reset(); }
-
-std::set<KernelVariant> Device::launched(Precision precision) const {
-  std::set<KernelVariant> variants;
-  for (const auto& [key, kernel] : state_->kernels)
-    if (key.precision == precision && kernel.state_->launched) variants.insert(kernel.state_->variant);
-  return variants;
-}
-
-void Device::forget_launched() {
-  for (const auto& [key, kernel] : state_->kernels) kernel.state_->launched = false;
-}
 
 double Device::build_seconds() const { return state_->builder->seconds(); }
 int Device::builds() const { return state_->builder->builds(); }

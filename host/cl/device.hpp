@@ -7,7 +7,6 @@
 #include <initializer_list>
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,16 +25,12 @@ inline std::size_t real_size(Precision p) { return p == Precision::Single ? 4 : 
 struct DeviceInfo {
   int index = 0;  // position in `clerestory devices`
   std::string platform, name, vendor, version, driver;
-  std::string platform_version;  // names the compiler on some platforms (PoCL: its LLVM)
   bool cpu = false, fp64 = false, unified_memory = false;
   int compute_units = 0;
   int float_width = 0;                                           // floats of a vector, as the driver says
   std::size_t max_group = 0;                                     // work-items
   std::size_t memory = 0, max_allocation = 0, local_memory = 0;  // bytes
 };
-
-/// Identity of device, driver and compiler: key of tuning data, program caches and verdicts.
-std::string fingerprint_of(const DeviceInfo& info);
 
 /// Devices of every platform; a platform that is empty or fails to answer is passed over.
 std::vector<DeviceInfo> list_devices();
@@ -86,15 +81,6 @@ struct Range {
 /// -D switches of a program: features only, numbers that vary travel as arguments.
 using Defines = std::map<std::string, std::string>;
 
-/// A kernel and what its program was built with. Its float and its double form are one variant.
-struct KernelVariant {
-  std::string file, name;  // "nn/conv_cpu.cl", "conv_cpu"
-  Defines defines;
-  auto operator<=>(const KernelVariant&) const = default;
-};
-/// "nn/conv_cpu.cl:conv_cpu TILE_ROWS=8 TILE_WIDTH=16", as checks/variants.txt lists them.
-std::string text_of(const KernelVariant& variant);
-
 /// One kernel argument: a buffer, `local` memory, or plain data (int, float, double, uint, long, ulong, float4 as an
 /// array).
 class Arg {
@@ -137,11 +123,9 @@ class Device {
   /// refused.
   static Device open(const std::string& selector = {});
 
-  /// Of that index, whatever the probe says of it: for what shows why it is refused.
-  static Device open_unprobed(int index);
-
   const DeviceInfo& info() const;
-  std::string fingerprint() const;  // fingerprint_of its info
+  /// Identity of device, driver and compiler: key of tuning data and program caches.
+  std::string fingerprint() const;
   bool has_double() const { return info().fp64; }
 
   /// Contents undefined; zero bytes allocate one. Throws ErrorKind::Device when it does not fit, with what is held.
@@ -162,8 +146,6 @@ class Device {
   void launch(const Kernel& kernel, const Range& range, const Args&... args) {
     launch_with(kernel, range, {Arg(args)...});
   }
-  /// Where the environment variable CLERESTORY_LAUNCHES names a file, a line is added to it at each kernel's first
-  /// launch in this process, its text_of(KernelVariant).
   void launch_with(const Kernel& kernel, const Range& range, const std::vector<Arg>& args);
 
   void finish();
@@ -187,10 +169,6 @@ class Device {
   void set_profiling(bool on);
   std::vector<KernelProfile> profile();
   void reset_profile();
-
-  /// Variants launched in that precision since the last forget_launched().
-  std::set<KernelVariant> launched(Precision precision) const;
-  void forget_launched();
 
   /// Seconds spent building programs so far, and how many were built from source. Some drivers (PoCL) do the larger
   /// part of compiling at the first launch with a new local size: of kernels that are built for the first time, their

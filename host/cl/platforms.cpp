@@ -49,7 +49,7 @@ FoundDevice describe(const cl::Platform& platform, const cl::Device& device) {
   info.memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
-  info.platform_version = trimmed(platform.getInfo<CL_PLATFORM_VERSION>());
+  found.platform_version = trimmed(platform.getInfo<CL_PLATFORM_VERSION>());
   found.id = device();
   return found;
 }
@@ -179,6 +179,12 @@ std::string describe_devices(const std::vector<FoundDevice>& devices) {
     text += fmt::format("{}{}: {} ({})", text.empty() ? "" : "; ", device.info.index, device.info.name,
                         device.info.platform);
   return text;
+}
+
+std::string fingerprint_of(const FoundDevice& device) {
+  const DeviceInfo& info = device.info;
+  return fmt::format("{} | {} | {} | {} | {} | {} | {} compute units", info.name, info.vendor, info.version,
+                     info.driver, info.platform, device.platform_version, info.compute_units);
 }
 
 bool is_pocl(const std::string& platform) { return platform.find("Portable Computing Language") != std::string::npos; }

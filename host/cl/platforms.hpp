@@ -11,6 +11,7 @@ namespace clerestory {
 
 struct FoundDevice {
   DeviceInfo info;
+  std::string platform_version;  // names the compiler on some platforms (PoCL: its LLVM)
   cl_device_id id = nullptr;
 };
 
@@ -20,6 +21,9 @@ std::vector<FoundDevice> find_devices();
 /// Those whose index equals `selector` (digits), or whose platform or name contains it, letter case ignored; all when
 /// it is empty.
 std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& devices, const std::string& selector);
+
+/// Of device, driver and compiler.
+std::string fingerprint_of(const FoundDevice& device);
 
 /// "0: pthread-... (Portable Computing Language); 1: ..."
 std::string describe_devices(const std::vector<FoundDevice>& devices);

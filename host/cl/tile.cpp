@@ -44,12 +44,6 @@ class Product {
     candidates_.push_back(std::move(c));
   }
 
-  /// Of one round.
-  std::string fault_of(const Tile& tile) {
-    seconds({{tile, 0, {}}, device_.kernel(file, "tile_product", defines_of(tile))});
-    return fault_after(1);
-  }
-
   /// The best of several tries each, in turns: what else the machine does for a while then hits all of them. While
   /// other programs take a part of the device there are more tries, so that each tile gets one that nobody disturbs.
   std::vector<TileSpeed> speeds() {
@@ -150,8 +144,6 @@ std::vector<TileSpeed> measure_tiles(Device& device) {
     if (tile.width <= std::max(device.info().float_width, tiles().back().width)) product.add(tile);
   return product.speeds();
 }
-
-std::string tile_fault(Device& device, const Tile& tile) { return Product(device).fault_of(tile); }
 
 const Tile& fastest_tile(Device& device) {
   if (!device.info().cpu) return tiles().front();

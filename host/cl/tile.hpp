@@ -35,11 +35,8 @@ struct TileSpeed {
 /// beside the driver's compiling; five times as long while other programs keep the device busy.
 std::vector<TileSpeed> measure_tiles(Device& device);
 
-/// What is wrong with a product in this tile, which may be wider than the device; empty when all is well.
-std::string tile_fault(Device& device, const Tile& tile);
-
-/// The fastest of those measured. Measured once per device, driver and kernel source, then remembered beside the
-/// verdicts of the probe. On a device that is no CPU, whose kernels have no such tile, the first of the list.
+/// The fastest of these. Measured once per device, driver and kernel source, then remembered beside the verdicts of the
+/// probe. On a device that is no CPU, whose kernels have no such tile, the first of the list.
 const Tile& fastest_tile(Device& device);
 /// The same, measured now.
 const Tile& remeasured_tile(Device& device);

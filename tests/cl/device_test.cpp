@@ -7,6 +7,7 @@
 #include <chrono>
 #include <numeric>
 
+#include "host/cl/kernel_variant.hpp"
 #include "tests/cl/environment.hpp"
 #include "tests/message_of.hpp"
 
@@ -315,16 +316,17 @@ TEST_F(DeviceTest, TellsAndListsTheVariantsThatAreLaunched) {
   const ScopedVariable list("CLERESTORY_LAUNCHES", (folder.path() / "launches").string());
   const Buffer x = device.allocate(4 * sizeof(int));
   device.zero(x, x.bytes());
+  forget_launched();
   const Kernel one = device.kernel("test.cl", "add"),
                two = device.kernel("test.cl", "add", {{"ADD", "2"}, {"TWICE", ""}});
   device.kernel("test.cl", "only_twice", {{"ADD", "2"}, {"TWICE", ""}});  // made, not launched
   for (int i = 0; i < 3; ++i) device.launch(one, Range::of(4, 1), x), device.launch(two, Range::of(4, 1), x);
   const KernelVariant first{"test.cl", "add", {}}, second{"test.cl", "add", {{"ADD", "2"}, {"TWICE", ""}}};
-  EXPECT_EQ(device.launched(Precision::Single), (std::set{first, second}));
-  EXPECT_TRUE(device.launched(Precision::Double).empty());
-  device.forget_launched();
+  EXPECT_EQ(launched_variants(Precision::Single), (std::set{first, second}));
+  EXPECT_TRUE(launched_variants(Precision::Double).empty());
+  forget_launched();
   device.launch(two, Range::of(4, 1), x);
-  EXPECT_EQ(device.launched(Precision::Single), std::set{second});
+  EXPECT_EQ(launched_variants(Precision::Single), std::set{second});
   EXPECT_EQ(read_text(folder.path() / "launches"), "test.cl:add\ntest.cl:add ADD=2 TWICE\n");
   device.finish();
 
@@ -332,11 +334,6 @@ TEST_F(DeviceTest, TellsAndListsTheVariantsThatAreLaunched) {
   const Kernel index = device.kernel("test.cl", "sizes");
   EXPECT_THAT(message_of<Error>([&] { device.launch(index, Range::of(1, 1), device.allocate(24)); }),
               HasSubstr("CLERESTORY_LAUNCHES"));
-}
-
-TEST_F(DeviceTest, OpensWhatTheProbeWasNotAskedAbout) {
-  EXPECT_EQ(Device::open_unprobed(device.info().index).fingerprint(), device.fingerprint());
-  EXPECT_THROW(Device::open_unprobed(10000), Error);
 }
 
 TEST_F(DeviceTest, LookingAKernelUpIsCheap) {

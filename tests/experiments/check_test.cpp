@@ -248,7 +248,7 @@ TEST_F(CheckCommand, AReproducerSaysWhetherTheDeviceShowsItsFault) {
   EXPECT_EQ(written("wrong[get_global_id(0)] = many - 70001;"), 0) << text_of(log);
   EXPECT_THAT(text_of(log), HasSubstr("does not show it"));
   EXPECT_EQ(written("wrong[get_global_id(0)] = many;"), 1);
-  EXPECT_THAT(text_of(log), HasSubstr("shown: 70001"));
+  EXPECT_THAT(text_of(log), HasSubstr("shows it: 70001"));
   EXPECT_EQ(written("this is no OpenCL"), 1);
 }
 
