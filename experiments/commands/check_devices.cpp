@@ -193,8 +193,9 @@ class Verdict {
 
 /// All that a verdict hangs on: device, driver and compiler; this program and its kernels; what the environment says.
 std::string key_of(const DeviceInfo& info, const DevicesOptions& options) {
-  std::string key = fmt::format("{}\n{}\n{}\n{} {}\n", fingerprint_of(info), file_hash("/proc/self/exe"),
-                                kernels_hash(), options.quick ? "quick" : "", fmt::join(options.only, ","));
+  std::string key = fmt::format("{}\n{}\n{}\n{} {}\n", device_fingerprints().at(static_cast<std::size_t>(info.index)),
+                                file_hash("/proc/self/exe"), kernels_hash(), options.quick ? "quick" : "",
+                                fmt::join(options.only, ","));
   for (const auto& [name, value] : begin_provenance({}).environment) key += name + "=" + value + "\n";
   for (const char* name : {"CL_CONFIG_CPU_TARGET_ARCH", "RUSTICL_ENABLE"})  // Intel's and Mesa's own
     if (const char* value = std::getenv(name)) key += fmt::format("{}={}\n", name, value);
