@@ -348,10 +348,12 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
     global[d] = (range.global[d] + range.local[d] - 1) / range.local[d] * range.local[d];
     if (global[d] > 1) dimensions = d + 1;
   }
-  const std::size_t items = range.local[0] * range.local[1] * range.local[2];
-  if (items > s.found.info.max_group)
-    throw Error(ErrorKind::Device, fmt::format("kernel {} runs in groups of {} work-items, {} has at most {}", k.label,
-                                               items, s.describe(), s.found.info.max_group));
+  const auto launching = [&] {
+    return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global), describe_sizes(range.local));
+  };
+  // The driver says so too, but knows of no smaller group that is pretended.
+  if (range.local[0] * range.local[1] * range.local[2] > s.found.info.max_group)
+    s.check(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel", launching);
   if (std::exchange(k.first, false)) {
     s.builder->add_first_launch(seconds_of(*this, [&] { launch_with(kernel, range, args); }));
     return;
@@ -363,10 +365,7 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
   ++s.launches;
   s.check(clEnqueueNDRangeKernel(s.queue(), k.kernel(), dimensions, nullptr, global.data(), range.local.data(), 0,
                                  nullptr, s.profiling ? &event : nullptr),
-          "clEnqueueNDRangeKernel", [&] {
-            return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global),
-                               describe_sizes(range.local));
-          });
+          "clEnqueueNDRangeKernel", launching);
   s.last_launched = &k.label;
   if (s.profiling) s.profiler.add(k.label, event);
   // Some drivers hold work back, and memory with it, until they are told to start.
