@@ -298,8 +298,8 @@ read_only() {
     find_fault "insert of a run that is read-only" said.insert
   "$clerestory" light disk/made --at 16,24 --size 16x8 --light image --out light.exr -q >said.light 2>&1 ||
     find_fault "light of a run that is read-only" said.light
-  "$clerestory" data check disk/generate/rooms >checked 2>&1
-  "$clerestory" data check whole/generate/rooms 2>&1 | sed 's/whole/disk/' | cmp -s - checked ||
+  "$clerestory" data check disk/generate/rooms --json -q >checked 2>&1
+  "$clerestory" data check whole/generate/rooms --json -q 2>&1 | sed 's/whole/disk/' | cmp -s - checked ||
     find_fault "data check of rooms that are read-only" checked
   umount disk
   echo "read_only: done"

@@ -18,7 +18,7 @@ struct PretendTest : testing::Test {
   PretendTest() {
     folder.write("test.cl",
                  "kernel void add(global int *x) { x[get_global_id(0)] += 1; }\n"
-                 "kernel void of_reals(global REAL *x) { x[0] = 1; }\n");
+                 "kernel void other(global int *x) { x[0] = 1; }\n");
   }
   /// Then kernels are those above.
   Device open(const std::string& less) {
@@ -56,7 +56,7 @@ TEST_F(PretendTest, OtherWordsAreRefused) {
 
 TEST_F(PretendTest, WithoutDoubles) {
   Device device = open("no_fp64");
-  EXPECT_THAT(message_of([&] { device.kernel("test.cl", "of_reals", {}, Precision::Double); }, ErrorKind::Device),
+  EXPECT_THAT(message_of([&] { device.kernel("test.cl", "other", {}, Precision::Double); }, ErrorKind::Device),
               HasSubstr("has no double precision"));
 }
 
