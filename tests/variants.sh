@@ -23,7 +23,7 @@ $clerestory generate --out "$work/rooms" --rooms 2 --views 2 --spp 1 --seed 1 --
 $clerestory train experiments/configs/mgnet_lite.toml "data.train=[$work/rooms]" "run.root=$work/runs" train.steps=2 --quiet
 $clerestory bench peak gemm conv mlp light --json="$work/bench.json" --quiet
 
-# As tests/environment.cpp has it: what tests alone launch is left out.
+# What tests alone launch is left out.
 {
   echo "# Kernels and defines that the program launches: bash tests/variants.sh"
   { grep -v '^#' "$list" || true; cat "$CLERESTORY_LAUNCHES"; } | grep -v -e '_probe\.cl:' -e PROBE_FAULT | sort -u |

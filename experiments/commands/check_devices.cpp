@@ -251,7 +251,7 @@ std::string label_of(const Json& verdict) {
 std::pair<double, std::string> worst_of(const Json& verdict, const char* column) {
   std::pair<double, std::string> worst{NAN, ""};
   for (const Json& kernel : verdict.at("kernels")) {
-    if (!kernel.at(column).is_number()) continue;
+    if (!kernel.at(column).is_number() || !kernel.at("faults").empty()) continue;
     const double ulps = kernel.at(column);
     if (!(ulps <= worst.first)) worst = {ulps, kernel.at("kernel")};
   }
