@@ -6,7 +6,7 @@ namespace clerestory {
 
 /// Which kernels run: ByPlan, those of Launch::gemm ("packed" has a body for CPUs and one for GPUs, chosen by the
 /// device's type); the others name them, for tests and comparisons.
-enum class ConvKernels { ByPlan, Cpu, Gpu, Clblast };
+enum class ConvKernels { ByPlan, Cpu, Winograd, Gpu, Clblast };
 
 struct ConvSpec {
   int stride = 1;  // along both axes
