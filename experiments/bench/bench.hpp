@@ -11,7 +11,8 @@ namespace clerestory {
 
 struct BenchOptions {
   bool quiet = false;
-  std::vector<std::string> tiles;  // register tiles of our own kernels (host/cl/tile.hpp), those to be measured
+  std::string own = "packed";      // or "direct": which of our own kernels
+  std::vector<std::string> tiles;  // their register tiles (host/cl/tile.hpp), those to be measured
   bool clblast = true;             // beside them: by its own parameters, and tuned where it is
   int runs = 0;                    // timed of everything; 0: ten, or as many as fit into a third of a second
   std::string only;                // nets: rows whose name contains this

@@ -155,7 +155,7 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
       const ExactPasses passes = exact_passes(device, layer);
       std::vector<BenchRow> rows;
       for_tiles(device, options, [&](const std::string& tile) {
-        rows.push_back(all_passes(device, passes, "packed", tile, options.runs));
+        rows.push_back(all_passes(device, passes, options.own, tile, options.runs));
       });
       for_clblast(device, options, [&](const std::string& name) {
         rows.push_back(all_passes(device, passes, "clblast", name, options.runs));

@@ -89,6 +89,7 @@ void add_bench_command(CommandLine& line) {
         // With the result on stdout there is no room for a table.
         options->quiet = common.quiet || (common.json && common.json->empty());
         options->tiles = tiles_named(device, *tile), options->clblast = !*without;
+        if (common.gemm == "direct") options->own = "direct";
         nlohmann::ordered_json results;
         for (const Family* f : chosen) results[f->name] = f->run(device, *options);
         if (common.json) write_json_result(common, results.dump(1));

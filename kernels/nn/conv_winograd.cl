@@ -13,6 +13,7 @@
 
 #define FREQUENCIES 16
 #define FREQUENCY_PAD 16  // elements between frequencies, so that they do not compete for the same cache sets
+#define WEIGHTS_PITCH(g) ((ulong)((g.outputs + PANEL - 1) / PANEL) * PANEL * g.channels + FREQUENCY_PAD)
 
 // How a pass is cut: host/ops/nn/conv_winograd.hpp. Rows of tiles are those of all batch items, one after the other.
 typedef struct {
@@ -147,7 +148,6 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_winograd(
     const WinogradBlocking b, local real *panel, local real *sums, local real *lines) {
   const Band band = band_of(get_group_id(0), b);
   const int m0 = (int)get_group_id(1) * b.chunk, outputs = min(b.chunk, g.outputs - m0);
-  const int panels = (g.outputs + PANEL - 1) / PANEL;
   const int panel_pitch = b.channel_block * b.positions + FREQUENCY_PAD, sums_pitch = b.chunk * b.positions + FREQUENCY_PAD;
   const int tiles = (band.end - band.begin) * band.columns, behind = min(TILE_WIDTH, b.positions - tiles);
   for (int f = 0; f < FREQUENCIES; ++f)
@@ -159,8 +159,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_winograd(
                         SOURCE_MAP(c0 + c), band, g, b);
     for (int f = 0; f < FREQUENCIES; ++f)
       multiply(sums + f * sums_pitch,
-               AT(weights, 0) + ((ulong)f * panels + m0 / PANEL) * PANEL * g.channels + c0 * PANEL, g.channels, outputs,
-               panel + f * panel_pitch, b.positions, tiles, channels, c0 == 0);
+               AT(weights, 0) + f * WEIGHTS_PITCH(g) + (ulong)m0 * g.channels + c0 * PANEL, g.channels, outputs, panel + f * panel_pitch, b.positions, tiles, channels, c0 == 0);
   }
   for (int m = 0; m < outputs; ++m)
     for (int row = band.begin; row < band.end; ++row) {
@@ -184,7 +183,7 @@ static inline real8 filter_row(int i, real8 w0, real8 w1, real8 w2) {
 kernel void conv_winograd_weights(IN(w), OUT(weights), const ConvGeometry g, const int output_pitch,
                                   const int channel_pitch, const int kernel_w, const int2 first, const int2 step) {
   const int c = get_global_id(0), panel = get_global_id(1);
-  const int panels = (g.outputs + PANEL - 1) / PANEL, outputs = min(g.outputs - PANEL * panel, PANEL);
+  const int outputs = min(g.outputs - PANEL * panel, PANEL);
   if (c >= g.channels || outputs <= 0) return;
   global const real *tap = AT(w, 0) + (ulong)(PANEL * panel) * output_pitch + (ulong)c * channel_pitch +
                            first.y * kernel_w + first.x;
@@ -196,7 +195,7 @@ kernel void conv_winograd_weights(IN(w), OUT(weights), const ConvGeometry g, con
       UNROLL for (int r = 0; r < PANEL; ++r) each[r] = r < outputs ? from[(ulong)r * output_pitch] : R(0);
       of[ty][tx] = vload8(0, each);
     }
-  const ulong pitch = (ulong)panels * PANEL * g.channels;
+  const ulong pitch = WEIGHTS_PITCH(g);
   global real *to = AT(weights, 0) + ((ulong)panel * g.channels + c) * PANEL;
   UNROLL for (int i = 0; i < 4; ++i) {
     const real8 row0 = filter_row(i, of[0][0], of[1][0], of[2][0]), row1 = filter_row(i, of[0][1], of[1][1], of[2][1]),

@@ -56,7 +56,8 @@ bool prefers_winograd(const ConvGeometry& g, int batch) {
 }
 
 std::size_t winograd_elements(const ConvGeometry& g) {
-  return WinogradBlocking::frequencies * static_cast<std::size_t>(round_up(g.outputs, conv_tile)) * g.channels;
+  return WinogradBlocking::frequencies *
+         (static_cast<std::size_t>(round_up(g.outputs, conv_tile)) * g.channels + WinogradBlocking::pad);
 }
 
 std::optional<WinogradBlocking> block_winograd(const ConvGeometry& g, int batch, std::size_t local_elements,
