@@ -151,6 +151,7 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
           "backward weights", "largest", "rms");
     nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
     for (const Layer& layer : group.layers) {
+      if ((group.name + ": " + layer.name).find(options.only) == std::string::npos) continue;
       const double fma = measure_ceilings(device).fma_gflops;
       const ExactPasses passes = exact_passes(device, layer);
       std::vector<BenchRow> rows;

@@ -71,8 +71,8 @@ static void transform_channel(local real *to, int pitch, local real *lines, IN(s
     for (int l = 0; l < 2 * rows + 2; ++l) {
       const int y = 2 * y0 + l + g.source_y;
       const bool inside = y >= 0 && y < source_h;
-      copy_padded(lines + l * b.line, plane + (inside ? y * g.source_w : 0), x, inside ? g.source_w : 0, b.line, true,
-                  map);
+      copy_padded(lines + l * b.line, plane + (inside ? y * g.source_w : 0), x, inside ? g.source_w : 0,
+                  2 * band.columns + 2, true, map);
     }
     for (int r = 0; r < rows; ++r, to += band.columns)
       transform_tiles(to, pitch, lines + 2 * r * b.line, b.line, band.columns);

@@ -52,7 +52,7 @@ bool is_winograd(const ConvGeometry& g) {
 }
 
 bool prefers_winograd(const ConvGeometry& g, int batch) {
-  return is_winograd(g) && g.channels >= fewest_channels && g.outputs >= 16 && g.positions() * batch >= 1024;
+  return is_winograd(g) && g.channels >= fewest_channels && g.outputs >= 16 && g.positions() * batch >= 256;
 }
 
 std::size_t winograd_elements(const ConvGeometry& g) {
