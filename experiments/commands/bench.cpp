@@ -65,7 +65,8 @@ void add_bench_command(CommandLine& line) {
             if (options->runs < 0) throw usage_error("cannot run that often", "--runs", text, "0 or more");
           },
           "0")
-      .option("--only", "TEXT", "conv (\"paper, 320x240, batch 1: c5\"), nets: rows whose name contains this", options->only)
+      .option("--only", "TEXT", "conv (\"paper, 320x240, batch 1: c5\"), nets: rows whose name contains this",
+              options->only)
       .flag("--explain", "nets: what each op costs, and what each pass of the compiler did", options->explain)
       .option(
           "--memory", "MIB",

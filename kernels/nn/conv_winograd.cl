@@ -15,7 +15,7 @@
 #define FREQUENCY_PAD 16  // elements between frequencies, so that they do not compete for the same cache sets
 #define WEIGHTS_PITCH(g) ((ulong)((g.outputs + PANEL - 1) / PANEL) * PANEL * g.channels + FREQUENCY_PAD)
 
-// How a pass is cut: host/ops/nn/conv_winograd.hpp. Rows of tiles are those of all batch items, one after the other.
+// How a pass is cut: host/ops/nn/winograd_blocking.hpp. Rows of tiles are those of all batch items, one after the other.
 typedef struct {
   int tiles_x, tiles_y;           // of an item
   int band_rows, band_columns;    // tiles of a band

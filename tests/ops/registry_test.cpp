@@ -34,6 +34,7 @@ const std::map<std::string, std::string> kElsewhere{
 const std::map<std::string, std::string> kPartOf{{"nn/conv_cpu.cl", "nn/conv"},
                                                  {"nn/conv_gpu.cl", "nn/conv"},
                                                  {"nn/conv_pack.cl", "nn/conv"},
+                                                 {"nn/conv_winograd.cl", "nn/conv"},
                                                  {"nn/im2col.cl", "nn/conv"},
                                                  {"light/net_products.cl", "light/ask_mlp"}};
 

@@ -20,8 +20,8 @@ struct ConvSpec {
 /// y[n,o,y,x] = bias[o] + sum over i, ky, kx of w[o,i,ky,kx] * x[n,i, y*stride + ky - pad, x*stride + kx - pad].
 /// x {N,I,H,W}, w {O,I,KH,KW}, bias {1,O,1,1} or empty; the result is {N, O, (H + 2 pad - KH)/stride + 1, ...}.
 /// Backends: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl; minimal filtering, nn/conv_winograd.cl, where
-/// that is faster), "direct" (the same without minimal filtering) and "clblast" (im2col and CLBlast). All sum in a fixed
-/// order.
+/// that is faster), "direct" (the same without minimal filtering) and "clblast" (im2col and CLBlast). All sum in a
+/// fixed order.
 Value conv(Value x, Value w, Value bias, const ConvSpec& spec = {});
 
 /// Channels of x normalised before the convolution, as normalise_channels(x, moments, gamma, beta, relu, epsilon) does

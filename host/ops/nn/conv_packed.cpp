@@ -4,7 +4,7 @@
 
 #include "host/cl/tile.hpp"
 #include "host/ops/nn/conv_backend.hpp"
-#include "host/ops/nn/conv_winograd.hpp"
+#include "host/ops/nn/winograd_blocking.hpp"
 
 namespace clerestory {
 namespace {

@@ -1,4 +1,4 @@
-#include "host/ops/nn/conv_winograd.hpp"
+#include "host/ops/nn/winograd_blocking.hpp"
 
 #include <algorithm>
 
@@ -22,9 +22,10 @@ double vectors_of_rows(const WinogradBlocking& b) {
 
 double time_of(const ConvGeometry& g, const WinogradBlocking& b, int units) {
   const double vectors = vectors_of_rows(b), positions = static_cast<double>(b.positions) / position_tile;
-  const double each = g.channels * vectors * transforming + b.chunk * vectors * back +
-                      16.0 * b.chunk * (g.channels * (positions + reading / 16) +
-                                        positions * summing * ceil_div(g.channels, b.channel_block));
+  const double each =
+      g.channels * vectors * transforming + b.chunk * vectors * back +
+      16.0 * b.chunk *
+          (g.channels * (positions + reading / 16) + positions * summing * ceil_div(g.channels, b.channel_block));
   return ceil_div(b.bands() * ceil_div(g.outputs, b.chunk), units) * each;
 }
 

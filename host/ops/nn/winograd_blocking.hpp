@@ -1,5 +1,5 @@
-// 3x3 convolution of stride one by minimal filtering (kernels/nn/conv_winograd.cl): which passes it is for, and how they
-// are cut.
+// 3x3 convolution of stride one by minimal filtering (kernels/nn/conv_winograd.cl): which passes it is for, and how
+// they are cut.
 #pragma once
 #include <cstddef>
 #include <optional>
@@ -35,8 +35,8 @@ bool is_winograd(const ConvGeometry& geometry);
 bool prefers_winograd(const ConvGeometry& geometry, int batch);
 /// Elements of transformed weights.
 std::size_t winograd_elements(const ConvGeometry& geometry);
-/// Cuts a pass for `units` work-groups at a time with scratch of `local_elements` reals each; nothing where the smallest
-/// cut does not fit.
+/// Cuts a pass for `units` work-groups at a time with scratch of `local_elements` reals each; nothing where the
+/// smallest cut does not fit.
 std::optional<WinogradBlocking> block_winograd(const ConvGeometry& geometry, int batch, std::size_t local_elements,
                                                int units);
 
