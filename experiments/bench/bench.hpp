@@ -17,11 +17,7 @@ struct BenchOptions {
   std::vector<std::string> tiles;  // their register tiles (host/cl/tile.hpp), those to be measured
   bool clblast = true;             // beside them: by its own parameters, and tuned where it is
   int runs = 0;                    // timed of everything; 0: ten, or as many as fit into a third of a second
-<<<<<<< HEAD
-  std::string only;                // conv, nets: rows whose name contains this
-=======
-  std::string only;                // nets, ssrt, layer: rows whose name contains this
->>>>>>> main
+  std::string only;                // conv, nets, ssrt, layer: rows whose name contains this
   bool explain = false;            // nets: what each op costs
   std::size_t memory = 0;          // nets: budget of each plan, bytes; 0: none
   std::vector<int> lanes = {0};    // ssrt: SsrtOptions::lanes, those to be measured
