@@ -412,9 +412,12 @@ void check_devices(const DevicesOptions& options, const CommonOptions& common) {
 
 void show_devices(const DevicesOptions& options, const CommonOptions& common) {
   expect_report_name(options.report);
-  Json all{{"devices", Json::array()}};
-  for (const std::string& file : options.from)
-    for (const Json& verdict : read_result(file).at("devices")) all["devices"].push_back(verdict);
+  Json all;
+  all["devices"] = Json::array();
+  for (const std::string& file : options.from) {
+    const Json result = read_result(file);
+    for (const Json& verdict : result.at("devices")) all["devices"].push_back(verdict);
+  }
   conclude(all, options, common);
 }
 
