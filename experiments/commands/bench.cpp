@@ -80,9 +80,11 @@ void add_bench_command(CommandLine& line) {
             if (options->runs < 0) throw usage_error("cannot run that often", "--runs", text, "0 or more");
           },
           "0")
-      .option("--only", "TEXT", "nets, ssrt, layer: rows whose name contains this", options->only)
+      .option("--only", "TEXT", "conv, nets, ssrt, layer: rows whose name contains this", options->only)
       .option("--write", "FOLDER", "ssrt, layer: what a peer needs to do the same work, as safetensors", options->write)
-      .flag("--explain", "nets: what each op costs, and what each pass of the compiler did", options->explain)
+      .flag("--explain",
+            "nets: what each op costs, and what each pass of the compiler did; layer: what each kernel costs",
+            options->explain)
       .option(
           "--memory", "MIB",
           "nets: most device memory that a plan may need; values are computed again instead of kept; 0: no limit",
@@ -106,6 +108,7 @@ void add_bench_command(CommandLine& line) {
         // With the result on stdout there is no room for a table.
         options->quiet = common.quiet || (common.json && common.json->empty());
         options->tiles = tiles_named(device, *tile), options->clblast = !*without;
+        if (common.gemm == "direct") options->own = "direct";
         options->lanes = lanes_named(*lanes);
         nlohmann::ordered_json results;
         for (const Family* f : chosen) results[f->name] = f->run(device, *options);

@@ -253,9 +253,10 @@ Command& Command::common(std::initializer_list<Common> which) {
         choice(
             "--gemm",
             "Who multiplies in every net: CLBlast, or our packed kernels, which hold a small net of the light whole; "
-            "auto: what `clerestory tune` measured faster, else packed on a CPU and CLBlast elsewhere; small nets "
+            "direct: these without minimal filtering of convolutions; auto: what `clerestory tune` measured faster, "
+            "else packed on a CPU and CLBlast elsewhere; small nets "
             "whole",
-            to.gemm, {"clblast", "packed", "auto"});
+            to.gemm, gemm_choices());
         break;
       case Common::Tile:
         choice("--tile", "Register tile of our kernels on a CPU; auto: the fastest, measured once", to.tile,
