@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "tests/tracer/colored_box.hpp"
 #include "checks/trace/reference.hpp"
+#include "tests/tracer/colored_box.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/room.hpp"
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <numbers>
 
+#include "checks/trace/path_reference.hpp"
 #include "host/math/panorama.hpp"
 #include "tests/roundings.hpp"
-#include "checks/trace/path_reference.hpp"
 #include "tests/tracer/scene_probe.hpp"
 #include "tracer/light_tables.hpp"
 

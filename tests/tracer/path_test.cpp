@@ -1,9 +1,9 @@
 // The path tracer against closed forms and quadrature.
 #include <gtest/gtest.h>
 
+#include "checks/trace/path_reference.hpp"
 #include "host/math/panorama.hpp"
 #include "tests/roundings.hpp"
-#include "checks/trace/path_reference.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/room.hpp"
 

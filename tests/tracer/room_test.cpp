@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <set>
 
-#include "tests/roundings.hpp"
 #include "checks/trace/reference.hpp"
+#include "tests/roundings.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/balls.hpp"
 #include "tracer/sky.hpp"
