@@ -27,16 +27,9 @@ struct CheckCommand : testing::Test {
     return Program(arguments, log, around).wait();
   }
 
-  /// The kernels with the first `right` in one file replaced.
+  /// With the first `right` in one kernel file replaced.
   Surroundings with_kernel(const std::string& file, const std::string& right, const std::string& wrong) const {
-    const fs::path kernels = folder / "kernels";
-    fs::copy(fs::path(CLERESTORY_SOURCE_DIR) / "kernels", kernels,
-             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-    std::string source = read_file(kernels / file);
-    const std::size_t at = source.find(right);
-    EXPECT_NE(at, std::string::npos) << file;
-    std::ofstream(kernels / file) << source.replace(at, right.size(), wrong);
-    return {{}, {{"CLERESTORY_KERNELS", kernels.string()}}};
+    return with_changed_kernel(folder / "kernels", file, right, wrong);
   }
 };
 
