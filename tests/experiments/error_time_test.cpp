@@ -47,6 +47,18 @@ TEST(ErrorTimeFigures, SecondsToAnErrorLieOnTheLineInLogarithms) {
   EXPECT_FALSE(log_log_slope(seconds, {1, NAN, 0.01}));
 }
 
+TEST(ErrorTimeFigures, FactorsOfBoundsAreBoundsOrNothing) {
+  const Cell four = Measure{4}, one = Measure{1}, over = std::string("> 3"), under = std::string("< 0.5");
+  EXPECT_NEAR(std::get<Measure>(factor_of(four, one)).mean, 4, 1e-15);
+  EXPECT_EQ(std::get<std::string>(factor_of(over, one)), "> 3");
+  EXPECT_EQ(std::get<std::string>(factor_of(four, under)), "> 8");
+  EXPECT_EQ(std::get<std::string>(factor_of(over, under)), "> 6");
+  EXPECT_EQ(std::get<std::string>(factor_of(four, over)), "< 1.3");
+  EXPECT_EQ(std::get<std::string>(factor_of(under, over)), "< 0.17");
+  EXPECT_EQ(factor_of(over, over), Cell());
+  EXPECT_EQ(factor_of(under, under), Cell());
+}
+
 /// Runs of `size` values: 1 + bias + noise of that deviation, uniform, from a stream of its own each.
 std::vector<Estimate> noisy(int runs, std::size_t size, double bias, double deviation, std::uint64_t stream) {
   std::vector<Estimate> all;
@@ -156,10 +168,12 @@ TEST(ErrorTimeStudy, AnUnbiasedEstimatorsErrorFallsAsOneOverItsSamples) {
     }
     for (std::size_t k = 0; k < 5; ++k) {
       EXPECT_EQ(number(rows, 5 * e + k, 1), std::pow(4, k));
-      EXPECT_GT(number(rows, 5 * e + k, 4), 0) << "seconds";
-      EXPECT_GT(number(rows, 5 * e + k, 11), 0) << "memory";
+      EXPECT_GT(number(rows, 5 * e + k, 5), 0) << "seconds";
+      EXPECT_GT(number(rows, 5 * e + k, 12), 0) << "memory";
+      EXPECT_GT(number(rows, 5 * e + k, 4), 0) << "FLIP";
       if (k > 0) {
         EXPECT_LT(number(rows, 5 * e + k, 2), number(rows, 5 * e + k - 1, 2)) << names[e] << " " << k;
+        EXPECT_LT(number(rows, 5 * e + k, 4), number(rows, 5 * e + k - 1, 4)) << "FLIP, " << names[e] << " " << k;
       }
     }
   }
@@ -230,6 +244,35 @@ TEST(ErrorTimeStudy, LearnedLightHasARowForEachSwitch) {
     EXPECT_NEAR(number(rows, 2 + k, 2), number(rows, k, 2), 0.5 * number(rows, k, 2)) << "shared answers are close";
     EXPECT_NEAR(number(rows, 4 + k, 2), number(rows, k, 2), 0.5 * number(rows, k, 2)) << "dda meets the same cells";
   }
+}
+
+TEST(ErrorTimeStudy, PartsAreComparedWithThePlainEstimator) {
+  const ScratchFolder folder{"clerestory-error-time-plain"};
+  const Config config = error_time_config(
+      folder.path(), {"data.spp=16", "pictures.samplers=[]", "gradients.draws=[]", "learned.switches=[]",
+                      "study.seeds=2", "plain.lights=[image, net]", "plain_image.spp=[4, 64]",
+                      "plain_image.truth_spp=1024", "plain_net.spp=[4, 16]", "plain_net.truth_spp=256"});
+  const RunTables tables = study_tables(run_study(config, {"clerestory", "run"}));
+  const Table& table = tables.at("by_part");
+  std::vector<std::string> names;
+  for (const auto& row : table.rows)
+    names.push_back(std::get<std::string>(row[0]) + ": " + std::get<std::string>(row[1]));
+  EXPECT_THAT(names,
+              testing::ElementsAre("image: plain", "image: plain, but sampler", "image: plain, but points",
+                                   "image: plain, but ssrt", "image: all on", "net: plain", "net: plain, but sampler",
+                                   "net: plain, but points", "net: plain, but ssrt", "net: plain, but shared answers",
+                                   "net: plain, but small shares", "net: all on"));
+  const auto error = [&](std::size_t row) { return number(table, row, 6); };
+  EXPECT_LT(error(4), 0.5 * error(0)) << "image: all parts gain nothing";
+  EXPECT_LT(error(2), error(0)) << "Sobol's points gain nothing";
+  // Other programs for the same rays: the same but for the order of sums, and the cell that a ray meets at a tie.
+  EXPECT_NEAR(error(3), error(0), 0.02 * error(0)) << "dda meets the same cells";
+  EXPECT_NEAR(error(10), error(5), 0.05 * error(5)) << "small shares change a thousandth at most";
+  const auto whole = [&](std::size_t row) { return table.rows[row][4]; };
+  for (std::size_t r = 0; r < table.rows.size(); ++r)
+    if (std::holds_alternative<Measure>(table.rows[r][2])) {
+      EXPECT_GT(std::get<Measure>(whole(r)).mean, number(table, r, 2)) << "the maps' nets take no time";
+    }
 }
 
 TEST(ErrorTimeStudy, RefusesWhatItCannotMeasure) {
