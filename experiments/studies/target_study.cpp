@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/room_study.hpp"
 #include "experiments/truth/study_light.hpp"
@@ -47,6 +48,7 @@ class TargetStudy : public RoomStudy {
     settings_.light = study_light(config_.text("target.light")).light;
     use_light(settings_);
     settings_.points = config_.text("target.points");
+    choose_sampler(settings_);
     measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });
   }
 
@@ -114,13 +116,14 @@ class TargetStudy : public RoomStudy {
     Table table;
     table.title = "An error asked for, and what comes of it";
     table.note = fmt::format(
-        "{} rooms of {}, true maps, light = {}, {} points, {}x{}: median over rooms; of each room over {} seeds errors "
-        "by their root mean square, samples and seconds by their mean. Error: root relMSE (eps 0.01) over the pixels "
-        "that have a depth, beside {} samples of the same layer in two halves, whose noise is not in it. Seconds: from "
-        "nothing compiled to the picture, kernels built before",
-        found().rooms(), rooms_.file.filename().string(), config_.text("target.light"), config_.text("target.points"),
-        config_.integer("data.width"), config_.integer("data.height"), config_.integer("study.seeds"),
-        config_.integer("target.truth_spp"));
+        "{} rooms of {}, true maps, light = {}, {}, {} points, {}x{}: median over rooms; of each room over {} seeds "
+        "errors by their root mean square, samples and seconds by their mean. Error: root relMSE (eps 0.01) over the "
+        "pixels that have a depth, beside {} samples of the same layer in two halves, whose noise is not in it. "
+        "Seconds: "
+        "from nothing compiled to the picture, kernels built before",
+        found().rooms(), rooms_.file.filename().string(), config_.text("target.light"), settings_.sampler,
+        config_.text("target.points"), config_.integer("data.width"), config_.integer("data.height"),
+        config_.integer("study.seeds"), config_.integer("target.truth_spp"));
     table.columns = {{"asked for", "", Best::None, 3},
                      {"measured by itself", "root relMSE", Best::None, 3},
                      {"true", "root relMSE", Best::None, 3},
