@@ -97,11 +97,11 @@ class Trainer {
     return {options_.model.preset, task_->net(),         options_.model.size,
             options_.run.seed,     config_hash(config_), views_hash(task_->views())};
   }
-  /// What writes states; throws as diverged where one is not finite.
-  void write_finite(const std::function<void()>& write) const;
+  /// `work` that reads states; where one is not finite, throws it as diverged.
+  void with_finite_states(const std::function<void()>& work) const;
   void save_weights(const std::string& artifact) const {
     update_judged(states_, task_->weights());
-    write_finite([&] {
+    with_finite_states([&] {
       write_weights(run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
                     {options_.model.preset, task_->net(), options_.model.size, this_build().commit, task_->weights(),
                      factored_moments(*states_.trained, progress_.moment_steps + progress_.step)});
@@ -124,7 +124,8 @@ class Trainer {
   double last_checkpoint_ = 0;  // clock
   double rate_ = 0, log_clock_ = 0;
   double least_loss_ = std::numeric_limits<double>::infinity();  // of the lines of metrics so far
-  std::filesystem::path good_checkpoint_;                        // the newest when the loss was last seen not run away
+  /// The newest when the loss was last seen not run away: what a step made of the weights shows in later ones alone.
+  std::filesystem::path good_checkpoint_;
   std::int64_t log_step_ = 0;
   std::vector<std::string> loss_names_;
   std::string score_note_;
@@ -234,7 +235,6 @@ void Trainer::resume_or_begin() {
   if (!checkpoint) cut_metrics(run_.metrics_path(), -1);  // an earlier try died before its first checkpoint
   write_provenance(run_ / "provenance.json", provenance_);
 
-  good_checkpoint_ = newest_checkpoint();
   for (const double loss : curve_of(read_metrics(run_.metrics_path()), "train/loss").values)
     if (loss > 0) least_loss_ = std::min(least_loss_, loss);
 
@@ -322,7 +322,7 @@ void Trainer::take_step() {
 Error Trainer::diverged(const std::string& what, const std::string& found,
                         const std::filesystem::path& checkpoint) const {
   const std::string last = checkpoint.empty() || !std::filesystem::exists(checkpoint)
-                               ? "there is no good checkpoint"
+                               ? "no checkpoint is known to be good"
                                : fmt::format("the last good checkpoint is {}", checkpoint.string());
   return Error(ErrorKind::Failed, fmt::format("the training diverged: {}; {}", what, last), run_.path().string(), found,
                "a finite number, and a loss that falls: lower train.rate");
@@ -350,9 +350,9 @@ void Trainer::stop_if_not_finite(const StepResult& result) const {
                      of_batch(p.gradient) + ", squared and summed", newest_checkpoint());
 }
 
-void Trainer::write_finite(const std::function<void()>& write) const {
+void Trainer::with_finite_states(const std::function<void()>& work) const {
   try {
-    write();
+    work();
   } catch (const NotFinite& e) {
     throw diverged(fmt::format("{} is not finite after step {}", e.where(), progress_.step), e.found(),
                    newest_checkpoint());
@@ -388,6 +388,9 @@ void Trainer::log_losses() {
 void Trainer::validate() {
   const double before = clock_seconds();
   update_judged(states_, task_->weights());
+  with_finite_states([&] {
+    for (const auto& [name, shape] : task_->weights()) stored_state(*states_.judged, name);
+  });
   Judgement judgement = task_->judge();
   metrics_->write(progress_.step, judgement.values);
   run_.log(fmt::format("step {}: {}", progress_.step, judgement.text));
@@ -409,7 +412,8 @@ void Trainer::checkpoint() {
   update_leg();
   TrainingProgress now = progress_;
   now.seconds = seconds();
-  write_finite([&] { write_checkpoint(run_.checkpoint_path(progress_.step), *states_.trained, now, identity()); });
+  with_finite_states(
+      [&] { write_checkpoint(run_.checkpoint_path(progress_.step), *states_.trained, now, identity()); });
   run_.prune_checkpoints(2);
   last_checkpoint_ = clock_seconds();
 }
