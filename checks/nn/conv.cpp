@@ -22,6 +22,7 @@ struct Named {
 const std::vector<Named>& all_kernels() {
   static const std::vector<Named> all{
       {"cpu", ConvKernels::Cpu, {"conv_pack_weights", "conv_cpu"}, {"conv_bias_gradient"}},
+      {"winograd", ConvKernels::Winograd, {"conv_winograd_weights", "conv_winograd"}, {"conv_bias_gradient"}},
       {"gpu", ConvKernels::Gpu, {"conv_pack_weights", "conv_gpu"}, {"conv_weights_gpu", "conv_bias_gradient"}},
       {"clblast", ConvKernels::Clblast, {"conv_fill_bias"}, {"conv_bias_gradient"}}};
   return all;
@@ -77,6 +78,10 @@ Tensors inputs(const Sizes& s) {
   return {{"x", integers(s.x, 1)}, {"w", integers(s.w, 2)}, {"bias", integers({1, s.w.n, 1, 1}, 3)}};
 }
 
+bool is_for(const Named& k, const Sizes& s) {
+  return k.kernels != ConvKernels::Winograd || (s.w.h == 3 && s.w.w == 3 && s.stride == 1);
+}
+
 OpCase forward_case(const Sizes& s, const Named& k) {
   OpCase c;
   c.stem = "conv", c.label = s.label + "_" + k.name;
@@ -96,7 +101,8 @@ OpCase forward_case(const Sizes& s, const Named& k) {
 // The two forms of backward weights on a CPU: dot products where eight outputs or fewer would not fill vectors.
 std::vector<std::string> backward_kernels(const Sizes& s, const Named& k) {
   std::vector<std::string> kernels = k.backward;
-  if (k.kernels == ConvKernels::Cpu) kernels.push_back(s.w.n > 8 ? "conv_weights_outer" : "conv_weights_dot");
+  if (k.kernels == ConvKernels::Cpu || k.kernels == ConvKernels::Winograd)
+    kernels.push_back(s.w.n > 8 ? "conv_weights_outer" : "conv_weights_dot");
   return kernels;
 }
 
@@ -165,7 +171,7 @@ OP_CASES(conv) {
     const bool library = k.kernels == ConvKernels::Clblast;
     std::vector<std::string> launched = library ? std::vector<std::string>{"im2col"} : k.forward;
     for (const Sizes& s : {bottleneck, growth, reduction}) {
-      if (library && s.label == "reduction") continue;
+      if ((library && s.label == "reduction") || !is_for(k, s)) continue;
       std::vector<std::string> both = launched;
       for (const std::string& kernel : backward_kernels(s, k)) both.push_back(kernel);
       cases.push_back(normalised_case(s, k, s.label != "growth", both));
@@ -175,6 +181,7 @@ OP_CASES(conv) {
     for (const Sizes& s : grid()) {
       const bool library = k.kernels == ConvKernels::Clblast;
       if (library && s.label != "odd" && s.label != "stride2" && s.label != "pointwise") continue;
+      if (!is_for(k, s)) continue;
       cases.push_back(forward_case(s, k)), cases.push_back(backward_case(s, k));
       if (library && s.label != "pointwise") {
         cases[cases.size() - 2].kernels.push_back("im2col");
@@ -193,8 +200,15 @@ OP_CASES(conv) {
     cases.push_back(forward_case(s, all_kernels()[0]));
     cases.push_back(backward_case(s, all_kernels()[0]));
   }
+  // 64 KiB: bands of some tiles, a few channels and one panel of outputs at a time.
+  for (const Sizes& s : {Sizes{"tight_winograd", {2, 30, 9, 11}, {40, 30, 3, 3}, 1, 1, 16384},
+                         Sizes{"tight_winograd_wide", {1, 3, 5, 300}, {9, 3, 3, 3}, 1, 1, 16384},
+                         Sizes{"tight_winograd_many", {5, 20, 4, 5}, {50, 20, 3, 3}, 1, 1, 16384}}) {
+    cases.push_back(forward_case(s, all_kernels()[1]));
+    cases.push_back(backward_case(s, all_kernels()[1]));
+  }
   // More columns than are unrolled at once: two products per item, the second added to the first.
-  cases.push_back(backward_case({"split", {1, 40, 128, 96}, {3, 40, 3, 3}, 1, 1}, all_kernels()[2]));
+  cases.push_back(backward_case({"split", {1, 40, 128, 96}, {3, 40, 3, 3}, 1, 1}, all_kernels()[3]));
   return cases;
 }
 

@@ -35,7 +35,7 @@ Tensor maximum(const Tensor& x, const MaxPoolSpec& spec) {
 
 OP_CASES(pool) {
   std::vector<OpCase> cases;
-  for (const Shape& s : {Shape{2, 3, 6, 8}, Shape{2, 2, 7, 37}, Shape{1, 1, 2, 3}}) {
+  for (const Shape& s : {Shape{2, 3, 6, 8}, Shape{2, 2, 7, 37}, Shape{1, 2, 5, 101}, Shape{1, 1, 2, 3}}) {
     cases.push_back({.stem = "pool",
                      .label = "average_" + s.text(),
                      .kernels = {"average_pool", "average_pool_adjoint"},

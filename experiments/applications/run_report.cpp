@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using Texts = std::vector<std::pair<std::string, std::string>>;
 
+constexpr std::uint64_t kMostPlan = std::uint64_t{64} << 20;  // bytes of plan.txt
 constexpr int kMostlyAfter = 10;  // percent of the width that the photograph before a change has at first
 
 double figure(const Provenance& provenance, const std::string& name) {
@@ -305,7 +306,7 @@ void write_run_report(const fs::path& folder) {
   add_times(page, provenance);
   page.left_out(provenance.left_out);
   if (fs::exists(folder / "plan.txt"))
-    page.details("What the device runs", without_folders(read_file(folder / "plan.txt"), provenance));
+    page.details("What the device runs", without_folders(read_file(folder / "plan.txt", kMostPlan, true), provenance));
   page.footer(provenance);
   page.write(folder / "report.html");
 }

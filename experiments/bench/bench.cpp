@@ -7,14 +7,17 @@
 
 namespace clerestory {
 
-std::vector<double> seconds_of_runs(Device& device, Executor& executor, int runs) {
-  const auto timed = [&] { return seconds_of(device, [&] { executor.run(); }); };
-  timed();
+std::vector<double> seconds_of_runs(int runs, const std::function<double()>& seconds_of_one) {
+  seconds_of_one();
   std::vector<double> seconds;
   double spent = 0;
   const auto enough = [&](int done) { return runs > 0 ? done >= runs : done >= 10 || (done > 0 && spent >= 0.33); };
-  for (int i = 0; !enough(i); ++i) spent += seconds.emplace_back(timed());
+  for (int i = 0; !enough(i); ++i) spent += seconds.emplace_back(seconds_of_one());
   return seconds;
+}
+
+std::vector<double> seconds_of_runs(Device& device, Executor& executor, int runs) {
+  return seconds_of_runs(runs, [&] { return seconds_of(device, [&] { executor.run(); }); });
 }
 
 double best_of(const std::vector<double>& seconds) { return *std::ranges::min_element(seconds); }

@@ -1,5 +1,7 @@
 // What the families of benchmarks share: what to measure, how long to measure it, and shares of the peak.
 #pragma once
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,15 +13,19 @@ namespace clerestory {
 
 struct BenchOptions {
   bool quiet = false;
-  std::vector<std::string> tiles;  // register tiles of our own kernels (host/cl/tile.hpp), those to be measured
+  std::string own = "packed";      // or "direct": which of our own kernels
+  std::vector<std::string> tiles;  // their register tiles (host/cl/tile.hpp), those to be measured
   bool clblast = true;             // beside them: by its own parameters, and tuned where it is
   int runs = 0;                    // timed of everything; 0: ten, or as many as fit into a third of a second
-  std::string only;                // nets: rows whose name contains this
+  std::string only;                // conv, nets, ssrt, layer: rows whose name contains this
   bool explain = false;            // nets: what each op costs
   std::size_t memory = 0;          // nets: budget of each plan, bytes; 0: none
+  std::vector<int> lanes = {0};    // ssrt: SsrtOptions::lanes, those to be measured
+  std::filesystem::path write;     // ssrt, layer: folder for what a peer needs to do the same; empty: not written
 };
 
 /// Wall times of runs, launches counted, after one that compiles and warms up. `runs` as in BenchOptions.
+std::vector<double> seconds_of_runs(int runs, const std::function<double()>& seconds_of_one);
 std::vector<double> seconds_of_runs(Device& device, Executor& executor, int runs);
 double best_of(const std::vector<double>& seconds);
 

@@ -151,11 +151,12 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
           "backward weights", "largest", "rms");
     nlohmann::ordered_json shapes = nlohmann::ordered_json::array();
     for (const Layer& layer : group.layers) {
+      if ((group.name + ": " + layer.name).find(options.only) == std::string::npos) continue;
       const double fma = measure_ceilings(device).fma_gflops;
       const ExactPasses passes = exact_passes(device, layer);
       std::vector<BenchRow> rows;
       for_tiles(device, options, [&](const std::string& tile) {
-        rows.push_back(all_passes(device, passes, "packed", tile, options.runs));
+        rows.push_back(all_passes(device, passes, options.own, tile, options.runs));
       });
       for_clblast(device, options, [&](const std::string& name) {
         rows.push_back(all_passes(device, passes, "clblast", name, options.runs));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <system_error>
 #include <utility>
 
 #include "host/cl/device.hpp"
@@ -252,9 +253,10 @@ Command& Command::common(std::initializer_list<Common> which) {
         choice(
             "--gemm",
             "Who multiplies in every net: CLBlast, or our packed kernels, which hold a small net of the light whole; "
-            "auto: what `clerestory tune` measured faster, else packed on a CPU and CLBlast elsewhere; small nets "
+            "direct: these without minimal filtering of convolutions; auto: what `clerestory tune` measured faster, "
+            "else packed on a CPU and CLBlast elsewhere; small nets "
             "whole",
-            to.gemm, {"clblast", "packed", "auto"});
+            to.gemm, gemm_choices());
         break;
       case Common::Tile:
         choice("--tile", "Register tile of our kernels on a CPU; auto: the fastest, measured once", to.tile,
@@ -281,6 +283,16 @@ Command& Command::notes(const std::string& text) {
 }
 
 void Command::run(Action action) { state_->action = std::move(action); }
+
+namespace {
+
+/// Throws when what was printed did not get out: a full disk, a reader that left.
+void check_printed() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout))
+    throw Error(ErrorKind::Failed, "the result could not be written", "stdout");
+}
+
+}  // namespace
 
 struct CommandLine::State {
   CLI::App app{"Takes a photograph of a room apart into material, geometry and light, and puts it together again",
@@ -341,6 +353,18 @@ struct CommandLine::State {
     return (parent == &app ? "" : parent->get_name() + " ") + command.get_name();
   }
 
+  /// Prints what --help or --version asks for. Returns the exit code.
+  int tell(const CLI::ParseError& asked) const {
+    app.exit(asked);
+    try {
+      check_printed();
+      return 0;
+    } catch (const Error& error) {
+      print_error(error.what());
+      return error.exit_code();
+    }
+  }
+
   void run_chosen(std::vector<std::string> command) const {
     for (const auto& one : commands) {
       if (!one->app->parsed()) continue;
@@ -350,8 +374,7 @@ struct CommandLine::State {
       if (one->common.json && !one->common.json->empty()) AtomicFile probe(*one->common.json);  // before the work
       one->action(one->common);
       say_first_builds();
-      if (std::fflush(stdout) != 0 || std::ferror(stdout))
-        throw Error(ErrorKind::Failed, "the result could not be written", "stdout");
+      check_printed();
       return;
     }
   }
@@ -388,7 +411,7 @@ int CommandLine::run(int argc, const char* const* argv) {
     state_->run_chosen(words);
     return 0;
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return state_->app.exit(error);  // --help, --version
+    if (error.get_exit_code() == 0) return state_->tell(error);
     print_error(state_->explained(error, words));
     const CLI::App* command = state_->chosen();
     std::fprintf(stderr, "`clerestory %s%s--help` says what there is.\n",
@@ -399,6 +422,11 @@ int CommandLine::run(int argc, const char* const* argv) {
     return error.exit_code();
   } catch (const std::bad_alloc&) {
     std::fputs("clerestory: out of memory\n", stderr);
+    return static_cast<int>(ErrorKind::Failed);
+  } catch (const std::system_error& error) {
+    const bool thread = error.code() == std::errc::resource_unavailable_try_again;
+    print_error(thread ? "no thread can be started: memory or processes are short (ulimit -v, ulimit -u)"
+                       : error.what());
     return static_cast<int>(ErrorKind::Failed);
   } catch (const std::exception& error) {
     print_error(error.what());

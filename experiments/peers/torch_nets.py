@@ -16,7 +16,6 @@ judged by them. Exit 1 when a bar is missed.
 import argparse
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -27,6 +26,7 @@ import torch
 import torch.nn.functional as F
 import torchvision
 
+from load import Load
 from mgnet_torch import MGNet, Encoder, losses, random_batch
 
 # Most that our time may be of the peer's, and where we want to be. MLPs differ by the width of the device's vectors.
@@ -52,26 +52,6 @@ LAYOUTS = (torch.channels_last, torch.contiguous_format)
 def bar_of(name, bars, wide):
     bar = bars.get(name)
     return bar[wide] if bar and isinstance(bar[0], tuple) else bar
-
-
-class Load:
-    """How much of the cores others took between start and stop."""
-
-    def __enter__(self):
-        self.before = self.read()
-        return self
-
-    def __exit__(self, *_):
-        wall, busy, own = (after - before for after, before in zip(self.read(), self.before))
-        self.others = max(0.0, busy - own) / (wall * os.cpu_count())
-
-    @staticmethod
-    def read():
-        with open("/proc/stat", encoding="ascii") as file:
-            user, nice, system, _, _, irq, softirq = map(int, file.readline().split()[1:8])
-        busy = (user + nice + system + irq + softirq) / os.sysconf("SC_CLK_TCK")
-        own = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-        return time.perf_counter(), busy, own
 
 
 # Ours: seconds of runs by row.
@@ -232,12 +212,13 @@ class LightMlp:
 class Field:
     """The paper's radiance field along rays: 64 samples, 39-64-64-64-4, composited."""
 
+    widths = (39, 64, 64, 64, 4)
+
     def __init__(self, rays, segments=64):
-        widths = (39, 64, 64, 64, 4)
         self.points, self.directions = torch.randn(rays, 3), F.normalize(torch.randn(rays, 3))
         self.edges = torch.linspace(0, 8, segments + 1)
         self.octaves = 2.0 ** torch.arange(6)
-        self.layers = [(torch.randn(o, i) / i**0.5, 0.1 * torch.randn(o)) for i, o in zip(widths, widths[1:])]
+        self.layers = [(torch.randn(o, i) / i**0.5, 0.1 * torch.randn(o)) for i, o in zip(self.widths, self.widths[1:])]
 
     def radiance(self):
         middle, length = (self.edges[1:] + self.edges[:-1]) / 2, self.edges[1:] - self.edges[:-1]

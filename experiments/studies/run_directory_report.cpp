@@ -35,7 +35,7 @@ std::string words_of(std::string name) {
 
 std::string state_of(const fs::path& folder, bool finishing) {
   if (finishing || fs::exists(folder / "DONE")) return "done";
-  return fs::exists(folder / "FAILED") ? "failed: " + read_file(folder / "FAILED") : "not finished";
+  return fs::exists(folder / "FAILED") ? "failed: " + read_file(folder / "FAILED", kMostBytes, true) : "not finished";
 }
 
 bool spans_many_magnitudes(const std::vector<Series>& series) {

@@ -16,6 +16,7 @@
 #include "experiments/studies/uncertainty_study.hpp"
 #include "experiments/studies/user_study.hpp"
 #include "experiments/training/schema.hpp"
+#include "host/cl/tile.hpp"
 #include "host/io/files.hpp"
 
 namespace clerestory {
@@ -59,7 +60,7 @@ void add_run_keys(Schema& schema) {
       .aside()
       .text("run.device", "", "OpenCL device; empty: the default")
       .aside()
-      .text("run.gemm", "auto", "Who multiplies in nets", {"auto", "packed", "clblast"})
+      .text("run.gemm", "auto", "Who multiplies in nets", gemm_choices())
       .aside();
 }
 

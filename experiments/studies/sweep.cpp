@@ -262,7 +262,7 @@ fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& 
   const fs::path parent = plan.runs[0].folder.parent_path();
   const fs::path folder = parent / ("sweep-" + hash_of(plan));
   make_directories(folder);
-  fs::remove(folder / "DONE");
+  remove_tree(folder / "DONE");
   HtmlReport report(parent.filename().string(), folder.filename().string());
   const auto write = [&](const std::string& name, const Table& table) {
     write_file(folder / (name + ".table.json"), table_json(table));

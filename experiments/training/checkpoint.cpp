@@ -1,6 +1,8 @@
 #include "experiments/training/checkpoint.hpp"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/metadata.hpp"
@@ -67,6 +69,14 @@ TrainingProgress go_on_from(const TensorFile& file, const std::string& where, St
   p.seconds = std::bit_cast<double>(words[1]), p.best_score = std::bit_cast<double>(words[2]);
   p.summed = static_cast<std::int64_t>(words[3]);
   for (std::size_t i = 4; i < words.size(); ++i) p.loss_sums.push_back(std::bit_cast<double>(words[i]));
+  must_agree(file, "step", std::to_string(p.step), where);
+  const auto finite = [](double v) { return std::isfinite(v); };
+  if (p.step < 0 || p.summed < 0 || p.summed > p.step || !(p.seconds >= 0 && finite(p.seconds)) ||
+      !finite(p.best_score) || !std::ranges::all_of(p.loss_sums, finite))
+    throw usage_error(
+        "the checkpoint's progress makes no sense", where,
+        fmt::format("step {}, {} s, best score {}, {} steps summed", p.step, p.seconds, p.best_score, p.summed),
+        "what `clerestory train` wrote");
   p.moment_steps = earlier_moment_steps(file, where);
   p.history = stored_history(file, where);
   if (MeanMaps::stored(file)) p.means = MeanMaps::restore(file, where);

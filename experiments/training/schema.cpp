@@ -52,7 +52,7 @@ Schema make_schema() {
       "what DenseNet and the light's ResNets are shown: the picture as it is, or display-coded, less ImageNet's mean "
       "and over its deviation, which imported weights expect (`clerestory weights import`)",
       {"plain", "imagenet"});
-  s.text("model.gemm", "auto", "who multiplies in the nets", {"auto", "packed", "clblast"});
+  s.text("model.gemm", "auto", "who multiplies in the nets", gemm_choices());
 
   s.section("data", "Views in InteriorVerse's layout (`clerestory generate` writes it).");
   s.texts("data.train", {"data/generated"}, "folders with training rooms");

@@ -59,10 +59,17 @@ class Trainer {
   TrainingOutcome run();
 
  private:
+  /// After the device failed: states lie on it, so that what was done since the last checkpoint is lost with it.
+  void say_what_stays() const;
   void prepare();
   /// The newest checkpoint that is whole; newer ones are set aside, which is said. Empty when the run has none yet.
   /// Throws usage_error when it had some and none is whole.
   std::optional<WholeCheckpoint> whole_checkpoint() const;
+  /// Keeps a damaged file under another name, and says so.
+  void set_aside(const std::filesystem::path& file, const Error& damage) const;
+  /// The best weights so far are a file beside the checkpoint. Where it is damaged or gone, which is said, the best
+  /// from here on is kept: the run must not end in weights that nobody can read.
+  void check_best();
   /// The tile that this run had on this device, so that it goes on with the same; "auto" where there was none.
   std::string tile_before(const Device& device) const;
   void resume_or_begin();
@@ -145,12 +152,22 @@ TrainingOutcome Trainer::run() {
   } catch (const Error& e) {
     task_.reset();  // no thread makes rooms in the folder any more
     if (e.kind() == ErrorKind::Usage && fresh_ && !run_.resumable())
-      std::filesystem::remove_all(run_.path());  // bad input leaves nothing behind
+      remove_tree(run_.path());  // bad input leaves nothing behind
     else if (e.kind() != ErrorKind::Interrupted)
       run_.fail(e.what());
+    if (e.kind() == ErrorKind::Device) say_what_stays();
     throw;
   }
   return outcome;
+}
+
+void Trainer::say_what_stays() const {
+  const auto newest = run_.latest_checkpoint();
+  run_.log(newest ? fmt::format("the device failed after step {}; the same command goes on after step {}",
+                                progress_.step, newest->step)
+                  : fmt::format("the device failed after step {}, before the first checkpoint; the same command begins "
+                                "anew",
+                                progress_.step));
 }
 
 void Trainer::prepare() {
@@ -179,7 +196,14 @@ void Trainer::prepare() {
 
 std::string Trainer::tile_before(const Device& device) const {
   if (!std::filesystem::exists(run_ / kProvenanceName)) return "auto";
-  const Provenance before = read_provenance(run_ / kProvenanceName);
+  Provenance before;
+  try {
+    before = read_provenance(run_ / kProvenanceName);
+  } catch (const Error& e) {
+    if (e.kind() != ErrorKind::Usage) throw;
+    run_.log(fmt::format("{}; it is written anew", e.what()));
+    return "auto";  // all tiles give the same bits
+  }
   const auto tile = before.facts.find("tile");
   if (before.device != device.fingerprint() || tile == before.facts.end()) return "auto";
   return std::ranges::find(tiles(), tile->second, &Tile::name) != tiles().end() ? tile->second : "auto";
@@ -193,8 +217,7 @@ std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
       return WholeCheckpoint{path, read_finite_safetensors(path)};
     } catch (const Error& e) {
       if (e.kind() != ErrorKind::Usage) throw;
-      std::filesystem::rename(path, path + ".damaged");
-      run_.log(fmt::format("{}; set aside as {}.damaged", e.what(), path));
+      set_aside(path, e);
       damaged += std::string(damaged.empty() ? "" : "; ") + e.what();
     }
   }
@@ -204,11 +227,33 @@ std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
   return std::nullopt;
 }
 
+void Trainer::set_aside(const std::filesystem::path& file, const Error& damage) const {
+  const std::string aside = file.string() + ".damaged";
+  std::filesystem::rename(file, aside);
+  run_.log(fmt::format("{}; set aside as {}", damage.what(), aside));
+}
+
+void Trainer::check_best() {
+  const double none = TrainingProgress().best_score;
+  if (progress_.best_score == none) return;
+  const std::filesystem::path best = run_.artifact("best.safetensors");
+  try {
+    read_finite_safetensors(best);
+  } catch (const Error& e) {
+    if (e.kind() != ErrorKind::Usage) throw;
+    if (std::filesystem::exists(best)) set_aside(best, e);
+    progress_.best_score = none;
+    run_.log(fmt::format("{}: the best weights up to step {} are lost; the best from here on are kept", best.string(),
+                         progress_.step));
+  }
+}
+
 void Trainer::resume_or_begin() {
   const auto checkpoint = whole_checkpoint();
   if (checkpoint) {
     progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_.trained, identity());
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
+    check_best();
   } else {
     History earlier;
     const std::filesystem::path encoder = encoder_to_begin_with();
@@ -432,7 +477,7 @@ void Trainer::finish() {
   write_provenance(run_ / "provenance.json", provenance_);
   task_->report(run_, config_, progress_.history, provenance_);
   task_->end();  // rooms are still being made ahead
-  std::filesystem::remove_all(options_.data.stream.rooms.out);
+  remove_tree(options_.data.stream.rooms.out);
   run_.finish();
   run_.log(fmt::format("{} steps in {}; weights of {} in {}", progress_.step, duration_text(seconds()),
                        best_is_last ? "the last step" : "the best validation",

@@ -11,6 +11,7 @@ namespace clerestory {
 namespace {
 
 using nlohmann::json;
+constexpr std::int64_t kMostCounted = 1'000'000'000'000;  // views or steps of a leg: sums over legs stay whole numbers
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 json numbers(const std::vector<double>& values) {
@@ -233,9 +234,18 @@ History history_from_json(const std::string& text, const std::string& where) {
       l.experiment = j.at("experiment"), l.variant = j.at("variant"), l.config_hash = j.at("config_hash");
       l.commit = j.at("commit"), l.started = j.at("started"), l.preset = j.at("preset");
       whole(l.width, "width"), whole(l.height, "height"), whole(l.batch, "batch"), whole(l.seed, "seed");
-      whole(l.rooms, "rooms"), whole(l.views, "views"), whole(l.steps, "steps"), whole(l.views_seen, "views_seen");
+      const auto counted = [&](std::int64_t& to, const char* key) {
+        whole(to, key);
+        if (to < 0 || to > kMostCounted)
+          throw usage_error(fmt::format("wrong value of {}", key), where, fmt::format("{}", to),
+                            fmt::format("0 to {}", kMostCounted));
+      };
+      counted(l.rooms, "rooms"), counted(l.views, "views"), counted(l.steps, "steps");
+      counted(l.views_seen, "views_seen");
       l.hours = j.at("hours"), l.init = j.at("init"), l.overrides = j.at("overrides").get<std::vector<std::string>>();
       for (const json& p : j.at("curve")) l.curve.push_back(point_of(p, error_names(l.kind).size(), where));
+      if (!history.legs.empty() && l.kind != history.kind())
+        throw usage_error("the legs of a training are of two kinds", where, l.kind, history.kind());
       history.legs.push_back(std::move(l));
     }
     return history;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "experiments/weights/metadata.hpp"
+#include "experiments/weights/stored_states.hpp"
 #include "host/error.hpp"
 
 namespace clerestory {
@@ -12,7 +13,8 @@ namespace {
 
 const std::string kRows = "moments.rows.", kColumns = "moments.columns.", kSecond = "adam.v.";
 constexpr const char* kSteps = "moment_steps";
-constexpr double kLeast = 1e-30;  // of a second moment; its logarithm fits into half precision
+constexpr double kLeast = 1e-30;                 // of a second moment; its logarithm fits into half precision
+constexpr float kLeastLog = -70, kMostLog = 89;  // of what float can hold, with half precision's rounding
 
 struct Split {
   std::size_t rows, columns;
@@ -44,7 +46,12 @@ std::vector<double> means_of(const Moments& moments, const std::string& name, st
                       found == moments.tensors.end() ? "none" : fmt::format("{} numbers", found->second.count()),
                       fmt::format("{}", count));
   std::vector<double> means;
-  for (const float v : found->second.floats(where + ": " + name)) means.push_back(std::exp(static_cast<double>(v)));
+  for (const float v : found->second.floats(where + ": " + name)) {
+    if (!(v >= kLeastLog && v <= kMostLog))
+      throw usage_error("a logarithm of second moments is out of range", where + ": " + name, fmt::format("{}", v),
+                        fmt::format("{} to {}", kLeastLog, kMostLog));
+    means.push_back(std::exp(static_cast<double>(v)));
+  }
   return means;
 }
 
@@ -66,6 +73,8 @@ Moments checkpoint_moments(const TensorFile& file, const std::string& where) {
   Moments moments{whole_fact(file, "step", where, 0, kMostSteps) + earlier_moment_steps(file, where), {}};
   for (const auto& [name, tensor] : file.tensors)
     if (name.starts_with(kSecond) && tensor.shape.size() == 4) {
+      if (tensor.count() == 0)
+        throw usage_error("second moments of no parameter", where + ": " + name, shape_text(tensor.shape));
       const auto side = [&](std::size_t i) { return static_cast<int>(tensor.shape[i]); };
       add_factors(moments, name.substr(kSecond.size()), {side(0), side(1), side(2), side(3)}, tensor.floats(where));
     }

@@ -112,6 +112,7 @@ struct Device::State {
   bool double_trusted = false;  // has passed the probe in double precision
   Profiler profiler;            // goes before the kernels that its names belong to
   int launches_since_flush = 0;
+  std::size_t launches = 0;
   const std::string* last_launched = nullptr;  // label; what fails on the device is often reported by a later call
 
   explicit State(const FoundDevice& device);
@@ -130,6 +131,7 @@ struct Device::State {
   }
   template <class Doing>
   void check(cl_int code, const char* call, Doing doing) const {
+    if (found.lost_after && launches > *found.lost_after) code = CL_DEVICE_NOT_AVAILABLE;
     if (code != CL_SUCCESS) checked([&] { throw cl::Error(code, call); }, doing);
   }
 
@@ -346,6 +348,12 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
     global[d] = (range.global[d] + range.local[d] - 1) / range.local[d] * range.local[d];
     if (global[d] > 1) dimensions = d + 1;
   }
+  const auto launching = [&] {
+    return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global), describe_sizes(range.local));
+  };
+  // The driver says so too, but knows of no smaller group that is pretended.
+  if (range.local[0] * range.local[1] * range.local[2] > s.found.info.max_group)
+    s.check(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel", launching);
   if (std::exchange(k.first, false)) {
     s.builder->add_first_launch(seconds_of(*this, [&] { launch_with(kernel, range, args); }));
     return;
@@ -354,12 +362,10 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
     s.check(clSetKernelArg(k.kernel(), static_cast<cl_uint>(i), args[i].size(), args[i].data()), "clSetKernelArg",
             [&] { return fmt::format("argument {} ({} bytes) of kernel {}", i, args[i].size(), k.label); });
   cl_event event = nullptr;
+  ++s.launches;
   s.check(clEnqueueNDRangeKernel(s.queue(), k.kernel(), dimensions, nullptr, global.data(), range.local.data(), 0,
                                  nullptr, s.profiling ? &event : nullptr),
-          "clEnqueueNDRangeKernel", [&] {
-            return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global),
-                               describe_sizes(range.local));
-          });
+          "clEnqueueNDRangeKernel", launching);
   s.last_launched = &k.label;
   if (s.profiling) s.profiler.add(k.label, event);
   // Some drivers hold work back, and memory with it, until they are told to start.

@@ -155,7 +155,7 @@ class Device {
   const Tile& tile();
   void use_tile(const std::string& name);  // "auto": the fastest
 
-  /// Who multiplies in plans that leave it open (PlanOptions::gemm): packed | clblast | auto, which it is at first.
+  /// Who multiplies in plans that leave it open (PlanOptions::gemm): one of gemm_choices(); auto at first.
   const std::string& gemm() const;
   void use_gemm(const std::string& name);
 

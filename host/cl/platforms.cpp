@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "host/cl/pocl_cache.hpp"
+#include "host/cl/pretend.hpp"
 
 namespace clerestory {
 namespace {
@@ -150,6 +151,7 @@ std::vector<FoundDevice> find_devices() {
       }
     }
   }
+  for (FoundDevice& device : found) pretend(device);
   return found;
 }
 

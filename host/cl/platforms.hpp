@@ -1,5 +1,7 @@
 // The OpenCL devices of this machine and the choice among them. Private to host/cl.
 #pragma once
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,9 +15,11 @@ struct FoundDevice {
   DeviceInfo info;
   std::string platform_version;  // names the compiler on some platforms (PoCL: its LLVM)
   cl_device_id id = nullptr;
+  std::optional<std::size_t> lost_after = {};  // launches; what is pretended (pretend.hpp)
 };
 
-/// Devices of every platform that can be used: available, with a compiler. Never throws for a platform's sake.
+/// Devices of every platform that can be used: available, with a compiler. Never throws for a platform's sake; throws
+/// ErrorKind::Usage for a wrong CLERESTORY_PRETEND.
 std::vector<FoundDevice> find_devices();
 
 /// Those whose index equals `selector` (digits), or whose platform or name contains it, letter case ignored; all when

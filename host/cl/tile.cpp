@@ -126,6 +126,8 @@ std::vector<std::string> tile_choices() {
   return names;
 }
 
+std::vector<std::string> gemm_choices() { return {"auto", "packed", "direct", "clblast"}; }
+
 const Tile& tile_named(const std::string& name, const std::string& key) {
   const auto found = std::ranges::find(tiles(), name, &Tile::name);
   if (found == tiles().end())

@@ -22,6 +22,9 @@ std::span<const Tile> tiles();
 const Tile& tile_named(const std::string& name, const std::string& key);
 /// "auto" and the names, as a list of choices.
 std::vector<std::string> tile_choices();
+/// Who may multiply (Device::use_gemm): auto, packed (our own kernels), direct (these without minimal filtering),
+/// clblast.
+std::vector<std::string> gemm_choices();
 
 /// The defines of a program that multiplies in the device's tile, and those given.
 Defines tile_defines(Device& device, Defines more = {});

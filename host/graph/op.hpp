@@ -60,7 +60,7 @@ class Launch {
 
   Device device;
   Precision precision;
-  std::string gemm;               // "packed" or "clblast"
+  std::string gemm;               // of gemm_choices(), but for "auto"
   bool small_nets_whole = false;  // PlanOptions
   std::uint32_t seed = 0;         // of this run and this node's draws; random ops mix in their own salt
   Chunk chunk;

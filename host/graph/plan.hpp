@@ -10,7 +10,7 @@ namespace clerestory {
 
 struct PlanOptions {
   Precision precision = Precision::Single;
-  /// packed | clblast | auto: what Device::use_gemm() chose; if that is auto too, what was measured faster on the
+  /// One of gemm_choices(). auto: what Device::use_gemm() chose; if that is auto too, what was measured faster on the
   /// device (host/tuning/tuning.hpp).
   std::string gemm = "auto";
   bool small_nets_whole = false;  // one kernel each under CLBlast too; compile() says so where it was not asked for

@@ -106,6 +106,12 @@ void make_directories(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw usage_error("is a file", folder.string(), {}, "a folder");
 }
 
+void remove_tree(const fs::path& path) {
+  std::error_code code;
+  fs::remove_all(path, code);
+  if (code) throw Error(ErrorKind::Failed, "cannot be removed: " + code.message(), path.string());
+}
+
 AtomicFile::AtomicFile(const fs::path& path) : path_(path) {
   if (!path.has_filename()) throw usage_error("is not the name of a file", path.string());
   std::error_code ignored;

@@ -35,6 +35,10 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t limit = s
 /// Creates a folder and those above it. Throws usage_error when a file stands in the way or the place is not writable.
 void make_directories(const std::filesystem::path& folder);
 
+/// Removes a file, or a folder with all that is in it; what is not there is no fault. Throws Error (Failed) with the
+/// system's reason.
+void remove_tree(const std::filesystem::path& path);
+
 /// A file being written: appears under its name on commit(), fsynced; without commit nothing remains. What a killed
 /// process left of the same file is removed.
 class AtomicFile {

@@ -21,12 +21,6 @@ namespace {
   throw Error(ErrorKind::Failed, what + ": " + std::strerror(reason), where.string());
 }
 
-void remove_tree(const fs::path& path) {
-  std::error_code error;
-  fs::remove_all(path, error);
-  if (error) throw Error(ErrorKind::Failed, "cannot be removed: " + error.message(), path.string());
-}
-
 std::string checked_name(const std::string& name, const char* what) {
   if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos)
     throw usage_error(std::string(what) + " is not fit for a folder's name", {}, "'" + name + "'");
@@ -49,11 +43,13 @@ std::vector<Checkpoint> checkpoints_in(const fs::path& folder) {
   return found;
 }
 
+constexpr std::uint64_t kMostConfig = std::uint64_t{16} << 20;  // bytes
+
 /// Same results as the config that the directory was made with? Keys that stand aside may differ.
 void check_same_config(const fs::path& file, const Config& config) {
   std::string hash;
   try {
-    hash = config_hash(parse_config(read_file(file), file.string(), config.schema()));
+    hash = config_hash(parse_config(read_file(file, kMostConfig, true), file.string(), config.schema()));
   } catch (const Error& error) {
     throw usage_error("this run was made with a config that this program does not read: " + std::string(error.what()),
                       file.string(), {}, "another output folder, or a restart of the run");

@@ -22,12 +22,6 @@ void move_path(const fs::path& from, const fs::path& to) {
     throw Error(ErrorKind::Failed, "cannot be moved to " + to.string() + ": " + std::strerror(errno), from.string());
 }
 
-void remove_tree(const fs::path& path) {
-  std::error_code error;
-  fs::remove_all(path, error);
-  if (error) throw Error(ErrorKind::Failed, "cannot be removed: " + error.message(), path.string());
-}
-
 bool is_mount_point(const fs::path& folder) {
   struct statx status {};
   return ::statx(AT_FDCWD, folder.c_str(), 0, STATX_BASIC_STATS, &status) == 0 &&

@@ -37,16 +37,24 @@ Json json_of(const Tuning& t) {
           {"figures", figures}};
 }
 
+ClblastParameters parameters_of(const nlohmann::json& json) {
+  ClblastParameters parameters;
+  for (const auto& [kernel, values] : json.items())
+    for (const auto& [name, value] : values.items())
+      parameters[kernel][name] = whole_number<std::uint16_t>(value, kernel + "." + name, "clblast.parameters");
+  return parameters;
+}
+
 Tuning tuning_of(const nlohmann::json& json) {
   Tuning t;
   json.at("device").get_to(t.device);
   json.at("kind").get_to(t.kind);
   json.at("measured").get_to(t.measured);
   json.at("complete").get_to(t.complete);
-  json.at("sets").get_to(t.sets);
+  t.sets = whole_number<int>(json.at("sets"), "sets", "tunings");
   json.at("noise").get_to(t.noise);
   json.at("clblast").at("version").get_to(t.clblast_version);
-  json.at("clblast").at("parameters").get_to(t.clblast);
+  t.clblast = parameters_of(json.at("clblast").at("parameters"));
   json.at("tile").get_to(t.tile);
   json.at("gemm").at("faster").get_to(t.gemm);
   json.at("gemm").at("kernels").get_to(t.kernels);
@@ -89,7 +97,7 @@ std::string tuning_kind(const DeviceInfo& info) {
 
 std::string gemm_kernels() {
   std::string sources;
-  for (const char* file : {"nn/conv_cpu.cl", "nn/conv_gpu.cl", "nn/conv_pack.cl", "nn/im2col.cl"})
+  for (const char* file : {"nn/conv_cpu.cl", "nn/conv_winograd.cl", "nn/conv_gpu.cl", "nn/conv_pack.cl", "nn/im2col.cl"})
     sources += kernel_source(file);
   return fmt::format("{:016x}", hash_text(sources));
 }

@@ -14,7 +14,7 @@
 // disagree. So a block whose normals all face away from the ray is passed over like one that it does not meet (BOXES,
 // normal_pyramid.cl), and one whose normals all face it needs no normal: the cell is the same to the last bit.
 //
-// On a CPU (GROUP 1) a work-item takes 16 samples of a pixel in lanes, each with its own level and place; else one ray.
+// A work-item takes LANES samples of a pixel in a vector, 4, 8 or 16, each with its own level and place; or one ray.
 //
 // Rays: {1, 3, pixels, samples}, samples fastest, a multiple of 16; a zero direction is no ray. Results, same layout:
 // pixel y * w + x of the cell, or -1; delta: depth of the ray less that of the cell where the ray enters it behind the
@@ -25,42 +25,63 @@
 // samples} with skip (a pixel or -1) in the same layout.
 #include "lib/camera.clh"
 #include "lib/chunk.clh"
-#include "lib/lanes.clh"
 #pragma OPENCL FP_CONTRACT OFF
 
+#define JOIN2(a, b) a##b
+#define JOIN(a, b) JOIN2(a, b)
+
 // Conditions are held as ints, 0 or -1, whatever `real` is.
-#if LANES == 16
-typedef int16 ints;
-#define LOAD(p) vload16(0, p)
-#define STORE(v, p) vstore16(v, 0, p)
-#define IS(comparison) convert_int16(comparison)
-#define PICK(c, yes, no) select((lanes)(no), (lanes)(yes), convert_mask16(c))
+#if LANES > 1
+typedef JOIN(real, LANES) lanes;
+typedef JOIN(int, LANES) ints;
+#define LOAD(p) JOIN(vload, LANES)(0, p)
+#define STORE(v, p) JOIN(vstore, LANES)(v, 0, p)
+#define INTS(v) JOIN(convert_int, LANES)(v)
+#define UINTS(v) JOIN(as_uint, LANES)(v)
+#define LANES_OF(v) JOIN(convert_real, LANES)(v)
+#define IS(comparison) INTS(comparison)
+#define PICK(c, yes, no) select((lanes)(no), (lanes)(yes), JOIN(convert_mask, LANES)(c))
 #define PICK_INT(c, yes, no) select((ints)(no), (ints)(yes), c)
-#define INTS(v) convert_int16(v)
-#define UINTS(v) as_uint16(v)
-#define LANES_OF(v) convert_real16(v)
-#define GATHERED(type, p, i)                                                                               \
-  (type)((p)[i.s0], (p)[i.s1], (p)[i.s2], (p)[i.s3], (p)[i.s4], (p)[i.s5], (p)[i.s6], (p)[i.s7], (p)[i.s8], \
-         (p)[i.s9], (p)[i.sa], (p)[i.sb], (p)[i.sc], (p)[i.sd], (p)[i.se], (p)[i.sf])
-static inline int any_of(const ints c) {
-  const int8 a = c.lo | c.hi;
-  const int4 b = a.lo | a.hi;
-  const int2 d = b.lo | b.hi;
-  return d.x | d.y;
-}
 #else
+typedef real lanes;
 typedef int ints;
 #define LOAD(p) (*(p))
 #define STORE(v, p) (*(p) = (v))
-#define IS(comparison) (-(int)(comparison))
-#define PICK(c, yes, no) ((c) ? (lanes)(yes) : (lanes)(no))
-#define PICK_INT(c, yes, no) ((c) ? (ints)(yes) : (ints)(no))
 #define INTS(v) ((int)(v))
 #define UINTS(v) ((uint)(v))
 #define LANES_OF(v) ((real)(v))
-#define GATHERED(type, p, i) (p)[i]
-static inline int any_of(const ints c) { return c; }
+#define IS(comparison) (-(int)(comparison))
+#define PICK(c, yes, no) ((c) ? (lanes)(yes) : (lanes)(no))
+#define PICK_INT(c, yes, no) ((c) ? (ints)(yes) : (ints)(no))
 #endif
+
+// What lies at the places i, lane by lane; and whether a condition holds in any.
+#define EACH4(p, i) (p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3]
+#define EACH8(p, i) EACH4(p, (i).lo), EACH4(p, (i).hi)
+#define EACH16(p, i) EACH8(p, (i).lo), EACH8(p, (i).hi)
+#if LANES == 1
+#define GATHERED(type, p, i) (p)[i]
+#else
+#define GATHERED(type, p, i) (type)(JOIN(EACH, LANES)(p, i))
+#endif
+static inline int any_of(const ints c) {
+#if LANES == 16
+  const int8 b = c.lo | c.hi;
+#elif LANES == 8
+  const int8 b = c;
+#endif
+#if LANES >= 8
+  const int4 a = b.lo | b.hi;
+#elif LANES == 4
+  const int4 a = c;
+#endif
+#if LANES == 1
+  return c;
+#else
+  const int2 d = a.lo | a.hi;
+  return d.x | d.y;
+#endif
+}
 
 #define GATHER(p, i) GATHERED(lanes, p, i)
 #define GATHER_INT(p, i) GATHERED(ints, p, i)

@@ -9,46 +9,9 @@
 // real16, so local memory is private scratch and there are no barriers (after Goto and van de Geijn, "Anatomy of
 // High-Performance Matrix Multiplication", ACM TOMS 34(3), 2008: the band's panel is their packed B, the weights packed
 // by nn/conv_pack.cl their A). All sums run in a fixed order. Tensors are NCHW.
-#include "lib/tile.clh"
-#include "nn/conv_geometry.clh"
+#include "nn/conv_panel.clh"
 
 #define LINE (64 / (int)sizeof(real))  // elements of a cache line
-
-// Zero is read anew by each call: a compiler that knew it would keep a vector of zeros in a register through the product,
-// whose tile takes all sixteen of AVX2.
-static void fill_zeros(local real *to, int n) {
-  const volatile real nothing = R(0);
-  const real zero = nothing;
-  int i = 0;
-  for (; i + 16 <= n; i += 16) vstore16((real16)(zero), 0, to + i);
-  for (; i < n; ++i) to[i] = zero;
-}
-
-// n elements of a row starting at pixel x0, zero outside of [0, width), to to[0, n). With `mapped` source elements go
-// through the map.
-static inline void copy_padded(local real *to, global const real *row, int x0, int width, int n, bool mapped,
-                               const SourceMap map) {
-  const int begin = clamp(-x0, 0, n), end = clamp(width - x0, begin, n);
-  fill_zeros(to, begin);
-  global const real *from = row + x0;
-  int i = begin;
-  if (end - begin >= 16) {
-    for (; i < end; i += 16) {
-      const int at = min(i, end - 16);
-      const real16 v = vload16(0, from + at);
-      vstore16(mapped ? map16(map, v) : v, 0, to + at);
-    }
-  } else if (end - begin >= 8) {
-    for (; i < end; i += 8) {
-      const int at = min(i, end - 8);
-      const real8 v = vload8(0, from + at);
-      vstore8(mapped ? map8(map, v) : v, 0, to + at);
-    }
-  } else {
-    for (; i < end; ++i) to[i] = mapped ? map1(map, from[i]) : from[i];
-  }
-  fill_zeros(to + end, n - end);
-}
 
 // The same of elements `step` apart, from x0 on.
 static void copy_padded_steps(local real *to, global const real *row, int x0, int step, int width, int n,
@@ -170,9 +133,6 @@ DEFINE_MULTIPLY(1)
 DEFINE_MULTIPLY(2)
 DEFINE_MULTIPLY(3)
 
-// Vectors of the next tile, where so many are left: two twos are faster than three and one.
-static inline int vectors_of(int left) { return left == 4 ? 2 : min(left, TILE_VECTORS); }
-
 // The same for all positions, tile by tile: what of the panel is under a tile stays in the first cache while the weights
 // of all outputs stream past it.
 static void multiply_band(local real *sums, int pitch, global const real *weights, int weights_pitch, int outputs,
@@ -190,19 +150,6 @@ static void multiply_band(local real *sums, int pitch, global const real *weight
       multiply_1(sums, pitch, weights, weights_pitch, outputs, panel, offset, depth, first, ahead);
     left -= vectors, sums += vectors * TILE_WIDTH, panel += vectors * TILE_WIDTH;
   }
-}
-
-// Target row of n pixels, `step` apart.
-static void store_row(global real *to, local const real *from, int n, int step, real bias) {
-  int i = 0;
-  if (step == 1 && n >= 16) {
-    for (; i < n; i += 16) {
-      const int at = min(i, n - 16);
-      vstore16(vload16(0, from + at) + bias, 0, to + at);
-    }
-    return;
-  }
-  for (; i < n; ++i) to[i * step] = from[i] + bias;
 }
 
 // Source channels c0 to c1 under the band that starts at `start`: its rows, or of a band of columns its part of the

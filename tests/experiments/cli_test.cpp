@@ -311,6 +311,25 @@ TEST(CommandLine, AResultThatCannotBeWrittenIsRefusedBeforeTheWork) {
   EXPECT_EQ(probe.runs, 0);
 }
 
+TEST(CommandLine, AThreadThatCannotBeStartedSaysWhatIsShort) {
+  CommandLine line;
+  line.add("fork", "Starts a thread").run([](const CommonOptions&) {
+    throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
+  });
+  const Outcome outcome = run(line, {"fork"});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.errors, HasSubstr("ulimit -v"));
+}
+
+TEST(CommandLine, AVersionThatWasLostOnItsWayIsAFailure) {
+  EXPECT_EQ(in_child([&] {
+              CommandLine line;
+              const char* words[] = {"clerestory", "--version"};
+              return std::freopen("/dev/full", "w", stdout) == nullptr ? 9 : line.run(2, words);
+            }),
+            1);
+}
+
 TEST(CommandLine, AResultThatWasLostOnItsWayIsAFailure) {
   for (const std::size_t bytes : {10u, 100000u})
     EXPECT_EQ(in_child([&] {

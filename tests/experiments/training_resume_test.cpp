@@ -221,6 +221,66 @@ TEST_F(TrainingRun, DamagedNewestCheckpointFallsBackToTheOneBefore) {
   EXPECT_THAT(said, HasSubstr(before.string()));
 }
 
+// States lie on the device: what was done since the last checkpoint goes with it, and nothing else.
+TEST_F(TrainingRun, ALostDeviceLeavesTheLastCheckpoint) {
+  const std::vector<std::string> settings{"train.steps=40", "log.checkpoint_every=2", "log.validate_every=0"};
+  const TrainingOutcome whole = run("whole", settings);
+  std::vector<std::string> words{"train", (folder / "tiny.toml").string()};
+  for (const std::string& word : overrides("runs", settings)) words.push_back(word);
+  long newest = -1;
+  for (int launches = 500; newest < 2 && launches < 1000000; launches *= 2) {
+    Program program(words, folder / "runs.txt", {{}, {{"CLERESTORY_PRETEND", fmt::format("lost_after={}", launches)}}});
+    ASSERT_EQ(program.wait(), 3) << launches << ": " << output_of("runs");
+    EXPECT_THAT(output_of("runs"), HasSubstr("CL_DEVICE_NOT_AVAILABLE"));
+    newest = newest_checkpoint(folder / "runs");
+    EXPECT_THAT(output_of("runs"),
+                HasSubstr(newest < 0 ? "begins anew" : fmt::format("goes on after step {}", newest)));
+  }
+  ASSERT_GE(newest, 2);
+  const TensorFile one = read_safetensors(whole.weights), other = read_safetensors(run("runs", settings).weights);
+  ASSERT_EQ(one.tensors.size(), other.tensors.size());
+  for (const auto& [name, tensor] : one.tensors) EXPECT_EQ(tensor.values, other.tensors.at(name).values) << name;
+}
+
+// Best weights are no part of the checkpoint: they may be damaged while it is whole.
+TEST_F(TrainingRun, DamagedBestWeightsAreSetAsideAndNotHandedOut) {
+  const std::vector<std::string> settings{"train.steps=20", "log.validate_every=5", "log.checkpoint_every=10"};
+  const fs::path run_folder = run("runs", settings).folder, artifacts = run_folder / "artifacts",
+                 best = artifacts / "best.safetensors", given = artifacts / "weights.safetensors";
+  const std::uintmax_t size = fs::file_size(best);
+  fs::copy(run_folder, folder / "kept", fs::copy_options::recursive);
+  const auto again = [&](const std::function<void()>& damage) {
+    fs::remove_all(run_folder);
+    fs::copy(folder / "kept", run_folder, fs::copy_options::recursive);
+    fs::remove(run_folder / "DONE"), fs::remove(run_folder / "log.txt"), fs::remove(given);
+    damage();
+    run("runs", settings);
+    return text_of(run_folder / "log.txt");
+  };
+  EXPECT_THAT(again([] {}), testing::Not(HasSubstr("lost")));
+  for (const std::uintmax_t bytes : {std::uintmax_t{0}, size / 2}) {
+    const std::string said = again([&] { fs::resize_file(best, bytes); });
+    EXPECT_THAT(said, HasSubstr(best.string()));
+    EXPECT_THAT(said, HasSubstr("the best weights up to step 20 are lost"));
+    EXPECT_EQ(fs::file_size(best.string() + ".damaged"), bytes) << "set aside, not deleted";
+    EXPECT_EQ(read_history(given).legs.at(0).steps, 20) << "the last step's, whole";
+  }
+  EXPECT_THAT(again([&] { fs::remove(best); }), HasSubstr("the best weights up to step 20 are lost"));
+}
+
+// provenance.json says how a run was made, and is no reason to stop one.
+TEST_F(TrainingRun, ADamagedProvenanceIsWrittenAnew) {
+  const std::vector<std::string> settings{"train.steps=4", "log.validate_every=0", "log.checkpoint_every=2"};
+  const fs::path run_folder = run("runs", settings).folder, record = run_folder / "provenance.json";
+  for (const std::uintmax_t bytes : {std::uintmax_t{0}, fs::file_size(record) / 2}) {
+    fs::remove(run_folder / "DONE");
+    fs::resize_file(record, bytes);
+    run("runs", settings);
+    EXPECT_THAT(text_of(run_folder / "log.txt"), HasSubstr(record.string()));
+    EXPECT_EQ(read_provenance(record).seeds.at("run.seed"), 1);
+  }
+}
+
 // The encoder's own rate holds after a break as it did before.
 TEST_F(TrainingRun, TheEncodersOwnRateGoesOnInTheSameBits) {
   const std::vector<std::string> settings{"train.steps=8", "log.validate_every=0", "log.checkpoint_every=4"};

@@ -1,12 +1,14 @@
 // What all fuzz targets share, for libFuzzer and for the tests that replay the corpus.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <stdexcept>
 
 #include "host/error.hpp"
-#include "tests/fuzz/target.hpp"
+#include "host/io/files.hpp"
+#include "tests/fuzz/folder.hpp"
 
 namespace clerestory {
 namespace {
@@ -52,6 +54,27 @@ bool FuzzTarget::reads(std::string_view input) const {
     if (error.kind() != ErrorKind::Usage || !names) throw std::logic_error("refused, but not as a wrong file: " + said);
     return false;
   }
+}
+
+FuzzTarget folder_target(const std::string& name, const std::function<void(const fs::path&)>& make,
+                         const std::function<void(const fs::path&)>& read) {
+  return {name, name + ".input", [=, made = false](const fs::path& input) mutable {
+            const fs::path right = scratch_folder() / (name + ".right"), folder = scratch_folder() / name;
+            if (!made) {
+              fs::create_directories(right);
+              make(right);
+              made = true;
+            }
+            const std::string text = read_file(input, 1 << 20, true);
+            const std::size_t end = std::min(text.find('\n'), text.size());
+            const fs::path changed = text.substr(0, end);
+            if (changed.is_absolute() || changed.lexically_normal() != changed || !fs::is_regular_file(right / changed))
+              throw usage_error("names no file of the folder", input.string());
+            remove_tree(folder);
+            fs::copy(right, folder, fs::copy_options::recursive);
+            write_file(folder / changed, text.substr(std::min(end + 1, text.size())));
+            read(folder);
+          }};
 }
 
 std::vector<FuzzTarget>& fuzz_targets() {

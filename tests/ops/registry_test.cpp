@@ -31,11 +31,9 @@ const std::map<std::string, std::string> kElsewhere{
 };
 
 /// Backends and parts of one op: the stem that they are checked under.
-const std::map<std::string, std::string> kPartOf{{"nn/conv_cpu.cl", "nn/conv"},
-                                                 {"nn/conv_gpu.cl", "nn/conv"},
-                                                 {"nn/conv_pack.cl", "nn/conv"},
-                                                 {"nn/im2col.cl", "nn/conv"},
-                                                 {"light/net_products.cl", "light/ask_mlp"}};
+const std::map<std::string, std::string> kPartOf{
+    {"nn/conv_cpu.cl", "nn/conv"},      {"nn/conv_gpu.cl", "nn/conv"}, {"nn/conv_pack.cl", "nn/conv"},
+    {"nn/conv_winograd.cl", "nn/conv"}, {"nn/im2col.cl", "nn/conv"},   {"light/net_products.cl", "light/ask_mlp"}};
 
 /// kernel name -> file, over all sources under tensor, nn, light and shade.
 std::multimap<std::string, std::string> all_kernels() {

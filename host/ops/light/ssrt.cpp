@@ -1,6 +1,7 @@
 #include "host/ops/light/ssrt.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "host/math/statistics.hpp"
@@ -13,6 +14,8 @@ namespace clerestory {
 namespace {
 
 enum class Origins { Surface, Map, Rays };
+
+constexpr int kLeastGroup = 16;  // work-items of one ray each, where a CPU runs them
 
 void expect(const Value& value, const Shape& shape, const char* what) {
   if (!(value.shape() == shape))
@@ -44,7 +47,7 @@ struct SsrtOp : NotDifferentiable {
   }
 
   void launch(Launch& l) const override {
-    Defines defines = row_defines(l.device);
+    Defines defines{{"LANES", std::to_string(lanes(l.device))}};
     if (options.solver == SsrtSolver::Dda) defines["DDA"] = "1";
     if (options.delta == DeltaDepth::Window) defines["WINDOW"] = "1";
     if (options.thickness > 0) defines["THICKNESS"] = "1";
@@ -62,13 +65,16 @@ struct SsrtOp : NotDifferentiable {
     // Rays of a list with origins of their own may be more than the picture has pixels.
     const RayTile t = ray_tile(l, l.in(3).shape, origins == Origins::Rays ? 0x7fffffff : depth.n * depth.plane());
     const PyramidLayout layout = pyramid_layout(depth.w, depth.h);
-    const int group = row_group(l.device), lanes = group == 1 ? 16 : 1;
-    const long packets = static_cast<long>(t.pixels) * ((t.samples + lanes - 1) / lanes);
-    l.run_with(defines, "light/ssrt.cl", "ssrt", Range::of(size(packets), size(group)), l.in(0), l.in(1), l.in(2),
-               l.in(3), more..., l.out(0), l.out(1), l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples,
-               t.pixel_capacity, t.sample_capacity, depth.n, depth.w, depth.h, layout.stride, layout.level_rows,
-               layout.levels, Launch::Real{options.thickness});
+    const int each = lanes(l.device);
+    const long packets = static_cast<long>(t.pixels) * ((t.samples + each - 1) / each);
+    const Range range = Range::of(size(packets), each > 1 ? 1 : size(std::max(row_group(l.device), kLeastGroup)));
+    l.run_with(defines, "light/ssrt.cl", "ssrt", range, l.in(0), l.in(1), l.in(2), l.in(3), more..., l.out(0), l.out(1),
+               l.out(2), t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
+               depth.n, depth.w, depth.h, layout.stride, layout.level_rows, layout.levels,
+               Launch::Real{options.thickness});
   }
+
+  int lanes(const Device& device) const { return options.lanes > 0 ? options.lanes : ssrt_lanes(device); }
 
   Cost cost(const Node& node) const override {
     // About 25 steps of 60 operations for a ray at 640 x 480; three numbers in, three out, four bytes a step.
@@ -92,6 +98,8 @@ DeltaDepth delta_depth_of(const std::string& name) {
 }
 
 const char* name_of(DeltaDepth delta) { return delta == DeltaDepth::Linear ? "linear" : "window"; }
+
+int ssrt_lanes(const Device& device) { return row_group(device) == 1 ? 16 : 1; }
 
 SsrtScene ssrt_scene(Value depth, Value normal) {
   return {depth, depth_pyramid(depth), normal, normal ? normal_pyramid(normal) : Value{}};
@@ -119,6 +127,9 @@ SsrtHits ssrt(const SsrtScene& scene, Value camera, Value range, Value direction
   if (facing) expect(scene.boxes, {d.n, 1, layout.level_rows, 2 * layout.stride}, "the normals' pyramid");
   if (static_cast<bool>(origins.points) != static_cast<bool>(origins.skip))
     throw Error(ErrorKind::Failed, "points and pixels to skip come together", "ssrt");
+  if (constexpr std::array known{0, 1, 4, 8, 16}; !std::ranges::count(known, options.lanes))
+    throw Error(ErrorKind::Failed, "no such number of rays side by side", "ssrt", std::to_string(options.lanes),
+                "1, 4, 8, 16, or 0 for the device's");
   if (!(options.thickness >= 0)) throw Error(ErrorKind::Failed, "a negative thickness", "ssrt");
 
   std::vector<Value> inputs{scene.pyramid, camera, range, directions};

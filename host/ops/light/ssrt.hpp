@@ -18,7 +18,11 @@ struct SsrtOptions {
   SsrtSolver solver = SsrtSolver::Hierarchical;
   DeltaDepth delta = DeltaDepth::Linear;
   double thickness = 0;  // metres behind a cell's depth at which a ray passes unseen; 0: surfaces are infinitely thick
+  int lanes = 0;         // rays that a work-item takes side by side: 1, 4, 8 or 16, of the same bits; 0: ssrt_lanes()
 };
+
+/// What is fastest on this device by `clerestory bench ssrt`.
+int ssrt_lanes(const Device& device);
 
 /// Where rays start. Nothing set: on the surface of the pixel that they belong to, which they skip.
 struct RayOrigins {

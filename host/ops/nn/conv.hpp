@@ -4,9 +4,10 @@
 
 namespace clerestory {
 
-/// Which kernels run: ByPlan, those of Launch::gemm ("packed" has a body for CPUs and one for GPUs, chosen by the
-/// device's type); the others name them, for tests and comparisons.
-enum class ConvKernels { ByPlan, Cpu, Gpu, Clblast };
+/// Which kernels run: ByPlan, those of Launch::gemm ("packed" has bodies for CPUs, direct or by minimal filtering, and
+/// one for GPUs, chosen by the device's type and the shape); the others name them, for tests and comparisons. Winograd
+/// is for passes of 3x3 taps and stride one; others are then computed directly.
+enum class ConvKernels { ByPlan, Cpu, Winograd, Gpu, Clblast };
 
 struct ConvSpec {
   int stride = 1;  // along both axes
@@ -18,8 +19,9 @@ struct ConvSpec {
 
 /// y[n,o,y,x] = bias[o] + sum over i, ky, kx of w[o,i,ky,kx] * x[n,i, y*stride + ky - pad, x*stride + kx - pad].
 /// x {N,I,H,W}, w {O,I,KH,KW}, bias {1,O,1,1} or empty; the result is {N, O, (H + 2 pad - KH)/stride + 1, ...}.
-/// Backends: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl) and "clblast" (im2col and CLBlast). Both sum in
-/// a fixed order.
+/// Backends: "packed" (implicit GEMM, nn/conv_cpu.cl or nn/conv_gpu.cl; minimal filtering, nn/conv_winograd.cl, where
+/// that is faster), "direct" (the same without minimal filtering) and "clblast" (im2col and CLBlast). All sum in a
+/// fixed order.
 Value conv(Value x, Value w, Value bias, const ConvSpec& spec = {});
 
 /// Channels of x normalised before the convolution, as normalise_channels(x, moments, gamma, beta, relu, epsilon) does

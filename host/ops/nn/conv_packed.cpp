@@ -4,6 +4,7 @@
 
 #include "host/cl/tile.hpp"
 #include "host/ops/nn/conv_backend.hpp"
+#include "host/ops/nn/winograd_blocking.hpp"
 
 namespace clerestory {
 namespace {
@@ -33,7 +34,8 @@ bool use_clblast(const Launch& l, ConvKernels kernels) {
 int item_pitch(const TensorView& t) { return t.shape.n > 1 ? t.stride : static_cast<int>(t.shape.item()); }
 
 std::size_t packed_elements(const ConvGeometry& g) {
-  return blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
+  const std::size_t packed = blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
+  return is_winograd(g) ? winograd_elements(g) : packed;
 }
 
 namespace {
@@ -60,12 +62,41 @@ void pack_weights(Launch& l, const ConvPass& pass, const TensorView& weights, co
         static_cast<int>(panels_first));
 }
 
+std::optional<WinogradBlocking> winograd_blocking(const Launch& l, const ConvGeometry& g, int batch,
+                                                  const ConvSpec& spec) {
+  const bool wanted = spec.kernels == ConvKernels::Winograd
+                          ? is_winograd(g)
+                          : spec.kernels == ConvKernels::ByPlan && l.device.info().cpu && l.gemm == "packed" &&
+                                prefers_winograd(g, batch);
+  if (!wanted) return {};
+  return block_winograd(g, batch, scratch(l, spec), l.device.info().compute_units);
+}
+
+void run_winograd(Launch& l, const ConvPass& pass, const WinogradBlocking& b, const TensorView& source,
+                  const SourceNorm* norm, const TensorView& weights, const TensorView* bias, const TensorView& target,
+                  const TensorView& transformed) {
+  const ConvGeometry& g = pass.geometry;
+  const ConvTaps& t = pass.taps;
+  l.run("nn/conv_winograd.cl", "conv_winograd_weights",
+        Range::of2(static_cast<std::size_t>(g.channels), blocks(g.outputs, conv_tile)), weights, transformed, g,
+        t.output_pitch, t.channel_pitch, t.kernel_w, std::array{t.first_x, t.first_y}, std::array{t.step_x, t.step_y});
+  const std::size_t real = real_size(l.precision);
+  const Range range{{static_cast<std::size_t>(b.bands()), blocks(g.outputs, b.chunk), 1}, {1, 1, 1}};
+  with_source(norm, [&](const Defines& defines, const auto&... map) {
+    l.run_with(tile_defines(l.device, defines), "nn/conv_winograd.cl", "conv_winograd", range, source, map...,
+               transformed, bias ? *bias : weights, target, g, static_cast<int>(bias != nullptr), b,
+               Arg::local(b.panel() * real), Arg::local(b.sums() * real), Arg::local(b.lines() * real));
+  });
+}
+
 }  // namespace
 
 void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec, const TensorView& source,
                 const SourceNorm* norm, const TensorView& weights, const TensorView* bias, const TensorView& target,
                 std::size_t at) {
   const ConvGeometry& g = pass.geometry;
+  if (const auto cut = winograd_blocking(l, g, batch, spec))
+    return run_winograd(l, pass, *cut, source, norm, weights, bias, target, l.workspace.from(at));
   const bool gpu = on_gpu(l, spec.kernels), stored = !gpu && read_as_stored(pass);
   const TensorView read = stored ? weights : l.workspace.from(at);
   if (!stored) pack_weights(l, pass, weights, read);

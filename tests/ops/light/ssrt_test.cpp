@@ -257,6 +257,20 @@ TEST(Ssrt, SolversAgreeToTheLastBit) {
       }
 }
 
+TEST(Ssrt, RaysSideBySideDoNotMatterToEachOther) {
+  const Scene scene = scene_of(1, 60, 90, 21);
+  const Rays rays{directions(60 * 90, 22), {}, {}};
+  for (const Precision precision : {Precision::Single, Precision::Double}) {
+    const auto one = run(scene, rays, {.lanes = 1}, true, precision);
+    for (const int lanes : {4, 8, 16}) {
+      const auto many = run(scene, rays, {.lanes = lanes}, true, precision);
+      EXPECT_EQ(many[0].integer, one[0].integer) << lanes;
+      EXPECT_EQ(many[1].real, one[1].real) << lanes;
+    }
+  }
+  EXPECT_THROW(run(scene, rays, {.lanes = 2}, true, Precision::Single), Error);
+}
+
 // Flat walls with normals that are a little off, and normals without a direction among them: blocks pass for facing
 // away, for facing, and for neither.
 TEST(Ssrt, BoxesAroundNormalsChangeNoHit) {

@@ -1,0 +1,86 @@
+#include "host/ops/nn/winograd_blocking.hpp"
+
+#include <algorithm>
+
+#include "host/math/integers.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr int position_tile = 16;
+constexpr int most_positions = 192;
+constexpr int fewest_channels = 16;  // at a time: each time sums are read and written
+
+// In multiplications of sixteen positions (measured): of sixteen tiles of a channel transformed, of sixteen tiles of an
+// output transformed back, of sixteen sums read and written, of sixteen weights read.
+constexpr double transforming = 120, back = 110, summing = 2, reading = 4;
+
+// Rows of tiles are whole vectors of the widest tile: a row of few tiles costs as much as a full one.
+double vectors_of_rows(const WinogradBlocking& b) {
+  return static_cast<double>(b.band_rows) * ceil_div(b.band_columns, position_tile);
+}
+
+double time_of(const ConvGeometry& g, const WinogradBlocking& b, int units) {
+  const double vectors = vectors_of_rows(b), positions = static_cast<double>(b.positions) / position_tile;
+  const double each =
+      g.channels * vectors * transforming + b.chunk * vectors * back +
+      16.0 * b.chunk *
+          (g.channels * (positions + reading / 16) + positions * summing * ceil_div(g.channels, b.channel_block));
+  return ceil_div(b.bands() * ceil_div(g.outputs, b.chunk), units) * each;
+}
+
+WinogradBlocking cut_bands(const ConvGeometry& g, int batch, int wanted) {
+  WinogradBlocking b;
+  b.tiles_x = ceil_div(g.grid_w, 2), b.tiles_y = ceil_div(g.grid_h, 2), b.rows = batch * b.tiles_y;
+  b.bands_x = ceil_div(b.tiles_x, wanted);
+  b.band_columns = b.bands_x == 1 ? b.tiles_x : round_up(ceil_div(b.tiles_x, b.bands_x), position_tile);
+  b.bands_x = ceil_div(b.tiles_x, b.band_columns);
+  b.band_rows = std::clamp(wanted / b.band_columns, 1, b.rows);
+  b.band_rows = ceil_div(b.rows, ceil_div(b.rows, b.band_rows));
+  b.positions = round_up(b.band_rows * b.band_columns, position_tile);
+  b.line = 2 * round_up(b.band_columns, position_tile) + 2;
+  return b;
+}
+
+}  // namespace
+
+std::size_t WinogradBlocking::lines() const {
+  return static_cast<std::size_t>(2 * std::min(band_rows, tiles_y) + 2) * line;
+}
+
+bool is_winograd(const ConvGeometry& g) {
+  return g.taps_y == 3 && g.taps_x == 3 && g.source_step == 1 && g.target_step == 1;
+}
+
+bool prefers_winograd(const ConvGeometry& g, int batch) {
+  return is_winograd(g) && g.channels >= fewest_channels && g.outputs >= 16 && g.positions() * batch >= 256;
+}
+
+std::size_t winograd_elements(const ConvGeometry& g) {
+  return WinogradBlocking::frequencies *
+         (static_cast<std::size_t>(round_up(g.outputs, conv_tile)) * g.channels + WinogradBlocking::pad);
+}
+
+std::optional<WinogradBlocking> block_winograd(const ConvGeometry& g, int batch, std::size_t local_elements,
+                                               int units) {
+  std::optional<WinogradBlocking> best;
+  double least = 0;
+  const int panels = ceil_div(g.outputs, conv_tile);
+  for (int wanted = most_positions; wanted >= position_tile; wanted -= position_tile) {
+    WinogradBlocking b = cut_bands(g, batch, wanted);
+    for (int chunks = 1; chunks <= panels; ++chunks) {
+      b.chunk = ceil_div(panels, chunks) * conv_tile;
+      b.channel_block = 0;
+      if (b.elements() >= local_elements) continue;
+      const std::size_t per_channel = WinogradBlocking::frequencies * static_cast<std::size_t>(b.positions);
+      const int fit = static_cast<int>((local_elements - b.elements()) / per_channel);
+      if (fit < 1) continue;
+      b.channel_block = ceil_div(g.channels, ceil_div(g.channels, fit));
+      const double time = time_of(g, b, units);
+      if (!best || time < least) least = time, best = b;
+    }
+  }
+  return best;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,43 @@
+// 3x3 convolution of stride one by minimal filtering (kernels/nn/conv_winograd.cl): which passes it is for, and how
+// they are cut.
+#pragma once
+#include <cstddef>
+#include <optional>
+
+#include "host/ops/nn/conv_geometry.hpp"
+
+namespace clerestory {
+
+/// kernels/nn/conv_winograd.cl explains every field.
+struct WinogradBlocking {
+  int tiles_x = 0, tiles_y = 0;
+  int band_rows = 1, band_columns = 1;
+  int bands_x = 1;
+  int positions = 0;
+  int channel_block = 1, chunk = 8;
+  int rows = 0;
+  int line = 0;
+
+  int bands() const { return (rows + band_rows - 1) / band_rows * bands_x; }
+  /// Local memory, in reals.
+  std::size_t panel() const { return frequencies * (static_cast<std::size_t>(channel_block) * positions + pad); }
+  std::size_t sums() const { return frequencies * (static_cast<std::size_t>(chunk) * positions + pad); }
+  std::size_t lines() const;
+  std::size_t elements() const { return panel() + sums() + lines(); }
+
+  static constexpr std::size_t frequencies = 16, pad = 16;
+};
+static_assert(sizeof(WinogradBlocking) == 40);
+
+/// Whether minimal filtering can compute a forward or backward-data pass.
+bool is_winograd(const ConvGeometry& geometry);
+/// Whether it is the faster way, whatever the device.
+bool prefers_winograd(const ConvGeometry& geometry, int batch);
+/// Elements of transformed weights.
+std::size_t winograd_elements(const ConvGeometry& geometry);
+/// Cuts a pass for `units` work-groups at a time with scratch of `local_elements` reals each; nothing where the
+/// smallest cut does not fit.
+std::optional<WinogradBlocking> block_winograd(const ConvGeometry& geometry, int batch, std::size_t local_elements,
+                                               int units);
+
+}  // namespace clerestory
