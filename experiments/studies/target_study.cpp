@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "experiments/applications/light_choice.hpp"
 #include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/room_study.hpp"
 #include "experiments/truth/study_light.hpp"
@@ -48,7 +47,6 @@ class TargetStudy : public RoomStudy {
     settings_.light = study_light(config_.text("target.light")).light;
     use_light(settings_);
     settings_.points = config_.text("target.points");
-    choose_sampler(settings_);
     measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });
   }
 

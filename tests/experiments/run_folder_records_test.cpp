@@ -272,7 +272,7 @@ TEST(WriteRun, AFileThatCannotBeWrittenIsAnErrorWhicheverItIs) {
   fs::create_directories(folder / "whole");
   write(folder / "whole");
   const std::vector<std::string> names = files_below(folder / "whole");
-  EXPECT_EQ(names.size(), 14u);  // camera, photograph, four maps and three of the re-render, and previews of them
+  EXPECT_EQ(names.size(), 16u);  // camera, photograph, four maps and three of the re-render, and previews of them
   for (const std::string& name : names) {
     const fs::path run = folder / ("without-" + name);
     fs::create_directories(run / name / "in-the-way");
