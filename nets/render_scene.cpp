@@ -104,7 +104,10 @@ class Profiled {
     if (on_) device_.set_profiling(true), device_.reset_profile();
   }
   ~Profiled() {
-    if (on_) device_.set_profiling(false);
+    try {
+      if (on_) device_.set_profiling(false);
+    } catch (const Error&) {  // the device has failed: whoever uses it is told, and here is perhaps told already
+    }
   }
   std::vector<KernelProfile> kernels() { return on_ ? device_.profile() : std::vector<KernelProfile>{}; }
 

@@ -18,7 +18,7 @@ struct BenchOptions {
   bool clblast = true;             // beside them: by its own parameters, and tuned where it is
   int runs = 0;                    // timed of everything; 0: ten, or as many as fit into a third of a second
   std::string only;                // conv, nets, ssrt, layer: rows whose name contains this
-  bool explain = false;            // nets: what each op costs
+  bool explain = false;            // nets, layer: what each op or kernel costs
   std::size_t memory = 0;          // nets: budget of each plan, bytes; 0: none
   std::vector<int> lanes = {0};    // ssrt: SsrtOptions::lanes, those to be measured
   std::filesystem::path write;     // ssrt, layer: folder for what a peer needs to do the same; empty: not written

@@ -51,7 +51,9 @@ Image noisy(int width, int height, int channels, std::uint32_t seed, float low, 
 /// The furnished room with materials and radiance of no order.
 Scene bench_scene(int width) {
   const int height = width * 3 / 4;
-  const BenchRoom room = bench_room(width, height);
+  BenchRoom room = bench_room(width, height);
+  for (double* number : {&room.camera.fx, &room.camera.fy, &room.camera.cx, &room.camera.cy})
+    *number = static_cast<float>(*number);  // as a peer reads it
   Scene scene{room.camera, noisy(width, height, 3, 1, 0, 1),      noisy(width, height, 3, 2, 0.05f, 0.95f), {},
               {},          noisy(width, height, 3, 3, 0.1f, 0.9f)};
   scene.normal = Image(width, height, 3), scene.normal.data = room.normal.floats();
@@ -82,14 +84,19 @@ RenderSettings settings_of(const LayerRow& row, Device& device) {
   return settings;
 }
 
-/// Of one run, in which each launch is waited for.
-double tracing_seconds(Device& device, TimedLayer& layer) {
+/// What kernels took in one run, slowest first. The adjoint draws and traces its rays again.
+std::vector<KernelProfile> kernels_of(Device& device, TimedLayer& layer) {
   device.set_profiling(true), device.reset_profile();
   layer.run(kSeed);
-  double seconds = 0;
-  for (const KernelProfile& kernel : device.profile())
-    if (kernel.kernel == "light/ssrt.cl:ssrt") seconds += kernel.seconds;
+  std::vector<KernelProfile> kernels = device.profile();
   device.set_profiling(false);
+  return kernels;
+}
+
+double tracing_seconds(const std::vector<KernelProfile>& kernels) {
+  double seconds = 0;
+  for (const KernelProfile& kernel : kernels)
+    if (kernel.kernel == "light/ssrt.cl:ssrt") seconds += kernel.seconds;
   return seconds;
 }
 
@@ -134,11 +141,16 @@ nlohmann::ordered_json bench_layer(Device& device, const BenchOptions& options) 
     TimedLayer layer(device, scene, settings_of(row, device), row.result);
     const std::vector<double> runs = seconds_of_runs(options.runs, [&] { return layer.run(kSeed); });
     const double seconds = best_of(runs), rays = static_cast<double>(scene.photo.pixels()) * row.samples;
-    const double tracing = tracing_seconds(device, layer);
+    const std::vector<KernelProfile> kernels = kernels_of(device, layer);
+    const double tracing = tracing_seconds(kernels);
+    const double traced = row.result == LayerResult::Picture ? rays : 2 * rays;
     const std::size_t memory = layer.memory();
     if (!options.quiet)
       fmt::print("{:<44}{:>10.1f}{:>9.2f}{:>14.2f}{:>9.0f}\n", row.name(), seconds * 1e3, rays / seconds * 1e-6,
-                 rays / tracing * 1e-6, static_cast<double>(memory) / (1 << 20));
+                 traced / tracing * 1e-6, static_cast<double>(memory) / (1 << 20));
+    if (!options.quiet && options.explain)
+      for (const KernelProfile& kernel : kernels)
+        fmt::print("    {:<52}{:>6} launches{:>10.1f} ms\n", kernel.kernel, kernel.launches, kernel.seconds * 1e3);
     std::fflush(stdout);
     rows.push_back({{"name", row.name()},
                     {"light", row.light},
@@ -148,6 +160,7 @@ nlohmann::ordered_json bench_layer(Device& device, const BenchOptions& options) 
                     {"gradients", row.result != LayerResult::Picture},
                     {"seconds", seconds},
                     {"runs", runs},
+                    {"rays_traced", traced},
                     {"tracing_seconds", tracing},
                     {"memory_bytes", memory}});
   }

@@ -82,7 +82,9 @@ void add_bench_command(CommandLine& line) {
           "0")
       .option("--only", "TEXT", "conv, nets, ssrt, layer: rows whose name contains this", options->only)
       .option("--write", "FOLDER", "ssrt, layer: what a peer needs to do the same work, as safetensors", options->write)
-      .flag("--explain", "nets: what each op costs, and what each pass of the compiler did", options->explain)
+      .flag("--explain",
+            "nets: what each op costs, and what each pass of the compiler did; layer: what each kernel costs",
+            options->explain)
       .option(
           "--memory", "MIB",
           "nets: most device memory that a plan may need; values are computed again instead of kept; 0: no limit",

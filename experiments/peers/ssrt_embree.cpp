@@ -3,9 +3,9 @@
 // SCENE: ints width, height, rays; floats fx, fy, cx, cy; depth {h, w}, axial metres, 0 none; ints pixel {rays}; floats
 // direction {rays, 3}, the camera's frame (x right, y up, looking along -z). Vertices are the points at pixels'
 // centres, two triangles between four that are there. A ray starts at its pixel's point and hits nothing in the first
-// thousandth of that depth, which is half a pixel. ISA: most that Embree may use ("avx2"; "": all). Each way of calling that
-// this CPU has natively prints "WAY hit-rate seconds seconds ..."; building of triangles and their tree is not in them,
-// filling of packets and taking hits out is, as ours reads directions and writes hits.
+// thousandth of that depth, which is half a pixel. ISA: most that Embree may use ("avx2"; "": all). Each way of calling
+// that this CPU has natively prints "WAY hit-rate seconds seconds ..."; building of triangles and their tree is not in
+// them, filling of packets and taking hits out is, as ours reads directions and writes hits.
 #include <embree3/rtcore.h>
 
 #include <algorithm>

@@ -97,7 +97,8 @@ std::string tuning_kind(const DeviceInfo& info) {
 
 std::string gemm_kernels() {
   std::string sources;
-  for (const char* file : {"nn/conv_cpu.cl", "nn/conv_winograd.cl", "nn/conv_gpu.cl", "nn/conv_pack.cl", "nn/im2col.cl"})
+  for (const char* file :
+       {"nn/conv_cpu.cl", "nn/conv_winograd.cl", "nn/conv_gpu.cl", "nn/conv_pack.cl", "nn/im2col.cl"})
     sources += kernel_source(file);
   return fmt::format("{:016x}", hash_text(sources));
 }

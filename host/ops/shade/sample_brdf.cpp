@@ -6,6 +6,7 @@
 #include "host/ops/light/rays.hpp"
 #include "host/ops/shade/sum_samples.hpp"
 #include "host/ops/tensor/concat.hpp"
+#include "host/ops/tensor/rows.hpp"
 #include "host/ops/tensor/slice.hpp"
 
 namespace clerestory {
@@ -14,6 +15,8 @@ namespace {
 constexpr std::array kSamplers{"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf",
                                "cosine",    "uniform",         "grid8x16",     "ndf_roughness"};
 constexpr int kGridDirections = 128;
+
+constexpr int kCpuSamples = 16;  // of one work-item, which looks at its pixel once
 
 constexpr auto kFile = "shade/sample_brdf.cl";
 
@@ -37,9 +40,14 @@ struct Drawing {
   void run(Launch& l, const char* kernel, const Shape& rays) const {
     const Shape& s = l.in(0).shape;
     const RayTile t = ray_tile(l, rays, s.n * s.plane());
+    const int each = row_group(l.device) == 1 ? kCpuSamples : 1;
+    Defines with = defines();
+    with["EACH"] = std::to_string(each);
+    const Range range =
+        each > 1 ? Range::of2(size((t.sample_capacity + each - 1) / each), size(t.pixels), 1) : ray_range(t);
     std::vector<TensorView> tensors = l.inputs;
     tensors.insert(tensors.end(), l.outputs.begin(), l.outputs.end());
-    l.run_with(defines(), kFile, kernel, ray_range(t), tensors, t.first_pixel, t.pixels, t.first_sample, t.samples,
+    l.run_with(with, kFile, kernel, range, tensors, t.first_pixel, t.pixels, t.first_sample, t.samples,
                t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
   }
 };
