@@ -176,6 +176,9 @@ TEST(ErrorTimeStudy, AnUnbiasedEstimatorsErrorFallsAsOneOverItsSamples) {
       }
     }
   }
+  for (std::size_t e = 0; e < names.size(); ++e)
+    EXPECT_LT(number(rows, 5 * e + 4, 4), 0.7 * number(rows, 5 * e, 4))
+        << "FLIP of 256 samples and of one, " << names[e];
   EXPECT_LT(number(head, 0, 6), 0.5 * number(head, 2, 6)) << "Sobol's points gain nothing";
   EXPECT_TRUE(std::filesystem::exists(run / "artifacts/pictures.csv"));
   EXPECT_TRUE(!can_plot() || std::filesystem::exists(run / "artifacts/pictures.svg"));
@@ -243,6 +246,35 @@ TEST(ErrorTimeStudy, LearnedLightHasARowForEachSwitch) {
     EXPECT_NEAR(number(rows, 2 + k, 2), number(rows, k, 2), 0.5 * number(rows, k, 2)) << "shared answers are close";
     EXPECT_NEAR(number(rows, 4 + k, 2), number(rows, k, 2), 0.5 * number(rows, k, 2)) << "dda meets the same cells";
   }
+}
+
+TEST(ErrorTimeStudy, PartsAreComparedWithThePlainEstimator) {
+  const ScratchFolder folder{"clerestory-error-time-plain"};
+  const Config config = error_time_config(
+      folder.path(), {"data.spp=16", "pictures.samplers=[]", "gradients.draws=[]", "learned.switches=[]",
+                      "study.seeds=2", "plain.lights=[image, net]", "plain_image.spp=[4, 64]",
+                      "plain_image.truth_spp=1024", "plain_net.spp=[4, 16]", "plain_net.truth_spp=256"});
+  const RunTables tables = study_tables(run_study(config, {"clerestory", "run"}));
+  const Table& table = tables.at("by_part");
+  std::vector<std::string> names;
+  for (const auto& row : table.rows)
+    names.push_back(std::get<std::string>(row[0]) + ": " + std::get<std::string>(row[1]));
+  EXPECT_THAT(names,
+              testing::ElementsAre("image: plain", "image: plain, but sampler", "image: plain, but points",
+                                   "image: plain, but ssrt", "image: all on", "net: plain", "net: plain, but sampler",
+                                   "net: plain, but points", "net: plain, but ssrt", "net: plain, but shared answers",
+                                   "net: plain, but small shares", "net: all on"));
+  const auto error = [&](std::size_t row) { return number(table, row, 6); };
+  EXPECT_LT(error(4), 0.5 * error(0)) << "image: all parts gain nothing";
+  EXPECT_LT(error(2), error(0)) << "Sobol's points gain nothing";
+  // By random numbers of their own.
+  EXPECT_NEAR(error(8), error(5), 0.5 * error(5)) << "dda meets the same cells";
+  EXPECT_NEAR(error(10), error(5), 0.5 * error(5)) << "small shares change a thousandth at most";
+  const auto whole = [&](std::size_t row) { return table.rows[row][4]; };
+  for (std::size_t r = 0; r < table.rows.size(); ++r)
+    if (std::holds_alternative<Measure>(table.rows[r][2])) {
+      EXPECT_GT(std::get<Measure>(whole(r)).mean, number(table, r, 2)) << "the maps' nets take no time";
+    }
 }
 
 TEST(ErrorTimeStudy, RefusesWhatItCannotMeasure) {
