@@ -125,7 +125,7 @@ Schema make_schema() {
   s.integer("train.warmup", 0, "steps over which the rate rises from 0", {0, 1e9});
   s.real("train.beta1", 0.5, "Adam: decay of the mean gradient", {0, 0.999999});
   s.real("train.beta2", 0.999, "Adam: decay of the mean square", {0, 0.999999});
-  s.real("train.runaway", 100,
+  s.real("train.runaway", 1e4,
          "the leg ends as diverged when the mean loss of log.every steps is so many times the least such mean before; "
          "0: never",
          {0, 1e30})
