@@ -156,10 +156,10 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   term("irradiance", irradiance, w.irradiance), term("rerender", rerender, w.rerender);
   training.losses.insert(training.losses.begin(), {"loss", total});
   if (w.mixed + w.rerender + w.irradiance == 0) training.frozen = {"local"};
-  const std::vector<Value> parameters = trained_parameters(graph, training.frozen);
+  training.parameters = trained_parameters(graph, training.frozen);
   const Value rate = graph.input("learning_rate", {}), step = graph.input("step", {});
-  adam(parameters, gradient(total, parameters), rate, step, o.adam);
-  if (o.average > 0) moving_average(parameters, step, o.average);
+  training.squares = adam(training.parameters, gradient(total, training.parameters), rate, step, o.adam);
+  if (o.average > 0) moving_average(training.parameters, step, o.average);
   return training;
 }
 

@@ -46,6 +46,8 @@ struct LightTrainingOptions {
 struct LightTraining {
   NamedValues losses;               // "loss" first
   std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: they stay as they are
+  std::vector<Value> parameters;    // as in MgnetTraining
+  Value squares;
 };
 LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightTrainingOptions& options);
 

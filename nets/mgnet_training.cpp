@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/ops/nn/moving_average.hpp"
+#include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "nets/builder.hpp"
 
@@ -53,10 +54,15 @@ MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTra
   const std::vector<Value> gradients = gradient(training.losses.front().second, parameters);
   const auto encoder = static_cast<std::size_t>(decoders - parameters.begin());
   const std::span<const Value> all(parameters), slopes(gradients);
+  std::vector<Value> squares;
   if (encoder > 0)
-    adam(all.first(encoder), slopes.first(encoder), scale(rate, options.encoder_rate), step, options.adam);
-  adam(all.subspan(encoder), slopes.subspan(encoder), rate, step, options.adam);
+    squares.push_back(
+        adam(all.first(encoder), slopes.first(encoder), scale(rate, options.encoder_rate), step, options.adam));
+  if (encoder < all.size())
+    squares.push_back(adam(all.subspan(encoder), slopes.subspan(encoder), rate, step, options.adam));
+  training.squares = concat(squares);
   if (options.average > 0) moving_average(all, step, options.average);
+  training.parameters = std::move(parameters);
   return training;
 }
 

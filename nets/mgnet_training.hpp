@@ -22,6 +22,8 @@ struct MgnetTraining {
   Maps maps;
   NamedValues losses;               // "loss" first
   std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: they stay as they are
+  std::vector<Value> parameters;    // that are trained
+  Value squares;                    // of their gradients and of them before the step, in their order: adam()
 };
 MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTrainingOptions& options);
 

@@ -1,7 +1,9 @@
 #include "nets/render_until.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "host/error.hpp"
 #include "nets/learned_light.hpp"
 
 namespace clerestory {
@@ -24,7 +26,7 @@ class Rounds {
   }
   const Image& radiance() const { return all_.radiance; }
 
-  /// standard_error as the measured error has it over the whole picture.
+  /// standard_error as the measured error has it over the pixels that are judged.
   Rendering finished(const std::vector<bool>& judged, double error) && {
     const double stated = root_relative(all_.standard_error, {all_.radiance, judged});
     if (stated > 0 && error > 0)
@@ -59,13 +61,17 @@ class Rounds {
 
 }  // namespace
 
-RenderedUntil render_until(Device& device, const Scene& scene, const RenderSettings& settings, const RenderGoal& goal) {
+RenderedUntil render_until(Device& device, const Scene& scene, const RenderSettings& settings, const RenderGoal& goal,
+                           const std::vector<bool>& where) {
   check_goal(settings, goal);
   RenderSettings round = settings;
   const double rays = static_cast<double>(scene.photo.pixels()) * round.spp;  // all rounds alike: they differ by noise
   round.sharing = shares_answers(scene, round, rays) ? Sharing::Always : Sharing::Never;
   std::vector<bool> judged;
-  for (const float depth : scene.depth.data) judged.push_back(depth > 0);
+  for (std::size_t i = 0; i < scene.depth.data.size(); ++i)
+    judged.push_back(scene.depth.data[i] > 0 && (where.empty() || where[i]));
+  if (!where.empty() && std::ranges::find(judged, true) == judged.end())
+    throw usage_error("its pixels are not rendered", "--mask", "no depth at any of them", "surfaces");
   RenderedUntil result;
   Rounds all;
   result.rounds = take_rounds(goal, settings.spp, [&](int samples, std::uint32_t number) {

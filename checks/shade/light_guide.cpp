@@ -9,9 +9,9 @@ namespace {
 
 using namespace light_guide_reference;
 
-OP_CASES(light_guide) {
-  OpCase c{.stem = "light_guide", .label = "rows", .kernels = {"light_guide"}, .inputs = maps(20)};
-  c.inputs["lamps"] = lamps();
+OpCase rows_case(const std::string& label, Tensor known) {
+  OpCase c{.stem = "light_guide", .label = label, .kernels = {"light_guide"}, .inputs = maps(20)};
+  c.inputs["lamps"] = std::move(known);
   c.build = [](Graph&, const Values& v) {
     const Surfaces surfaces{v.at("albedo"), v.at("normal"), v.at("material")};
     return std::vector<Value>{light_guide(v.at("depth"), v.at("camera"), surfaces, v.at("lamps"), kRows)};
@@ -19,8 +19,10 @@ OP_CASES(light_guide) {
   c.reference = [](const Tensors& t) { return std::vector<Tensor>{guide_rows(t)}; };
   c.roundings = 32;  // a squared distance over a squared size, and a probability times that
   c.no_gradient = "it only chooses directions";
-  return {c};
+  return c;
 }
+
+OP_CASES(light_guide) { return {rows_case("rows", lamps()), rows_case("of_each_picture", lamps_of_each_picture())}; }
 
 }  // namespace
 }  // namespace clerestory

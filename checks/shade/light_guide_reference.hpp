@@ -24,18 +24,33 @@ inline Tensor lamps() {
   return t;
 }
 
+/// The same of a first picture; of a second one such that meet both bounds of sharpness: one as wide as a hall, one
+/// that is a point.
+inline Tensor lamps_of_each_picture() {
+  const Tensor first = lamps();
+  constexpr double second[5][5] = {{0.5, -0.3, 2.0, 0.0, 1.0},
+                                   {0.6, 0.2, 1.0, 0.5, 0.0},
+                                   {-1.2, -2.0, -1.5, -9.0, 8.0},
+                                   {100, 0.01, 0.4, 0.3, 1.0},
+                                   {2, 1e4, 9, 0, 2}};
+  Tensor t(Shape{2, 5, 1, 5});
+  for (int c = 0; c < 5; ++c)
+    for (int i = 0; i < 5; ++i) t.at(0, c, 0, i) = first.at(0, c, 0, i), t.at(1, c, 0, i) = second[c][i];
+  return t;
+}
+
 struct Lobe {
   Vec3 axis;
   double sharpness, light;
 };
 
-inline Lobe lobe_of(const Tensor& known, int k, const Vec3& point, const Vec3& normal) {
-  const Vec3 to = Vec3(known.at(0, 0, 0, k), known.at(0, 1, 0, k), known.at(0, 2, 0, k)) - point;
-  Lobe lobe{glm::normalize(to), std::clamp(glm::dot(to, to) / std::pow(known.at(0, 3, 0, k), 2), 0.01, 2500.0), 0};
+inline Lobe lobe_of(const Tensor& known, int n, int k, const Vec3& point, const Vec3& normal) {
+  const Vec3 to = Vec3(known.at(n, 0, 0, k), known.at(n, 1, 0, k), known.at(n, 2, 0, k)) - point;
+  Lobe lobe{glm::normalize(to), std::clamp(glm::dot(to, to) / std::pow(known.at(n, 3, 0, k), 2), 0.01, 2500.0), 0};
   // Irradiance of exp(-s (1 - cos)) over that of 1 from everywhere, pi.
   const double solid = 2 * M_PI * (1 - std::exp(-2 * lobe.sharpness)) / lobe.sharpness;
   lobe.light =
-      known.at(0, 4, 0, k) * std::max(glm::dot(normal, lobe.axis) + 1 / std::sqrt(lobe.sharpness), 0.0) * solid / M_PI;
+      known.at(n, 4, 0, k) * std::max(glm::dot(normal, lobe.axis) + 1 / std::sqrt(lobe.sharpness), 0.0) * solid / M_PI;
   return lobe;
 }
 
@@ -52,7 +67,8 @@ inline Tensor guide_rows(const Tensors& t) {
     std::vector<Lobe> lobes;
     double all = 0, kept = 0;
     for (int k = 0; k < known.shape.w; ++k) {
-      lobes.push_back(lobe_of(known, k, eye.unproject(x + 0.5, y + 0.5, z), normal));
+      lobes.push_back(
+          lobe_of(known, std::min(p / kPlane, known.shape.n - 1), k, eye.unproject(x + 0.5, y + 0.5, z), normal));
       all += lobes.back().light;
     }
     std::erase_if(lobes, [&](const Lobe& lobe) { return !(lobe.light > 0.01 * all); });

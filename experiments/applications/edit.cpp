@@ -6,6 +6,7 @@
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/applications/mask.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/applications/run_results.hpp"
@@ -273,19 +274,6 @@ Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const Mat
   return std::move(editing).finished(std::move(rounds));
 }
 
-Image read_edit_mask(const fs::path& path, const Scene& scene) {
-  const Image image = read_image(path);
-  if (image.width != scene.width() || image.height != scene.height())
-    throw usage_error("the mask has another size than the picture", path.string(),
-                      fmt::format("{}x{}", image.width, image.height),
-                      fmt::format("{}x{}", scene.width(), scene.height()));
-  Image mask(image.width, image.height, 1);
-  for (std::size_t i = 0; i < image.data.size(); ++i)
-    if (image.data[i] > 0.5f) mask.data[i % mask.pixels()] = 1;
-  if (sum(mask.data) == 0) throw usage_error("the mask is empty", path.string(), "no pixel above one half");
-  return mask;
-}
-
 std::string edit(const EditOptions& options) {
   const Stopwatch watch;
   check_change(options.change), check_bounces(options.bounces);
@@ -295,7 +283,7 @@ std::string edit(const EditOptions& options) {
   const FolderLock lock = lock_run(options.run, LockKind::Read);
   StagedFolder folder(out, {.inputs = {options.run, options.mask, options.lit_by.weights}, .force = options.force});
   const Scene scene = read_run(options.run);
-  const Image mask = read_edit_mask(options.mask, scene);
+  const Image mask = read_mask(options.mask, scene.width(), scene.height());
   Device device = Device::open(options.device);
   device.use_gemm(options.gemm);
   Provenance provenance = begin_provenance(options.command, device.fingerprint());

@@ -80,9 +80,6 @@ struct Edit {
 Edit edit_scene(Device& device, const Scene& scene, const Image& mask, const MaterialEdit& change,
                 const RenderSettings& settings, int bounces, const std::optional<RenderGoal>& goal = {});
 
-/// 1 where any channel of the file is above 0.5. Throws usage_error when it cannot be read or has another size.
-Image read_edit_mask(const std::filesystem::path& path, const Scene& scene);
-
 /// Writes a folder, whole or not at all: composite.exr and composite.png, and the maps, camera and photo.exr (the
 /// composite) of the edited scene, so that it is itself a run to be edited or inserted into; mask.png, provenance.json,
 /// report.html. Returns a summary as JSON.

@@ -9,6 +9,7 @@
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/estimate.hpp"
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/applications/mask.hpp"
 #include "experiments/applications/predict.hpp"
 #include "experiments/applications/render_record.hpp"
 #include "experiments/applications/run_folder.hpp"
@@ -54,6 +55,9 @@ void check_options(const InvertOptions& options) {
     throw usage_error("--only leaves out the re-render, whose error this is", "--target-error, --seconds",
                       "beside --only", "one of them");
   if (options.goal) check_goal(options.render, *options.goal);
+  if (!options.mask.empty() && !options.goal)
+    throw usage_error("there is no error to be measured under it", "--mask", "alone",
+                      "--target-error or --seconds beside it");
   if (options.measure && !options.only.empty())
     throw usage_error("--only leaves out the re-render, which this times", "--measure", "beside --only", "one of them");
   if (options.measure && options.render.leave_out.empty())
@@ -228,8 +232,9 @@ bool fits_default(const fs::path& folder, const std::string& photo) {
 
 /// `--out`; or the first of runs/invert/STEM, PARENT-STEM, PARENT-STEM-2... that is not another photograph's.
 std::unique_ptr<StagedFolder> open_folder(const InvertOptions& options) {
-  const Replacing replacing{{options.photo, options.camera, options.gbuffer, options.weights, options.lit_by.weights},
-                            options.force};
+  const Replacing replacing{
+      {options.photo, options.camera, options.gbuffer, options.weights, options.lit_by.weights, options.mask},
+      options.force};
   if (!options.out.empty()) return std::make_unique<StagedFolder>(options.out, replacing);
   std::string stem = options.photo.stem().string();
   if (stem == "." || stem == "..") stem = "photo";  // of "..png": no folder's name
@@ -276,6 +281,8 @@ class Inversion {
     photo_ = read_photo(options_.photo);
     const Image& image = photo_.image;
     if (options_.known) check_known(*options_.known, image);
+    if (!options_.mask.empty())
+      for (const float m : read_mask(options_.mask, image.width, image.height).data) judged_.push_back(m > 0);
     if (photo_.clamped) say(fmt::format("{}: {} negative values set to 0", options_.photo.string(), photo_.clamped));
     if (fs::is_directory(options_.gbuffer)) gbuffer_lock_.emplace(options_.gbuffer, LockKind::Read);
     const bool own_camera = options_.camera.empty() && !options_.fov;  // of the maps
@@ -292,6 +299,7 @@ class Inversion {
     record_ = begin_provenance(options_.command, device_->fingerprint());
     record_.seeds["render"] = options_.render.seed;
     record_.inputs.push_back(record_file(options_.photo));
+    if (!options_.mask.empty()) record_.inputs.push_back(record_file(options_.mask));
     record_.facts["photo"] = photo_.note;
     record_.facts["camera"] = camera_note_;
     if (options_.render.precision == Precision::Double) record_.facts["precision"] = "double";
@@ -379,13 +387,14 @@ class Inversion {
 
   /// `settings` get the samples that it took.
   Rendering render_to_goal(RenderSettings& settings) {
-    RenderedUntil reached = render_until(*device_, scene_, settings, *options_.goal);
+    RenderedUntil reached = render_until(*device_, scene_, settings, *options_.goal, judged_);
     settings.spp = 0;
     for (const RenderRound& round : reached.rounds) {
       rounds_.push_back({round.spp - settings.spp, settings.seed + static_cast<std::uint32_t>(rounds_.size())});
       settings.spp = round.spp;
     }
-    record_rounds(*options_.goal, reached.rounds, "the re-render", "re-render", record_);
+    record_rounds(*options_.goal, reached.rounds, judged_.empty() ? "the re-render" : "the re-render under the mask",
+                  "re-render", record_);
     for (const RenderRound& round : reached.rounds)
       plan_ += fmt::format("re-render: {} samples a pixel, {:.2f} s, root relMSE {:.4f}\n", round.spp, round.seconds,
                            round.error);
@@ -417,6 +426,7 @@ class Inversion {
   const InvertOptions& options_;
   Stopwatch watch_;
   Photo photo_;
+  std::vector<bool> judged_;  // the pixels over which an error is measured; empty: all
   std::optional<FolderLock> gbuffer_lock_;
   std::unique_ptr<StagedFolder> folder_;
   GBuffer given_;

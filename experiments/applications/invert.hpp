@@ -31,6 +31,7 @@ struct InvertOptions {
   RenderSettings render;
   bool measure = false;            // time what was left out: a part of the rays is rendered with it
   std::optional<RenderGoal> goal;  // rounds of render.spp samples and more, in place of so many
+  std::filesystem::path mask;      // of the pixels over which the goal's error is measured; empty: all
   std::string device, gemm = "auto", tile = "auto";
   std::vector<std::string> command;  // argv, for provenance
 };

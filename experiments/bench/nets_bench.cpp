@@ -79,6 +79,7 @@ Job mgnet_step(const std::string& preset, int batch, int width, int height) {
   options.batch = batch, options.height = padded_size(height), options.width = padded_size(width);
   const MgnetTraining training = mgnet_training(*job.graph, mgnet_size(preset), options);
   for (const auto& [name, value] : training.losses) job.outputs.push_back(value);
+  job.outputs.push_back(training.squares);
   const auto map = [&](int channels) { return Shape{batch, channels, options.height, options.width}; };
   std::uint32_t seed = 1;
   for (const char* name : {"image", "albedo"}) job.feed(name, shares(map(3), seed++));
@@ -139,7 +140,9 @@ void feed_light_maps(Job& job, const std::string& prefix, const BenchRoom& room,
 
 Job light_step(const LightSizes& sizes, const LightTrainingOptions& o) {
   Job job{.items = o.batch, .updates = true};
-  for (const auto& [name, value] : light_training(*job.graph, sizes, o).losses) job.outputs.push_back(value);
+  const LightTraining training = light_training(*job.graph, sizes, o);
+  for (const auto& [name, value] : training.losses) job.outputs.push_back(value);
+  job.outputs.push_back(training.squares);
   const BenchRoom room = bench_room(o.width, o.height), coarse = bench_room(o.shade_width, o.shade_height);
   feed_light_maps(job, "", room, o.batch), feed_light_maps(job, "shade_", coarse, o.batch);
   job.feed("range", repeated(depth_range(room.depth), o.batch));

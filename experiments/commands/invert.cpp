@@ -38,7 +38,10 @@ void add_invert_command(CommandLine& line) {
       .flag("--force", "Replace a RUN folder even if it holds other files, or results made from it: they are lost",
             options->force);
   add_sample_options(command, options->render, *samples, "the re-render", {"grid8x16"});
-  command.choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
+  command
+      .option("--mask", "M.png",
+              "Picture of the photograph's size: the error is that where a channel is above one half", options->mask)
+      .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
       .choice("--delta",
               "What the uncertainty of a hit is measured in; learned light only takes what it was trained with",
@@ -63,6 +66,7 @@ void add_invert_command(CommandLine& line) {
   command.run([options, samples, every_ray, everything, precision](const CommonOptions& common) {
     options->photo = found_data(options->photo);
     if (!options->camera.empty()) options->camera = found_data(options->camera);
+    if (!options->mask.empty()) options->mask = found_data(options->mask);
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
     options->preset = common.preset, options->weights = common.weights;
     options->command = common.command;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
@@ -84,8 +85,10 @@ double EvaluationSummary::score() const {
   if (metrics.empty()) throw Error(ErrorKind::Failed, "no view has a valid pixel", "evaluation");
   double total = 0;
   int count = 0;
-  for (const MetricSummary& m : metrics)
+  for (const MetricSummary& m : metrics) {
+    if (!std::isfinite(m.ours.mean)) return std::numeric_limits<double>::quiet_NaN();  // not a map without a figure
     if (std::isfinite(m.ratio)) total += std::log(std::max(m.ratio, 1e-6)), ++count;
+  }
   return std::exp(total / count);
 }
 

@@ -147,4 +147,21 @@ Cell seconds_to(double error, const std::vector<double>& seconds, const std::vec
   return fmt::format("> {:.2g}", seconds.back());
 }
 
+Cell factor_of(const Cell& plain, const Cell& other) {
+  struct Bounded {
+    double seconds;
+    int above;  // 1: more than these, -1: less
+  };
+  const auto read = [](const Cell& cell) {
+    if (const auto* measure = std::get_if<Measure>(&cell)) return Bounded{measure->mean, 0};
+    const std::string& text = std::get<std::string>(cell);  // "> 0.43"
+    return Bounded{std::stod(text.substr(2)), text[0] == '>' ? 1 : -1};
+  };
+  const Bounded a = read(plain), b = read(other);
+  const double factor = a.seconds / b.seconds;
+  if (a.above == 0 && b.above == 0) return Measure{factor};
+  if (a.above * b.above > 0) return {};  // both more, or both less
+  return fmt::format("{} {:.2g}", a.above - b.above > 0 ? '>' : '<', factor);
+}
+
 }  // namespace clerestory

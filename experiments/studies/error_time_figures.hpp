@@ -70,4 +70,8 @@ std::vector<bool> pareto_front(const std::vector<double>& seconds, const std::ve
 /// behind the last.
 Cell seconds_to(double error, const std::vector<double>& seconds, const std::vector<double>& errors);
 
+/// How many times the seconds of `other` those of `plain` are, both as seconds_to() gives them: a bound where one of
+/// them is one, nothing where two bounds say nothing.
+Cell factor_of(const Cell& plain, const Cell& other);
+
 }  // namespace clerestory

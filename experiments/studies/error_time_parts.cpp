@@ -4,6 +4,7 @@
 #include <functional>
 #include <set>
 
+#include "experiments/applications/light_choice.hpp"
 #include "host/error.hpp"
 #include "host/math/radiance.hpp"
 
@@ -93,6 +94,61 @@ ErrorTimePart learned(const Config& config) {
   return part;
 }
 
+/// What `clerestory invert` does by itself under a light.
+RenderSettings best_under(const std::string& light) {
+  RenderSettings best;
+  best.light = light;
+  choose_sampler(best);
+  return best;
+}
+
+/// A part of the renderer, switched on alone: takes over what `best` does of it.
+struct PlainSwitch {
+  std::string name;
+  bool of_nets = false;  // under other lights there is nothing to be switched
+  void (*on)(RenderSettings& plain, const RenderSettings& best) = nullptr;
+};
+const std::vector<PlainSwitch>& plain_switches() {
+  static const std::vector<PlainSwitch> all{
+      {"sampler", false, [](RenderSettings& plain, const RenderSettings& best) { plain.sampler = best.sampler; }},
+      {"points", false, [](RenderSettings& plain, const RenderSettings& best) { plain.points = best.points; }},
+      {"ssrt", false, [](RenderSettings& plain, const RenderSettings& best) { plain.ssrt = best.ssrt; }},
+      {"shared answers", true,
+       [](RenderSettings& plain, const RenderSettings& best) {
+         plain.sharing = best.sharing, plain.leave_out = {Saving::SharedAnswers};
+       }},
+      {"small shares", true,
+       [](RenderSettings& plain, const RenderSettings&) { plain.leave_out = {Saving::SmallShares}; }}};
+  return all;
+}
+
+ErrorTimePart against_plain(const Config& config, const std::string& light) {
+  ErrorTimePart part{.name = "plain_" + light,
+                     .title = fmt::format("A plain estimator and its parts, light = {}", light),
+                     .light = light};
+  RenderSettings plain;
+  plain.light = light, plain.sharing = Sharing::Never, plain.leave_out.clear();
+  plain.sampler = config.text("plain.sampler"), plain.points = config.text("plain.points"),
+  plain.ssrt = config.text("plain.ssrt");
+  part.note = fmt::format(
+      "plain: {}, {} points, {}, every ray asks, nothing is left out; then each part alone as `clerestory invert` has "
+      "it, "
+      "then all",
+      plain.sampler, plain.points, plain.ssrt);
+  part.what = {"picture"}, part.floor = kLightFloor, part.against_plain = true;
+  const RenderSettings best = best_under(light);
+  part.truth = {"truth", best, LayerResult::Picture};
+  part.truth.settings.sharing = Sharing::Never;
+  part.estimators.push_back({"plain", plain});
+  for (const PlainSwitch& one : plain_switches()) {
+    if (one.of_nets && light != "net") continue;
+    part.estimators.push_back({"plain, but " + one.name, plain});
+    one.on(part.estimators.back().settings, best);
+  }
+  part.estimators.push_back({"all on", best});
+  return part;
+}
+
 /// Two of one name would count as one.
 void check_names(const ErrorTimePart& part) {
   std::set<std::string> names;
@@ -128,21 +184,33 @@ void add_error_time_keys(Schema& schema) {
       .texts("learned.switches", {"default", "shared", "dda", "independent", "vndf_hemisphere"},
              "Rows; none: no learned light", {"default", "shared", "dda", "independent", "vndf_hemisphere", "guided"})
       .integer("learned.truth_spp", 4096, "Samples a pixel of the truth", {4, 1 << 24});
+  schema.section("plain", "What each part of the renderer gains over a plain estimator, and all of them together.")
+      .texts("plain.lights", {}, "Under which light; none: not measured", {"image", "net"})
+      .text("plain.sampler", "vndf_hemisphere", "Its sampler", {"vndf_caps", "vndf_hemisphere", "ndf", "cosine"})
+      .text("plain.points", "independent", "Its points", {"sobol", "independent"})
+      .text("plain.ssrt", "dda", "How its rays march", {"hierarchical", "dda"});
+  for (const char* light : {"image", "net"}) {
+    const std::string name = std::string("plain_") + light;
+    schema.section(name, fmt::format("The same under light = {}.", light))
+        .integers(name + ".spp", {1, 4, 16, 64, 256}, "Samples a pixel", {1, 65536})
+        .integer(name + ".truth_spp", 4096, "Samples a pixel of the truth", {4, 1 << 24});
+  }
 }
 
 std::vector<ErrorTimePart> error_time_parts(const Config& config) {
   if (const std::int64_t seeds = config.integer("study.seeds"); seeds < 2)
     throw usage_error("one seed does not tell a bias from noise", where(config, "study.seeds"),
                       fmt::format("{}", seeds), "at least 2");
-  std::vector<ErrorTimePart> parts;
-  for (ErrorTimePart part : {pictures(config), gradients(config), learned(config)}) {
+  std::vector<ErrorTimePart> asked{pictures(config), gradients(config), learned(config)}, parts;
+  for (const std::string& light : config.texts("plain.lights")) asked.push_back(against_plain(config, light));
+  for (ErrorTimePart& part : asked) {
     if (part.estimators.empty()) continue;
     check_names(part), read_samples(config, part);
     parts.push_back(std::move(part));
   }
   if (parts.empty())
-    throw usage_error("nothing to measure", "pictures.samplers, gradients.draws, learned.switches", "all empty",
-                      "one of them with entries");
+    throw usage_error("nothing to measure", "pictures.samplers, gradients.draws, learned.switches, plain.lights",
+                      "all empty", "one of them with entries");
   return parts;
 }
 

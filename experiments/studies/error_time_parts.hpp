@@ -29,6 +29,9 @@ struct ErrorTimePart {
   TimedEstimator truth = {};
   int truth_runs = 4, truth_spp = 0;  // independent runs, and samples a pixel of all together
   std::optional<double> floor = {};   // of ErrorReference
+  /// The first estimator is the plain one, which the others change in one part each and the last in all: whether rays
+  /// share answers is decided as `clerestory invert` decides it, and table "by_part" has the factors.
+  bool against_plain = false;
 };
 
 void add_error_time_keys(Schema& schema);

@@ -1,7 +1,10 @@
 #include "experiments/studies/error_time_study.hpp"
 
+#include <algorithm>
 #include <array>
 
+#include "experiments/applications/predict.hpp"
+#include "experiments/evaluation/flip.hpp"
 #include "experiments/evaluation/radiance_error.hpp"
 #include "experiments/studies/error_time_figures.hpp"
 #include "experiments/studies/error_time_tables.hpp"
@@ -10,6 +13,8 @@
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
+#include "host/stopwatch.hpp"
+#include "nets/learned_light.hpp"
 
 namespace clerestory {
 namespace {
@@ -26,11 +31,32 @@ int batches_of(const TimedEstimator& estimator) {
   return estimator.settings.spp % estimator.batches == 0 ? estimator.batches : 1;
 }
 
+/// Fixed, for a layer knows not how many rays it will be asked for.
+Sharing sharing_of_invert(const RenderSettings& settings, const Scene& scene) {
+  const double rays = static_cast<double>(scene.photo.pixels()) * settings.spp;
+  return shares_answers(scene, settings, rays) ? Sharing::Always : Sharing::Never;
+}
+
 double smape(const Estimate& picture, const Estimate& truth, const std::vector<bool>& used) {
   RadianceErrorSums sums;
   for (std::size_t i = 0; i < picture.size(); ++i)
     if (used[i % used.size()]) sums.add(picture[i], truth[i]);
   return sums.means().smape;
+}
+
+/// Mean over the pixels that are used; the others are alike.
+double mean_flip(const Estimate& picture, const Estimate& truth, const std::vector<bool>& used, int width) {
+  const auto image = [&](const Estimate& values) {
+    Image shown(width, static_cast<int>(used.size()) / width, 3);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      shown.data[i] = used[i % used.size()] ? static_cast<float>(values[i]) : 0;
+    return shown;
+  };
+  const Image map = flip(image(truth), image(picture));
+  std::vector<double> seen;
+  for (std::size_t p = 0; p < used.size(); ++p)
+    if (used[p]) seen.push_back(map.data[p]);
+  return mean(seen);
 }
 
 class ErrorTimeStudy : public RoomStudy {
@@ -44,6 +70,7 @@ class ErrorTimeStudy : public RoomStudy {
       use_light(part.truth.settings);
       for (TimedEstimator& estimator : part.estimators) estimator.settings.nets = part.truth.settings.nets;
     }
+    if (std::ranges::any_of(parts_, &ErrorTimePart::against_plain)) maps_ = use_maps();
     measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });
   }
 
@@ -51,6 +78,7 @@ class ErrorTimeStudy : public RoomStudy {
     const Random random(listed.seed);
     const Scene scene = scene_of_room(listed, random.seed(kPhotograph));
     RoomFindings found;
+    if (!maps_.empty()) measure_maps(scene, found);
     for (std::size_t p = 0; p < parts_.size(); ++p) measure_part(parts_[p], scene, random.fork(kParts + p), found);
     return found;
   }
@@ -63,16 +91,29 @@ class ErrorTimeStudy : public RoomStudy {
     return std::move(room.scene);
   }
 
+  /// What `clerestory invert` does before it renders.
+  void measure_maps(const Scene& scene, RoomFindings& found) {
+    predict_maps(device_, maps_, scene.photo, {});  // kernels are built
+    for (std::int64_t s = 0; s < seeds_; ++s) {
+      const Stopwatch watch;
+      predict_maps(device_, maps_, scene.photo, {});
+      found.add(Finding{"seconds", kMapsRegion}.of(s), watch.seconds());
+    }
+  }
+
   void measure_part(const ErrorTimePart& part, const Scene& scene, const Random& random, RoomFindings& found) {
     std::uint64_t stream = 0;
     const References truth = truth_of(part, scene, random.fork(stream));
-    for (TimedEstimator estimator : part.estimators) {
+    for (const TimedEstimator& given : part.estimators) {
+      TimedEstimator estimator = given;
       for (const int spp : kBuilding) {
         estimator.settings.spp = spp;
         TimedLayer(device_, scene, estimator.settings, estimator.result).run(0);
       }
       for (const std::int64_t spp : part.spp) {
+        estimator = given;
         estimator.settings.spp = static_cast<int>(spp);
+        if (part.against_plain) estimator.settings.sharing = sharing_of_invert(estimator.settings, scene);
         measure_row(part, estimator, scene, truth, random.fork(++stream), found);
       }
     }
@@ -111,7 +152,11 @@ class ErrorTimeStudy : public RoomStudy {
       for (auto& [what, values] : layer.values()) {
         of.region = region_of(part, what);
         note("error", truth.at(what).error(values), s);
-        if (part.floor) note("smape", smape(values, truth.at(what).mean(), pixels_with_depth(scene)), s);
+        if (part.floor) {
+          const Estimate& mean = truth.at(what).mean();
+          note("smape", smape(values, mean, pixels_with_depth(scene)), s);
+          note("flip", mean_flip(values, mean, pixels_with_depth(scene), scene.width()), s);
+        }
         estimates[what].push_back(std::move(values));
       }
       if (batches == 1) continue;
@@ -139,6 +184,7 @@ class ErrorTimeStudy : public RoomStudy {
   }
 
   std::vector<ErrorTimePart> parts_;
+  std::filesystem::path maps_;  // weights of the nets that predict maps, where their time is asked for
   std::int64_t seeds_;
 };
 

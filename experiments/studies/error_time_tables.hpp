@@ -9,6 +9,8 @@
 
 namespace clerestory {
 
+/// Where the seconds of the nets that predict maps stand: Finding::region.
+inline constexpr auto kMapsRegion = "maps";
 /// Where what a part finds of a picture or a gradient stands: Finding::region.
 std::string region_of(const ErrorTimePart& part, const std::string& what);
 
@@ -22,8 +24,8 @@ class ErrorTimeTables {
                   const Device& device)
       : config_(config), parts_(parts), found_(found), device_(device) {}
 
-  /// "error_time", a row for each estimator: seconds to an error, slopes; and a table of each part, a row for each
-  /// number of samples.
+  /// "error_time", a row for each estimator: seconds to an error, slopes; "by_part", of the parts against a plain
+  /// estimator: the factors; and a table of each part, a row for each number of samples.
   std::map<std::string, Table> tables() const;
   /// Error against seconds: a plot for each part, of gradients for each map.
   std::map<std::string, Plot> plots() const;
@@ -35,6 +37,8 @@ class ErrorTimeTables {
   std::string sentence(const ErrorTimePart& part) const;
   Table table_of(const ErrorTimePart& part) const;
   Table headline() const;
+  Table by_part() const;
+  double maps_seconds() const;
 
   const Config& config_;
   const std::vector<ErrorTimePart>& parts_;

@@ -40,7 +40,7 @@ const std::vector<StudyKind>& kinds() {
       {"ladder", {add_ladder_keys, add_light_keys, add_maps_keys}, run_ladder_study},
       {"user", {add_user_keys, add_light_keys, add_maps_keys}, run_user_study},
       {"target", {add_target_keys, add_light_keys}, run_target_study},
-      {"error_time", {add_error_time_keys, add_light_keys}, run_error_time_study},
+      {"error_time", {add_error_time_keys, add_light_keys, add_maps_keys}, run_error_time_study},
       {"leave_out", {add_leave_out_keys, add_light_keys, add_maps_keys}, run_leave_out_study}};
   return all;
 }

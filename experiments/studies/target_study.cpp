@@ -114,13 +114,14 @@ class TargetStudy : public RoomStudy {
     Table table;
     table.title = "An error asked for, and what comes of it";
     table.note = fmt::format(
-        "{} rooms of {}, true maps, light = {}, {} points, {}x{}: median over rooms; of each room over {} seeds errors "
-        "by their root mean square, samples and seconds by their mean. Error: root relMSE (eps 0.01) over the pixels "
-        "that have a depth, beside {} samples of the same layer in two halves, whose noise is not in it. Seconds: from "
-        "nothing compiled to the picture, kernels built before",
-        found().rooms(), rooms_.file.filename().string(), config_.text("target.light"), config_.text("target.points"),
-        config_.integer("data.width"), config_.integer("data.height"), config_.integer("study.seeds"),
-        config_.integer("target.truth_spp"));
+        "{} rooms of {}, true maps, light = {}, {}, {} points, {}x{}: median over rooms; of each room over {} seeds "
+        "errors by their root mean square, samples and seconds by their mean. Error: root relMSE (eps 0.01) over the "
+        "pixels that have a depth, beside {} samples of the same layer in two halves, whose noise is not in it. "
+        "Seconds: "
+        "from nothing compiled to the picture, kernels built before",
+        found().rooms(), rooms_.file.filename().string(), config_.text("target.light"), settings_.sampler,
+        config_.text("target.points"), config_.integer("data.width"), config_.integer("data.height"),
+        config_.integer("study.seeds"), config_.integer("target.truth_spp"));
     table.columns = {{"asked for", "", Best::None, 3},
                      {"measured by itself", "root relMSE", Best::None, 3},
                      {"true", "root relMSE", Best::None, 3},

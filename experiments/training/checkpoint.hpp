@@ -35,7 +35,7 @@ struct RunIdentity {
   std::uint64_t views_hash = 0;
 };
 
-/// Throws Error (Failed) naming the first state that holds a NaN or Inf, and where: such a checkpoint is not written.
+/// Throws NotFinite (stored_states.hpp) for the first state that holds a NaN or Inf: such a checkpoint is not written.
 void write_checkpoint(const std::filesystem::path& path, const States& states, const TrainingProgress& progress,
                       const RunIdentity& identity);
 /// Sets every state to what a checkpoint holds, bit for bit, and returns the progress. `file` is whole and finite

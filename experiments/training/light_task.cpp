@@ -40,18 +40,17 @@ struct LightNetwork {
     states->initialise(graph, o.run.seed);
     std::vector<Value> outputs;
     for (const auto& [name, value] : training.losses) outputs.push_back(value);
+    outputs.push_back(training.squares);
     for (const Value& p : graph.parameters()) parameters += p.shape().count();
     run = std::make_unique<Executor>(compile(graph, outputs, device, plan_options(o), true), std::move(states));
   }
 
-  Losses step(const LightBatch& batch, std::int64_t step, double rate) {
+  StepResult step(const LightBatch& batch, std::int64_t step, double rate) {
     for (const auto& [name, tensor] : batch.feeds) run->feed(name, tensor);
     run->feed("learning_rate", Tensor({}, rate));
     run->feed("step", Tensor({}, static_cast<double>(step + 1)));
     run->run(batch.draws);
-    Losses losses;
-    for (const auto& [name, value] : training.losses) losses.emplace_back(name, run->fetch(value).real.at(0));
-    return losses;
+    return result_of(*run, training.losses, training.parameters, training.squares);
   }
 };
 
@@ -155,7 +154,7 @@ class LightTask : public TrainingTask {
     stream_ = std::make_unique<LightStream>([this](std::int64_t step) { return batch(step); }, progress.step);
   }
 
-  Losses step(double rate) override {
+  StepResult step(double rate) override {
     const LightBatch batch = stream_->next();
     last_views_ = batch.views;
     return network_.step(batch, moment_steps_ + step_++, rate);

@@ -65,7 +65,7 @@ class MapsTask : public TrainingTask {
                            progress.step);
   }
 
-  Losses step(double rate) override {
+  StepResult step(double rate) override {
     TrainingBatch batch = stream_->next();
     batch.step += moment_steps_;
     last_views_ = batch.views;

@@ -26,6 +26,16 @@ PlanOptions plan_options(const TrainingOptions& options) {
   return plan;
 }
 
+StepResult result_of(Executor& run, const NamedValues& losses, const std::vector<Value>& parameters, Value squares) {
+  StepResult result;
+  for (const auto& [name, value] : losses) result.losses.emplace_back(name, run.fetch(value).real.at(0));
+  const std::vector<double> sums = run.fetch(squares).real;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    result.parameters.push_back(
+        {static_cast<const StateOp&>(*parameters[i].node->op).state_name, sums.at(2 * i), sums.at(2 * i + 1)});
+  return result;
+}
+
 struct TrainingNetwork::State {
   Graph graph;
   MgnetTraining training;
@@ -46,6 +56,7 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   if (o.loss.weights.perceptual > 0) set_frozen_features(o.loss.perceptual_weights, *states);
   std::vector<Value> outputs;
   for (const auto& [name, value] : state_->training.losses) outputs.push_back(value);
+  outputs.push_back(state_->training.squares);
   for (const Value& p : state_->graph.parameters()) state_->parameters += static_cast<std::size_t>(p.shape().count());
   state_->run =
       std::make_unique<Executor>(compile(state_->graph, outputs, device, plan_options(o), true), std::move(states));
@@ -53,7 +64,7 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
 
 TrainingNetwork::~TrainingNetwork() = default;
 
-Losses TrainingNetwork::step(const TrainingBatch& batch, double rate) {
+StepResult TrainingNetwork::step(const TrainingBatch& batch, double rate) {
   Executor& run = *state_->run;
   run.feed("image", batch.image);
   run.feed("albedo", batch.albedo);
@@ -68,9 +79,7 @@ Losses TrainingNetwork::step(const TrainingBatch& batch, double rate) {
   run.feed("learning_rate", Tensor({}, rate));
   run.feed("step", Tensor({}, static_cast<double>(batch.step + 1)));
   run.run();
-  Losses losses;
-  for (const auto& [name, value] : state_->training.losses) losses.emplace_back(name, run.fetch(value).real.at(0));
-  return losses;
+  return result_of(run, state_->training.losses, state_->training.parameters, state_->training.squares);
 }
 
 std::size_t TrainingNetwork::parameters() const { return state_->parameters; }

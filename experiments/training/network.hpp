@@ -15,6 +15,20 @@ namespace clerestory {
 /// Losses of one step by name ("loss" is the weighted sum), in the graph's order.
 using Losses = std::vector<std::pair<std::string, double>>;
 
+/// Sums of squares of a parameter's gradient, and of itself before the step.
+struct ParameterSquares {
+  std::string name;
+  double gradient = 0, value = 0;
+};
+
+/// What one step tells.
+struct StepResult {
+  Losses losses;
+  std::vector<ParameterSquares> parameters;
+};
+/// The same of a plan that ran, whose outputs are the losses and what adam() gave for the parameters.
+StepResult result_of(Executor& run, const NamedValues& losses, const std::vector<Value>& parameters, Value squares);
+
 /// How a training graph is compiled: within the options' memory.
 PlanOptions plan_options(const TrainingOptions& options);
 
@@ -26,7 +40,7 @@ class TrainingNetwork {
   ~TrainingNetwork();
 
   /// One step of Adam. `step` counts from 0.
-  Losses step(const TrainingBatch& batch, double rate);
+  StepResult step(const TrainingBatch& batch, double rate);
 
   std::size_t parameters() const;                  // numbers that are trained
   std::size_t bytes() const;                       // device memory beside the states

@@ -125,6 +125,11 @@ Schema make_schema() {
   s.integer("train.warmup", 0, "steps over which the rate rises from 0", {0, 1e9});
   s.real("train.beta1", 0.5, "Adam: decay of the mean gradient", {0, 0.999999});
   s.real("train.beta2", 0.999, "Adam: decay of the mean square", {0, 0.999999});
+  s.real("train.runaway", 1e4,
+         "the leg ends as diverged when the mean loss of log.every steps is so many times the least such mean before; "
+         "0: never",
+         {0, 1e30})
+      .aside();
   s.real("train.average", 0,
          "part of a moving average of the weights that a step keeps; what is judged and kept is then that average; 0: "
          "the weights themselves",
@@ -403,6 +408,7 @@ TrainSection train_of(const Config& c) {
   o.memory_key = "train.memory_mib (" + c.origin("train.memory_mib") + ")";
   o.rate = rate_of(c), o.encoder_rate = c.real("train.encoder_rate");
   o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2"), o.average = c.real("train.average");
+  o.runaway = c.real("train.runaway");
   return o;
 }
 

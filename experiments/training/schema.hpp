@@ -80,6 +80,7 @@ struct TrainSection {
   LearningRate rate;
   double encoder_rate = 1;  // factor of the rate
   double beta1 = 0, beta2 = 0;
+  double runaway = 0;  // times the least mean loss that ends the leg; 0: none does
   double average = 0;  // part of the weights' moving average that a step keeps; 0: there is none
 };
 

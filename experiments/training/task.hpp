@@ -47,7 +47,7 @@ class TrainingTask {
   /// Reads what validation needs; batches begin at progress.step. Fills in progress.means where the task has them.
   virtual void begin(TrainingProgress& progress) = 0;
   /// One step on the next batch.
-  virtual Losses step(double rate) = 0;
+  virtual StepResult step(double rate) = 0;
   virtual std::vector<std::string> last_views() const = 0;  // of that batch
   /// There are no further steps: no thread reads or makes views any more.
   virtual void end() = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <set>
 
 #include "experiments/training/checkpoint.hpp"
@@ -10,6 +12,7 @@
 #include "experiments/training/task.hpp"
 #include "experiments/weights/imported.hpp"
 #include "experiments/weights/shipped.hpp"
+#include "experiments/weights/stored_states.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
@@ -76,7 +79,17 @@ class Trainer {
   void begin_leg(const History& earlier, const std::filesystem::path& init);
   void loop();
   void take_step();
+  /// Throws where a parameter was not finite before this step, or a loss or gradient in it.
+  void stop_if_not_finite(const StepResult& result) const;
   void log_losses();
+  /// Throws where the loss of the last line of metrics is train.runaway times that of the best line before.
+  void stop_if_run_away(double loss);
+  /// What a training ends with that does not converge any more; `checkpoint` is the last good one.
+  Error diverged(const std::string& what, const std::string& found, const std::filesystem::path& checkpoint) const;
+  std::filesystem::path newest_checkpoint() const {
+    const auto newest = run_.latest_checkpoint();
+    return newest ? newest->path : std::filesystem::path();
+  }
   void validate();
   void checkpoint();
   void finish();
@@ -91,11 +104,15 @@ class Trainer {
     return {options_.model.preset, task_->net(),         options_.model.size,
             options_.run.seed,     config_hash(config_), views_hash(task_->views())};
   }
+  /// `work` that reads states; where one is not finite, throws it as diverged.
+  void with_finite_states(const std::function<void()>& work) const;
   void save_weights(const std::string& artifact) const {
     update_judged(states_, task_->weights());
-    write_weights(run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
-                  {options_.model.preset, task_->net(), options_.model.size, this_build().commit, task_->weights(),
-                   factored_moments(*states_.trained, progress_.moment_steps + progress_.step)});
+    with_finite_states([&] {
+      write_weights(run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
+                    {options_.model.preset, task_->net(), options_.model.size, this_build().commit, task_->weights(),
+                     factored_moments(*states_.trained, progress_.moment_steps + progress_.step)});
+    });
   }
 
   TrainingOptions options_;
@@ -113,6 +130,9 @@ class Trainer {
   double started_ = 0;          // work_clock() when progress_.seconds was true
   double last_checkpoint_ = 0;  // clock
   double rate_ = 0, log_clock_ = 0;
+  double least_loss_ = std::numeric_limits<double>::infinity();  // of the lines of metrics so far
+  /// The newest when the loss was last seen not run away: what a step made of the weights shows in later ones alone.
+  std::filesystem::path good_checkpoint_;
   std::int64_t log_step_ = 0;
   std::vector<std::string> loss_names_;
   std::string score_note_;
@@ -260,6 +280,9 @@ void Trainer::resume_or_begin() {
   if (!checkpoint) cut_metrics(run_.metrics_path(), -1);  // an earlier try died before its first checkpoint
   write_provenance(run_ / "provenance.json", provenance_);
 
+  for (const double loss : curve_of(read_metrics(run_.metrics_path()), "train/loss").values)
+    if (loss > 0) least_loss_ = std::min(least_loss_, loss);
+
   task_->begin(progress_);
   metrics_ = std::make_unique<MetricsWriter>(run_.metrics_path());
 }
@@ -332,18 +355,64 @@ void Trainer::loop() {
 
 void Trainer::take_step() {
   rate_ = options_.train.rate.at(progress_.step, limits_.fraction(progress_.step, seconds() / 60));
-  const Losses losses = task_->step(rate_);
-  for (const auto& [name, value] : losses)
-    if (!std::isfinite(value))
-      throw Error(
-          ErrorKind::Failed,
-          fmt::format("the loss \"{}\" is {} at step {}; the last checkpoint stays", name, value, progress_.step + 1),
-          run_.path().string(), fmt::format("in a batch of {}", fmt::join(task_->last_views(), ", ")),
-          "a finite number: look at these views, or lower train.rate");
+  const StepResult result = task_->step(rate_);
+  stop_if_not_finite(result);
+  const Losses& losses = result.losses;
   progress_.loss_sums.resize(losses.size(), 0.0), loss_names_.resize(losses.size());
   for (std::size_t i = 0; i < losses.size(); ++i)
     progress_.loss_sums[i] += losses[i].second, loss_names_[i] = losses[i].first;
   ++progress_.summed, ++progress_.step;
+}
+
+Error Trainer::diverged(const std::string& what, const std::string& found,
+                        const std::filesystem::path& checkpoint) const {
+  const std::string last = checkpoint.empty() || !std::filesystem::exists(checkpoint)
+                               ? "no checkpoint is known to be good"
+                               : fmt::format("the last good checkpoint is {}", checkpoint.string());
+  return Error(ErrorKind::Failed, fmt::format("the training diverged: {}; {}", what, last), run_.path().string(), found,
+               "a finite number, and a loss that falls: lower train.rate");
+}
+
+void Trainer::stop_if_not_finite(const StepResult& result) const {
+  for (const ParameterSquares& p : result.parameters)
+    if (!std::isfinite(p.value)) {
+      const Tensor now = states_.trained->get(p.name);
+      const std::string found = not_finite(StoredTensor(stored_shape(now.shape), now.floats()));
+      throw diverged(fmt::format("{} is not finite after step {}", p.name, progress_.step),
+                     found.empty() ? fmt::format("a sum of squares of {}", p.value) : found, newest_checkpoint());
+    }
+  const std::int64_t step = progress_.step + 1;
+  const auto of_batch = [&](double value) {
+    return fmt::format("{} in a batch of {}", value, fmt::join(task_->last_views(), ", "));
+  };
+  for (const auto& [name, value] : result.losses)
+    if (!std::isfinite(value))
+      throw diverged(fmt::format("the loss \"{}\" is not finite at step {}", name, step), of_batch(value),
+                     newest_checkpoint());
+  for (const ParameterSquares& p : result.parameters)
+    if (!std::isfinite(p.gradient))
+      throw diverged(fmt::format("the gradient of {} is not finite at step {}", p.name, step),
+                     of_batch(p.gradient) + ", squared and summed", newest_checkpoint());
+}
+
+void Trainer::with_finite_states(const std::function<void()>& work) const {
+  try {
+    work();
+  } catch (const NotFinite& e) {
+    throw diverged(fmt::format("{} is not finite after step {}", e.where(), progress_.step), e.found(),
+                   newest_checkpoint());
+  }
+}
+
+void Trainer::stop_if_run_away(double loss) {
+  const double most = options_.train.runaway * least_loss_;
+  if (options_.train.runaway > 0 && loss > most)
+    throw diverged(fmt::format("the loss has run away: over the last {} steps to step {} its mean is more than {} "
+                               "(train.runaway) times the least so far, {:.4g}",
+                               progress_.summed, progress_.step, options_.train.runaway, least_loss_),
+                   fmt::format("{:.4g}", loss), good_checkpoint_);
+  if (loss > 0) least_loss_ = std::min(least_loss_, loss);
+  good_checkpoint_ = newest_checkpoint();
 }
 
 void Trainer::log_losses() {
@@ -356,6 +425,7 @@ void Trainer::log_losses() {
   values.emplace_back("time/views_per_second", speed);
   metrics_->write(progress_.step, values);
   score_note_ = fmt::format("loss {:.4f}, {:.1f} views/s", values[0].second, speed);
+  stop_if_run_away(values[0].second);
   progress_.loss_sums.clear(), progress_.summed = 0;
   log_step_ = progress_.step, log_clock_ = clock_seconds();
 }
@@ -363,10 +433,16 @@ void Trainer::log_losses() {
 void Trainer::validate() {
   const double before = clock_seconds();
   update_judged(states_, task_->weights());
+  with_finite_states([&] {
+    for (const auto& [name, shape] : task_->weights()) stored_state(*states_.judged, name);
+  });
   Judgement judgement = task_->judge();
   metrics_->write(progress_.step, judgement.values);
   run_.log(fmt::format("step {}: {}", progress_.step, judgement.text));
   update_leg();
+  if (!std::isfinite(judgement.point.score) && !leg().curve.empty() && std::isfinite(leg().curve.back().score))
+    throw diverged(fmt::format("the validation's score is not finite at step {}", progress_.step), judgement.text,
+                   newest_checkpoint());
   judgement.point.step = progress_.step, judgement.point.hours = progress_.history.hours();
   leg().curve.push_back(judgement.point);
   // Step 0 says where a leg starts; an untrained net is no candidate.
@@ -381,7 +457,8 @@ void Trainer::checkpoint() {
   update_leg();
   TrainingProgress now = progress_;
   now.seconds = seconds();
-  write_checkpoint(run_.checkpoint_path(progress_.step), *states_.trained, now, identity());
+  with_finite_states(
+      [&] { write_checkpoint(run_.checkpoint_path(progress_.step), *states_.trained, now, identity()); });
   run_.prune_checkpoints(2);
   last_checkpoint_ = clock_seconds();
 }

@@ -1,7 +1,5 @@
 #include "experiments/weights/stored_states.hpp"
 
-#include "host/error.hpp"
-
 namespace clerestory {
 
 std::map<std::string, Shape> states_of(const Graph& graph) {
@@ -17,8 +15,7 @@ std::string shape_text(const std::vector<long>& shape) { return fmt::format("{}"
 StoredTensor stored_state(const States& states, const std::string& name) {
   const Tensor tensor = states.get(name);
   StoredTensor stored(stored_shape(tensor.shape), tensor.floats());
-  if (const std::string found = not_finite(stored); !found.empty())
-    throw Error(ErrorKind::Failed, "a state of the network is not finite; the file before stays", name, found);
+  if (const std::string found = not_finite(stored); !found.empty()) throw NotFinite(name, found);
   return stored;
 }
 

@@ -30,6 +30,10 @@
 #define JOIN2(a, b) a##b
 #define JOIN(a, b) JOIN2(a, b)
 
+#ifndef LANES  // one ray, where the host chooses none
+#define LANES 1
+#endif
+
 // Conditions are held as ints, 0 or -1, whatever `real` is.
 #if LANES > 1
 typedef JOIN(real, LANES) lanes;

@@ -8,7 +8,8 @@
 // chunk of outputs: source channels are transformed a block at a time into local memory, multiplied by the transformed
 // weights for each frequency with the register tile of lib/tile.clh, and the sums transformed back. Channels ascend and
 // every transform has one order, so that bits depend neither on bands nor on tiles. G has halves and no thirds: whole
-// numbers stay exact. Tensors are NCHW.
+// numbers stay exact. Every position of a tile takes part of its roundings, and of its Inf and NaN, from all sixteen
+// source pixels under the tile, three pixels away at most. Tensors are NCHW.
 #include "nn/conv_panel.clh"
 
 #define FREQUENCIES 16

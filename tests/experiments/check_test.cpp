@@ -30,16 +30,9 @@ struct CheckCommand : testing::Test {
     return Program(arguments, log, around).wait();
   }
 
-  /// The kernels with the first `right` in one file replaced.
+  /// With the first `right` in one kernel file replaced.
   Surroundings with_kernel(const std::string& file, const std::string& right, const std::string& wrong) const {
-    const fs::path kernels = folder / "kernels";
-    fs::copy(fs::path(CLERESTORY_SOURCE_DIR) / "kernels", kernels,
-             fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-    std::string source = read_file(kernels / file);
-    const std::size_t at = source.find(right);
-    EXPECT_NE(at, std::string::npos) << file;
-    std::ofstream(kernels / file) << source.replace(at, right.size(), wrong);
-    return {{}, {{"CLERESTORY_KERNELS", kernels.string()}}};
+    return with_changed_kernel(folder / "kernels", file, right, wrong);
   }
 };
 
@@ -236,9 +229,11 @@ TEST_F(CheckAll, AKernelThatDoesNotBuildIsNamed) {
 
 TEST_F(CheckCommand, AMistakeInThePathTracerIsSeenInBothPrecisions) {
   const Surroundings changed = with_kernel("trace/path.cl", "? R(1) / kept :", "? R(1) / (kept + R(1)) :");
-  EXPECT_EQ(check({"--only", "path"}, changed), 1) << text_of(log);
-  for (const char* seen : {"trace_rays in float: ray ", "trace_rays in double: ray ", "one op is wrong: path"})
-    EXPECT_THAT(text_of(log), HasSubstr(seen));
+  const fs::path found = folder / "found.json";
+  EXPECT_EQ(check({"--only", "path", "--json=" + found.string()}, changed), 1) << text_of(log);
+  EXPECT_THAT(text_of(log), HasSubstr("one op is wrong: path"));
+  for (const char* seen : {"trace_rays in float: ray ", "trace_rays in double: ray "})
+    EXPECT_THAT(text_of(found), HasSubstr(seen));
 }
 
 TEST_F(CheckCommand, AReproducerSaysWhetherTheDeviceShowsItsFault) {

@@ -47,6 +47,18 @@ TEST(ErrorTimeFigures, SecondsToAnErrorLieOnTheLineInLogarithms) {
   EXPECT_FALSE(log_log_slope(seconds, {1, NAN, 0.01}));
 }
 
+TEST(ErrorTimeFigures, FactorsOfBoundsAreBoundsOrNothing) {
+  const Cell four = Measure{4}, one = Measure{1}, over = std::string("> 3"), under = std::string("< 0.5");
+  EXPECT_NEAR(std::get<Measure>(factor_of(four, one)).mean, 4, 1e-15);
+  EXPECT_EQ(std::get<std::string>(factor_of(over, one)), "> 3");
+  EXPECT_EQ(std::get<std::string>(factor_of(four, under)), "> 8");
+  EXPECT_EQ(std::get<std::string>(factor_of(over, under)), "> 6");
+  EXPECT_EQ(std::get<std::string>(factor_of(four, over)), "< 1.3");
+  EXPECT_EQ(std::get<std::string>(factor_of(under, over)), "< 0.17");
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(factor_of(over, over)));
+  EXPECT_TRUE(std::holds_alternative<std::monostate>(factor_of(under, under)));
+}
+
 /// Runs of `size` values: 1 + bias + noise of that deviation, uniform, from a stream of its own each.
 std::vector<Estimate> noisy(int runs, std::size_t size, double bias, double deviation, std::uint64_t stream) {
   std::vector<Estimate> all;
@@ -156,13 +168,17 @@ TEST(ErrorTimeStudy, AnUnbiasedEstimatorsErrorFallsAsOneOverItsSamples) {
     }
     for (std::size_t k = 0; k < 5; ++k) {
       EXPECT_EQ(number(rows, 5 * e + k, 1), std::pow(4, k));
-      EXPECT_GT(number(rows, 5 * e + k, 4), 0) << "seconds";
-      EXPECT_GT(number(rows, 5 * e + k, 11), 0) << "memory";
+      EXPECT_GT(number(rows, 5 * e + k, 5), 0) << "seconds";
+      EXPECT_GT(number(rows, 5 * e + k, 12), 0) << "memory";
+      EXPECT_GT(number(rows, 5 * e + k, 4), 0) << "FLIP";
       if (k > 0) {
         EXPECT_LT(number(rows, 5 * e + k, 2), number(rows, 5 * e + k - 1, 2)) << names[e] << " " << k;
       }
     }
   }
+  for (std::size_t e = 0; e < names.size(); ++e)
+    EXPECT_LT(number(rows, 5 * e + 4, 4), 0.7 * number(rows, 5 * e, 4))
+        << "FLIP of 256 samples and of one, " << names[e];
   EXPECT_LT(number(head, 0, 6), 0.5 * number(head, 2, 6)) << "Sobol's points gain nothing";
   EXPECT_TRUE(std::filesystem::exists(run / "artifacts/pictures.csv"));
   EXPECT_TRUE(!can_plot() || std::filesystem::exists(run / "artifacts/pictures.svg"));
@@ -230,6 +246,35 @@ TEST(ErrorTimeStudy, LearnedLightHasARowForEachSwitch) {
     EXPECT_NEAR(number(rows, 2 + k, 2), number(rows, k, 2), 0.5 * number(rows, k, 2)) << "shared answers are close";
     EXPECT_NEAR(number(rows, 4 + k, 2), number(rows, k, 2), 0.5 * number(rows, k, 2)) << "dda meets the same cells";
   }
+}
+
+TEST(ErrorTimeStudy, PartsAreComparedWithThePlainEstimator) {
+  const ScratchFolder folder{"clerestory-error-time-plain"};
+  const Config config = error_time_config(
+      folder.path(), {"data.spp=16", "pictures.samplers=[]", "gradients.draws=[]", "learned.switches=[]",
+                      "study.seeds=2", "plain.lights=[image, net]", "plain_image.spp=[4, 64]",
+                      "plain_image.truth_spp=1024", "plain_net.spp=[4, 16]", "plain_net.truth_spp=256"});
+  const RunTables tables = study_tables(run_study(config, {"clerestory", "run"}));
+  const Table& table = tables.at("by_part");
+  std::vector<std::string> names;
+  for (const auto& row : table.rows)
+    names.push_back(std::get<std::string>(row[0]) + ": " + std::get<std::string>(row[1]));
+  EXPECT_THAT(names,
+              testing::ElementsAre("image: plain", "image: plain, but sampler", "image: plain, but points",
+                                   "image: plain, but ssrt", "image: all on", "net: plain", "net: plain, but sampler",
+                                   "net: plain, but points", "net: plain, but ssrt", "net: plain, but shared answers",
+                                   "net: plain, but small shares", "net: all on"));
+  const auto error = [&](std::size_t row) { return number(table, row, 6); };
+  EXPECT_LT(error(4), 0.5 * error(0)) << "image: all parts gain nothing";
+  EXPECT_LT(error(2), error(0)) << "Sobol's points gain nothing";
+  // By random numbers of their own.
+  EXPECT_NEAR(error(8), error(5), 0.5 * error(5)) << "dda meets the same cells";
+  EXPECT_NEAR(error(10), error(5), 0.5 * error(5)) << "small shares change a thousandth at most";
+  const auto whole = [&](std::size_t row) { return table.rows[row][4]; };
+  for (std::size_t r = 0; r < table.rows.size(); ++r)
+    if (std::holds_alternative<Measure>(table.rows[r][2])) {
+      EXPECT_GT(std::get<Measure>(whole(r)).mean, number(table, r, 2)) << "the maps' nets take no time";
+    }
 }
 
 TEST(ErrorTimeStudy, RefusesWhatItCannotMeasure) {

@@ -154,6 +154,17 @@ TEST(EvaluationSummary, RatioIsToTheTrivialPredictorWithTheLeastMean) {
   EXPECT_DOUBLE_EQ(s.score(), 2.0 / 3);
 }
 
+// A ratio to nothing says nothing; an error that is no number says that the net gives none.
+TEST(EvaluationSummary, ScorePassesOverRatiosToNothingAndNotOverNaN) {
+  ViewResult view = result_of(1, 4, 2);
+  view.ours[1] = 0.5, view.constant[1] = 0;
+  EXPECT_DOUBLE_EQ(summarise({view}).score(), 0.5);
+  view.ours[1] = std::nan("");
+  EXPECT_TRUE(std::isnan(summarise({view}).score()));
+  view.constant[1] = 1;
+  EXPECT_TRUE(std::isnan(summarise({view}).score()));
+}
+
 TEST(EvaluationSummary, PredictorThatMissesViewsIsNotTheBest) {
   ViewResult without = result_of(3, 2, 0);
   without.mean_map[0].reset();

@@ -1,5 +1,7 @@
 // Weights of the light: the text of their shape, the two files and every way in which they may be wrong, the card.
 
+#include "experiments/applications/light_choice.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -362,6 +364,15 @@ TEST_F(LightWeights, ShippedCardIsThatOfTheShippedFiles) {
       fs::copy(entry.path(), folder / "shipped");
   EXPECT_EQ(text_of(write_folder_card(folder / "shipped", folder / "shipped/maps.safetensors")),
             text_of(shipped / "CARD.md"));
+}
+
+TEST(LightChoice, DirectionsAreDrawnTowardsLampsWhereThePhotographIsTheLight) {
+  for (const auto& [light, sampler] : {std::pair{"image", "guided"}, {"net", "vndf_caps"}, {"constant", "vndf_caps"}}) {
+    RenderSettings settings;
+    settings.light = light;
+    choose_sampler(settings);
+    EXPECT_EQ(settings.sampler, sampler) << light;
+  }
 }
 
 }  // namespace

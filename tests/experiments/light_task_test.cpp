@@ -247,7 +247,7 @@ std::vector<double> losses_of_leg(const TrainingOptions& options, std::int64_t b
   progress.history.legs[0].views_seen = before;
   task->begin(progress);
   std::vector<double> losses;
-  for (int i = 0; i < steps; ++i) losses.push_back(task->step(0).at(0).second);
+  for (int i = 0; i < steps; ++i) losses.push_back(task->step(0).losses.at(0).second);
   return losses;
 }
 

@@ -1,6 +1,7 @@
 #include "tests/experiments/program.hpp"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -43,6 +44,18 @@ int Program::wait() {
   waitpid(pid_, &status, 0);
   pid_ = -1;
   return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+Surroundings with_changed_kernel(const std::filesystem::path& folder, const std::string& file, const std::string& right,
+                                 const std::string& wrong) {
+  namespace fs = std::filesystem;
+  fs::remove_all(folder);
+  fs::copy(fs::path(CLERESTORY_SOURCE_DIR) / "kernels", folder, fs::copy_options::recursive);
+  std::string source = text_of(folder / file);
+  const std::size_t at = source.find(right);
+  EXPECT_NE(at, std::string::npos) << file << " has no " << right;
+  if (at != std::string::npos) std::ofstream(folder / file) << source.replace(at, right.size(), wrong);
+  return {{}, {{"CLERESTORY_KERNELS", folder.string()}}};
 }
 
 bool wait_until(const std::function<bool()>& condition) {

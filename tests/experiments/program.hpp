@@ -37,6 +37,11 @@ class Program {
   pid_t pid_ = -1;
 };
 
+/// Around a program that reads its kernels from `folder`, where this copies them with the first `right` in `file` (such
+/// as "nn/adam.cl") replaced by `wrong`.
+Surroundings with_changed_kernel(const std::filesystem::path& folder, const std::string& file, const std::string& right,
+                                 const std::string& wrong);
+
 /// Asks every fraction of a millisecond, for five minutes at most; false when it never came true.
 bool wait_until(const std::function<bool()>& condition);
 

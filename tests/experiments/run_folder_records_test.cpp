@@ -4,10 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "experiments/applications/run_folder.hpp"
 #include "host/io/camera_file.hpp"
+#include "host/io/image.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/run_folder.hpp"
 #include "tests/experiments/untrained_light.hpp"
+#include "tests/nets/corner.hpp"
 
 namespace clerestory {
 namespace {
@@ -153,6 +156,30 @@ TEST_F(RunFolder, AnErrorIsAskedForAndRecorded) {
   EXPECT_THAT(text_of(out / "report.html"), HasSubstr("root relMSE"));
 }
 
+TEST_F(RunFolder, AnErrorIsAskedForOfThePixelsUnderAMask) {
+  const fs::path out = folder_ / "new", file = folder_ / "half.png", other = folder_ / "other.png";
+  const Image picture = read_image(photo());
+  Image half(picture.width, picture.height, 1);
+  std::fill_n(half.data.begin(), half.data.size() / 2, 1.0f);
+  write_png(file, half, Encoding::Linear);
+  write_png(other, Image(picture.width + 1, picture.height, 1, 1), Encoding::Linear);
+  Words words = taken_apart(photo(), out), alone = words;
+  alone.insert(alone.end(), {"--mask", file});
+  expect_refused(alone, "--mask");  // no error is asked for
+  const auto spp = std::ranges::find(words, std::string("--spp"));
+  words.erase(spp, spp + 2);
+  words.insert(words.end(), {"--target-error", "0.2", "--mask", other});
+  expect_refused(words, other.string());
+  words.back() = file;
+  ASSERT_EQ(start(words), 0) << said();
+  const auto provenance = record(out / "provenance.json");
+  EXPECT_THAT(provenance["facts"]["error of the re-render under the mask"].get<std::string>(),
+              HasSubstr("(asked: 0.2)"));
+  bool recorded = false;
+  for (const auto& input : provenance["inputs"]) recorded |= input["path"].get<std::string>().ends_with("half.png");
+  EXPECT_TRUE(recorded);
+}
+
 TEST_F(RunFolder, AnErrorOfObjectsAndEditsIsAskedForAndRecorded) {
   const auto until = [](Words words, const Words& more) {
     const auto spp = std::ranges::find(words, std::string("--spp"));
@@ -234,6 +261,23 @@ TEST_F(RunFolder, ItsReportShowsWhatWasMadeFromIt) {
   const std::string edit = text_of(run() / "edit/report.html");
   ASSERT_EQ(start({"report", run() / "edit"}), 0) << said();
   EXPECT_EQ(text_of(run() / "edit/report.html"), edit);
+}
+
+// Files are written side by side: one that cannot be is not passed over, whichever it is.
+TEST(WriteRun, AFileThatCannotBeWrittenIsAnErrorWhicheverItIs) {
+  const ScratchFolder folder("clerestory-write-run");
+  const Scene scene = corner();
+  const Image three(scene.width(), scene.height(), 3, 0.5f), one(scene.width(), scene.height(), 1, 0.5f);
+  const auto write = [&](const fs::path& run) { write_run(run, scene, Rerender{three, three, one}); };
+  fs::create_directories(folder / "whole");
+  write(folder / "whole");
+  const std::vector<std::string> names = files_below(folder / "whole");
+  EXPECT_EQ(names.size(), 16u);  // camera, photograph, four maps and three of the re-render, and previews of them
+  for (const std::string& name : names) {
+    const fs::path run = folder / ("without-" + name);
+    fs::create_directories(run / name / "in-the-way");
+    EXPECT_ANY_THROW(write(run)) << name;
+  }
 }
 
 }  // namespace

@@ -11,10 +11,11 @@ namespace {
 
 TEST(TargetStudy, ASmallerErrorTakesMoreSamplesAndIsNearlyHad) {
   const ScratchFolder folder{"clerestory-target"};
-  const Config config = study_config(
-      std::filesystem::path(CLERESTORY_SOURCE_DIR) / "experiments/configs/target_error.toml",
-      {"run.root=" + folder.path().string(), "data.rooms=1", "data.width=32", "data.height=24", "data.spp=4",
-       "target.errors=[0.04, 0.015]", "target.spp=[16]", "target.truth_spp=8192", "study.seeds=8"});
+  const Config config =
+      study_config(std::filesystem::path(CLERESTORY_SOURCE_DIR) / "experiments/configs/target_error.toml",
+                   {"run.root=" + folder.path().string(), "data.rooms=1", "data.width=32", "data.height=24",
+                    "data.spp=4", "target.light=image", "target.errors=[0.04, 0.015]", "target.spp=[16]",
+                    "target.truth_spp=8192", "study.seeds=8"});
   const Table table = study_tables(run_study(config, {"clerestory", "run"})).at("target");
   ASSERT_EQ(table.rows.size(), 3u);
   const auto number = [&](std::size_t row, std::size_t column) {

@@ -49,10 +49,10 @@ struct TrainingRun : testing::Test {
   TrainingOutcome run(const std::string& root, const std::vector<std::string>& more) const {
     return train(config(root, more), {"clerestory", "train"});
   }
-  Program start(const std::string& root, const std::vector<std::string>& more) const {
+  Program start(const std::string& root, const std::vector<std::string>& more, const Surroundings& around = {}) const {
     std::vector<std::string> arguments{"train", (folder / "tiny.toml").string()};
     for (const std::string& o : overrides(root, more)) arguments.push_back(o);
-    return Program(arguments, folder / (root + ".txt"));
+    return Program(arguments, folder / (root + ".txt"), around);
   }
   std::string output_of(const std::string& root) const { return text_of(folder / (root + ".txt")); }
   /// The only run below a root.

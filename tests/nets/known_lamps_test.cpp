@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "nets/render_scene.hpp"
@@ -59,6 +60,64 @@ TEST(KnownLamps, ThereAreNoneInTheDarkAndFittedOnesAreAsTheyAre) {
   EXPECT_GT(known->at(0, 4, 0, 0), 3 / 0.5) << "over the mean of the picture, which is at most 0.5";
   scene = corner_with_lamp(), settings.lamps.clear(), settings.light = "constant";
   EXPECT_FALSE(known_lamps(scene, settings)) << "a light that does not read the photograph at surfaces";
+}
+
+/// The corner, all of one radiance but those pixels of its front wall, four metres away.
+Scene corner_with(const std::vector<std::pair<int, int>>& bright, float radiance) {
+  Scene scene = corner();
+  std::ranges::fill(scene.photo.data, 0.2f);
+  for (const auto& [x, y] : bright)
+    for (int c = 0; c < 3; ++c) scene.photo.at(c, y, x) = radiance, scene.depth.at(0, y, x) = 4;
+  for (const auto& [x, y] : bright)
+    for (int c = 0; c < 3; ++c) scene.normal.at(c, y, x) = c == 2 ? 1 : 0;
+  return scene;
+}
+
+TEST(KnownLamps, ABrightPixelHasMoreThanThreeTimesWhatRaysFindOutOfView) {
+  const std::vector<std::pair<int, int>> one{{20, 10}};
+  for (const bool above : {false, true}) {
+    const Scene scene = corner_with(one, above ? 0.61f : 0.59f);
+    const double times = scene.photo.at(0, 10, 20) / ambient_of(scene)[0];
+    ASSERT_TRUE(above ? times > 3 && times < 3.1 : times < 3 && times > 2.9) << times;
+    EXPECT_EQ(bright_patches(scene).size(), above ? 1u : 0u);
+  }
+}
+
+// Pixels far apart from each other, more than there may be patches.
+TEST(KnownLamps, ThereAreEightPatchesAtMost) {
+  std::vector<std::pair<int, int>> bright;
+  for (int y = 2; y < 14; y += 3)
+    for (int x = 2; x < 38; x += 6) bright.emplace_back(x, y);
+  EXPECT_EQ(bright_patches(corner_with(bright, 30)).size(), 8u);
+  bright.resize(3);
+  EXPECT_EQ(bright_patches(corner_with(bright, 30)).size(), 3u) << "each by itself";
+}
+
+// Two pixels side by side, too near each other to be split: spread about their middle by half their distance each.
+TEST(KnownLamps, APatchIsAsWideAsItsPixelsAndTheirExtent) {
+  const Scene scene = corner_with({{20, 10}, {21, 10}}, 30);
+  const std::vector<SoftLamp> lamps = bright_patches(scene);
+  ASSERT_EQ(lamps.size(), 1u);
+  const double pixel = 4 / scene.camera.fx, variance = pixel * pixel / 4;  // of a distance from the middle
+  EXPECT_NEAR(lamps[0].size * lamps[0].size, 1.44 * variance / 2 + 0.5 * pixel * pixel, 1e-5 * pixel * pixel);
+}
+
+TEST(KnownLamps, TheTwentyThatBringMostAreKept) {
+  const Scene scene = corner();
+  RenderSettings settings;
+  settings.light = "constant";
+  for (int k = 0; k < 30; ++k) {  // the brightest are small: power goes with the square of the size
+    const double size = 0.1 * (k + 1), radiance = 40 - k;
+    settings.lamps.push_back({{0.1 * k, 0, -2}, size, {radiance, radiance, radiance}});
+  }
+  const std::optional<Tensor> known = known_lamps(scene, settings);
+  ASSERT_TRUE(known);
+  ASSERT_EQ(known->shape, (Shape{1, 5, 1, 20}));
+  const auto power = [](int k) { return std::pow(0.1 * (k + 1), 2) * (40 - k); };
+  std::vector<int> order(30);
+  for (int k = 0; k < 30; ++k) order[static_cast<std::size_t>(k)] = k;
+  std::ranges::sort(order, [&](int a, int b) { return power(a) > power(b); });
+  for (int k = 0; k < 20; ++k) EXPECT_NEAR(known->at(0, 0, 0, k), 0.1 * order[static_cast<std::size_t>(k)], 1e-6) << k;
 }
 
 /// Pictures by so many seeds.

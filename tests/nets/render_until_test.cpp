@@ -69,6 +69,34 @@ TEST_F(RenderUntil, ReachesTheErrorThatItWasAskedForAndKnowsIt) {
     }
 }
 
+// What is measured, and what standard errors are scaled to, are the pixels that are asked about.
+TEST_F(RenderUntil, TheErrorIsThatOfTheChosenPixels) {
+  const std::size_t n = scene.photo.pixels();
+  std::vector<bool> upper(n), lower(n);
+  for (std::size_t i = 0; i < n; ++i) (i < n / 2 ? upper : lower)[i] = true;
+  const RenderGoal goal{.error = 1e-6, .most = 64};
+  std::vector<double> errors;
+  for (const auto& where : {upper, lower}) {
+    const RenderedUntil reached = render_until(device, scene, settings, goal, where);
+    const Rendering& r = reached.rendering;
+    EXPECT_NEAR(root_relative(r.standard_error, {r.radiance, where}), reached.error(),
+                4 * kFloatRounding * reached.error());
+    errors.push_back(reached.error());
+  }
+  const RenderedUntil whole = render_until(device, scene, settings, goal);
+  // Of halves of equal size the mean of squares is the whole's.
+  EXPECT_NEAR(std::hypot(errors[0], errors[1]) / std::sqrt(2.0), whole.error(), 1e-9 * whole.error());
+  EXPECT_GT(std::abs(errors[0] - errors[1]), 0.05 * whole.error()) << "both halves are alike: this shows nothing";
+  Scene holes = scene;
+  std::fill_n(holes.depth.data.begin(), n / 2, 0.0f);
+  try {
+    render_until(device, holes, settings, goal, upper);
+    FAIL() << "nothing under the mask has a depth";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("--mask"), std::string::npos);
+  }
+}
+
 TEST_F(RenderUntil, EndsWhenItsTimeOrItsSamplesAreOver) {
   const RenderedUntil brief = render_until(device, scene, settings, {.error = 1e-6, .seconds = 1e-6});
   ASSERT_EQ(brief.rounds.size(), 2u) << "one round knows no error";

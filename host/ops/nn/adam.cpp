@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "host/ops/nn/parameter_slots.hpp"
+#include "host/ops/nn/square_sums.hpp"
+#include "host/ops/tensor/concat.hpp"
 
 namespace clerestory {
 namespace {
@@ -74,12 +76,13 @@ struct AdamOp : NotDifferentiable {  // gradient, parameter, first moment, secon
 
 }  // namespace
 
-void adam(std::span<const Value> parameters, std::span<const Value> gradients, Value learning_rate, Value step,
-          const AdamOptions& options) {
+Value adam(std::span<const Value> parameters, std::span<const Value> gradients, Value learning_rate, Value step,
+           const AdamOptions& options) {
   Graph& graph = learning_rate.graph();
-  if (parameters.empty()) return;
+  if (parameters.empty()) return {};
   const Value schedule = graph.make<ScheduleOp>({learning_rate, step}, options);
-  std::vector<Value> inputs;
+  // Summed beside the parameters, which an update waits for to be read: gradients are then needed no longer than it.
+  std::vector<Value> inputs, summed, sums;
   int count = 0;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const std::string& name = static_cast<const StateOp&>(*parameters[i].node->op).state_name;
@@ -89,10 +92,13 @@ void adam(std::span<const Value> parameters, std::span<const Value> gradients, V
     const Value m = graph.state("adam.m." + name, parameters[i].shape(), Init::fixed(0));
     const Value v = graph.state("adam.v." + name, parameters[i].shape(), Init::fixed(0));
     inputs.insert(inputs.end(), {gradients[i], parameters[i], m, v});
+    summed.insert(summed.end(), {gradients[i], parameters[i]});
     if (++count < static_cast<int>(kSlots) && i + 1 < parameters.size()) continue;
+    sums.push_back(square_sums(std::exchange(summed, {})));
     inputs.push_back(schedule);
     graph.make<AdamOp>(std::exchange(inputs, {}), options, std::exchange(count, 0));
   }
+  return concat(sums);
 }
 
 }  // namespace clerestory

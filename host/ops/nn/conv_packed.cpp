@@ -64,10 +64,10 @@ void pack_weights(Launch& l, const ConvPass& pass, const TensorView& weights, co
 
 std::optional<WinogradBlocking> winograd_blocking(const Launch& l, const ConvGeometry& g, int batch,
                                                   const ConvSpec& spec) {
-  const bool wanted = spec.kernels == ConvKernels::Winograd
-                          ? is_winograd(g)
-                          : spec.kernels == ConvKernels::ByPlan && l.device.info().cpu && l.gemm == "packed" &&
-                                prefers_winograd(g, batch);
+  const bool wanted =
+      spec.kernels == ConvKernels::Winograd
+          ? is_winograd(g)
+          : spec.kernels == ConvKernels::ByPlan && l.device.info().cpu && l.gemm == "packed" && prefers_winograd(g);
   if (!wanted) return {};
   return block_winograd(g, batch, scratch(l, spec), l.device.info().compute_units);
 }

@@ -9,7 +9,8 @@ namespace {
 
 constexpr int position_tile = 16;
 constexpr int most_positions = 192;
-constexpr int fewest_channels = 16;  // at a time: each time sums are read and written
+// A pass of less is faster as a direct sum: transforms are then more than is saved.
+constexpr int fewest_channels = 16, fewest_outputs = 16, fewest_positions = 256;
 
 // In multiplications of sixteen positions (measured): of sixteen tiles of a channel transformed, of sixteen tiles of an
 // output transformed back, of sixteen sums read and written, of sixteen weights read.
@@ -52,8 +53,9 @@ bool is_winograd(const ConvGeometry& g) {
   return g.taps_y == 3 && g.taps_x == 3 && g.source_step == 1 && g.target_step == 1;
 }
 
-bool prefers_winograd(const ConvGeometry& g, int batch) {
-  return is_winograd(g) && g.channels >= fewest_channels && g.outputs >= 16 && g.positions() * batch >= 256;
+bool prefers_winograd(const ConvGeometry& g) {
+  return is_winograd(g) && g.channels >= fewest_channels && g.outputs >= fewest_outputs &&
+         g.positions() >= fewest_positions;
 }
 
 std::size_t winograd_elements(const ConvGeometry& g) {

@@ -31,8 +31,8 @@ static_assert(sizeof(WinogradBlocking) == 40);
 
 /// Whether minimal filtering can compute a forward or backward-data pass.
 bool is_winograd(const ConvGeometry& geometry);
-/// Whether it is the faster way, whatever the device.
-bool prefers_winograd(const ConvGeometry& geometry, int batch);
+/// Whether it is the faster way, whatever the device and the batch: an item's bits do not depend on the others.
+bool prefers_winograd(const ConvGeometry& geometry);
 /// Elements of transformed weights.
 std::size_t winograd_elements(const ConvGeometry& geometry);
 /// Cuts a pass for `units` work-groups at a time with scratch of `local_elements` reals each; nothing where the
