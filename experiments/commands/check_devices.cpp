@@ -333,7 +333,8 @@ std::string markdown_of(const Json& all) {
   const Table failures = failures_table(all);
   return fmt::format(
       "# Devices\n\nWhat `clerestory check --device all` found on drivers that can be had without their hardware, "
-      "written by\nits `--report` (`tests/devices.sh` sets drivers up). The last line: kernel variants, devices, failures "
+      "written by\nits `--report` (`tests/devices.sh` sets drivers up). The last line: kernel variants, devices, "
+      "failures "
       "(pairs of both, or a\ndevice refused), and those that no [reproducer](../checks/reproducers) shows.\n\n"
       "{}\n{}{}\n{}",
       table_markdown(devices_table(all)), failures.rows.empty() ? "" : table_markdown(failures) + "\n",
