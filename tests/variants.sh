@@ -26,7 +26,7 @@ $clerestory bench peak gemm conv mlp light --json="$work/bench.json" --quiet
 # What tests alone launch is left out.
 {
   echo "# Kernels and defines that the program launches: bash tests/variants.sh"
-  { grep -v '^#' "$list" || true; cat "$CLERESTORY_LAUNCHES"; } | grep -v -e '_probe\.cl:' -e PROBE_FAULT | sort -u |
+  { grep -v '^#' "$list" || true; cat "$CLERESTORY_LAUNCHES"; } | grep -v -e '_probe\.cl:' -e PROBE_FAULT -e 'BVH_STACK=1 ' | sort -u |
     while IFS= read -r variant; do
       file=kernels/${variant%%:*} name=${variant#*:}
       if [ -f "$file" ] && grep -qE "\b${name%% *}\(" "$file"; then echo "$variant"; fi
