@@ -239,8 +239,8 @@ static void transform_target(local real *to, int pitch, local const real *lines,
     }
 }
 
-// sums[channels][vectors] (+)= over `tiles` the panel's rows, `positions` apart, times target[tile][vectors]. The rows of
-// sums are rounded up to tiles of registers.
+// sums[channels][vectors] (+)= over `tiles` the panel's rows, `positions` apart, times target[tile][vectors]: each band is
+// summed by itself, which errs less than one long sum. The rows of sums are rounded up to tiles of registers.
 #define CHANNEL(k, r) of[r][k]
 #define TARGET_ROW(k) (target + (k) * width)
 #define DEFINE_OUTER(vectors)                                                                                      \
@@ -251,12 +251,11 @@ static void transform_target(local real *to, int pitch, local const real *lines,
       local const real *of[TILE_ROWS];                                                                             \
       UNROLL for (int r = 0; r < TILE_ROWS; ++r) of[r] = panel + min(c + r, channels - 1) * positions;             \
       vec sum[TILE_ROWS][vectors];                                                                                 \
-      if (first) {                                                                                                 \
-        FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                 \
-      } else {                                                                                                     \
-        FOR_TILE(vectors) sum[r][v] = vec_load(v, sums + r * pitch);                                               \
-      }                                                                                                            \
+      FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                   \
       TILE_PRODUCT(vectors, sum, tiles, CHANNEL, TARGET_ROW)                                                       \
+      if (!first) {                                                                                                \
+        FOR_TILE(vectors) sum[r][v] += vec_load(v, sums + r * pitch);                                              \
+      }                                                                                                            \
       FOR_TILE(vectors) vec_store(sum[r][v], v, sums + r * pitch);                                                 \
     }                                                                                                              \
   }
