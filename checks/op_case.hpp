@@ -19,6 +19,8 @@ struct OpCase {
   std::string label = {};  // tells the cases of one stem apart; letters, digits and _
   /// Kernels that this case must be seen to launch, in single and in double precision.
   std::vector<std::string> kernels = {};
+  /// Reals of local memory (seven eighths of a device's) that they need: others stand in where there is less.
+  std::size_t local_elements = 0;
   /// Those it is seen to launch under --gemm clblast, of an op that then has another body.
   std::vector<std::string> product_kernels = {};
   Tensors inputs = {};

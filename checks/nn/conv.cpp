@@ -111,6 +111,7 @@ OpCase backward_case(const Sizes& s, const Named& k) {
   OpCase c;
   c.stem = "conv", c.label = s.label + "_gradients_" + k.name;
   c.kernels = backward_kernels(s, k);
+  if (k.kernels == ConvKernels::Winograd) c.local_elements = 10'000;
   c.inputs = inputs(s);
   c.inputs["dy"] = integers(s.y(), 4);
   c.build = [=](Graph&, const Values& v) {
@@ -204,10 +205,16 @@ OP_CASES(conv) {
   // 64 KiB: bands of some tiles, a few channels and one panel of outputs at a time.
   for (const Sizes& s : {Sizes{"tight_winograd", {2, 30, 9, 11}, {40, 30, 3, 3}, 1, 1, 16384},
                          Sizes{"tight_winograd_wide", {1, 3, 5, 300}, {9, 3, 3, 3}, 1, 1, 16384},
-                         Sizes{"tight_winograd_many", {5, 20, 4, 5}, {50, 20, 3, 3}, 1, 1, 16384}}) {
+                         Sizes{"tight_winograd_many", {5, 20, 4, 5}, {50, 20, 3, 3}, 1, 1, 16384},
+                         // More channels of a group than are transformed back at once.
+                         Sizes{"refill", {1, 600, 4, 5}, {16, 600, 3, 3}, 1, 1}}) {
     cases.push_back(forward_case(s, all_kernels()[1]));
     cases.push_back(backward_case(s, all_kernels()[1]));
   }
+  // Too little for backward weights by minimal filtering: the direct form stands in.
+  OpCase small = backward_case({"small_winograd", {2, 20, 9, 11}, {20, 20, 3, 3}, 1, 1, 7000}, all_kernels()[1]);
+  small.kernels = {"conv_winograd", "conv_weights_outer"}, small.local_elements = 7000;
+  cases.push_back(small);
   // More columns than are unrolled at once: two products per item, the second added to the first.
   cases.push_back(backward_case({"split", {1, 40, 128, 96}, {3, 40, 3, 3}, 1, 1}, all_kernels()[3]));
   return cases;

@@ -7,12 +7,13 @@
 // Frequency 4 i + j is row i, column j of the 4x4 matrices. A work-group of one work-item takes a band of tiles and a
 // chunk of outputs: source channels are transformed a block at a time into local memory, multiplied by the transformed
 // weights for each frequency with the register tile of lib/tile.clh, and the sums transformed back. Channels ascend and
-// every transform has one order, so that bits depend neither on bands nor on tiles. G has halves and no thirds: whole
+// every transform has one order, so that bits depend neither on bands nor on tiles of registers. G has halves and no thirds: whole
 // numbers stay exact. Every position of a tile takes part of its roundings, and of its Inf and NaN, from all sixteen
 // source pixels under the tile, three pixels away at most. Tensors are NCHW.
 //
 // Backward weights are the adjoint of that in w: gradient = G' [ sum over tiles (A dy A') * (B' d B) ] G, dy the 2x2
-// target pixels of a tile.
+// target pixels of a tile. Bands are summed each by itself, then in order: their bits depend on how a pass is cut, which
+// hangs on the batch and on local memory, and neither on the device's units nor on its tile of registers.
 #include "nn/conv_panel.clh"
 
 #define FREQUENCIES 16
@@ -216,6 +217,7 @@ kernel void conv_winograd_weights(IN(w), OUT(weights), const ConvGeometry g, con
 // to[2][columns][width] = two target rows from `from` on, `present` outputs of `n` pixels, zero where there is nothing.
 static void transpose_rows(local real *to, int columns, int width, global const real *from, int rows, int n, int present,
                            const ConvGeometry g) {
+  // Absent outputs too: what lies there might be numbers that are slow to compute with.
   if (rows < 2 || n < columns || present < width) fill_zeros(to, 2 * columns * width);
   for (int r = 0; r < rows; ++r)
     transpose(to + r * columns * width, width, from + r * g.target_w, g.target_plane, present, n);
@@ -252,7 +254,7 @@ static void transform_target(local real *to, int pitch, local const real *lines,
       UNROLL for (int r = 0; r < TILE_ROWS; ++r) of[r] = panel + min(c + r, channels - 1) * positions;             \
       vec sum[TILE_ROWS][vectors];                                                                                 \
       FOR_TILE(vectors) sum[r][v] = (vec)(R(0));                                                                   \
-      TILE_PRODUCT(vectors, sum, tiles, CHANNEL, TARGET_ROW)                                                       \
+      for (int k = 0; k < tiles; ++k) TILE_STEP(vectors, sum, k, CHANNEL, TARGET_ROW)                              \
       if (!first) {                                                                                                \
         FOR_TILE(vectors) sum[r][v] += vec_load(v, sums + r * pitch);                                              \
       }                                                                                                            \

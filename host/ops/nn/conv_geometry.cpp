@@ -14,9 +14,8 @@ constexpr int position_tile = 16;
 constexpr int most_positions = 512, fewest_positions = 128;  // of a band, aimed at
 // Of backward weights: their part of the target and of the panel stays in the first cache.
 constexpr int outer_positions = 320, dot_positions = 640;
-constexpr int vector_outputs = 16, most_outputs = 3 * vector_outputs;  // of the widest tile
-constexpr int most_sums = 1 << 16;  // of a backward-weights group, so that they stay in the second cache
-constexpr int wanted_groups = 16;   // of backward weights, whatever the device: partial sums are part of its result
+constexpr int most_outputs = 3 * vector_outputs;  // of the widest tile
+constexpr int most_sums = 1 << 16;                // of a backward-weights group, so that they stay in the second cache
 // Of sixteen elements of a panel and of the weights, in multiplications of sixteen positions (measured, memory
 // counted).
 constexpr double copying = 16, reading = 4;

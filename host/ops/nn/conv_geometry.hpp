@@ -63,6 +63,9 @@ std::vector<ConvPass> backward_data_passes(const ConvShape& shape);
 
 /// Cuts a forward or backward-data pass for `units` work-groups at a time with scratch of `local_elements` reals each.
 ConvBlocking block_pass(const ConvGeometry& geometry, int batch, std::size_t local_elements, int units);
+/// Outputs along one vector of a backward-weights pass, and its groups, whatever the device: how many partial sums
+/// there are is part of the result.
+inline constexpr int vector_outputs = 16, wanted_groups = 16;
 /// Partial sums of a backward-weights pass at most: enough to occupy a few cores when the weights are few.
 int most_partials(const ConvGeometry& geometry);
 /// Cuts a backward-weights pass.

@@ -16,13 +16,12 @@ constexpr int fewest_channels = 16, fewest_outputs = 16, fewest_positions = 256;
 // output transformed back, of sixteen sums read and written, of sixteen weights read.
 constexpr double transforming = 120, back = 110, summing = 2, reading = 4;
 
-// Backward weights: vectors run over outputs. A group has so many weights at most, so that their sums stay in the
-// second cache, and there are as many groups as direct ones aim at (host/ops/nn/conv_geometry.cpp).
-constexpr int vector_outputs = 16, most_vectors = 3;
-constexpr int most_weights = 4096, wanted_groups = 16;
+// Backward weights: a group has so many pairs of an output and a channel at most, whose sums then stay in the second
+// cache.
+constexpr int most_pairs = 4096, most_vectors = 3;
 // In the same multiplications: of a tile of sixteen outputs transformed, of sixteen weights of a partial sum written
-// and added.
-constexpr double transforming_target = 40, adding = 3;
+// and added (as of direct ones).
+constexpr double transforming_target = 40, adding = 36;
 
 // Rows of tiles are whole vectors of the widest tile: a row of few tiles costs as much as a full one.
 double vectors_of_rows(const WinogradBlocking& b) {
@@ -58,7 +57,7 @@ int fitting_channels(WinogradBlocking b, std::size_t local_elements) {
   if (fixed >= local_elements) return 0;
   const std::size_t per_channel = WinogradBlocking::frequencies * static_cast<std::size_t>(b.positions + b.chunk);
   const std::size_t fit =
-      std::min((local_elements - fixed) / per_channel, static_cast<std::size_t>(most_weights / b.chunk));
+      std::min((local_elements - fixed) / per_channel, static_cast<std::size_t>(most_pairs / b.chunk));
   return static_cast<int>(fit) / conv_tile * conv_tile;
 }
 
@@ -69,7 +68,7 @@ double time_of_weights(const ConvGeometry& g, const WinogradBlocking& b) {
   const double source = shares * g.channels * vectors_of_rows(b) * b.bands() * transforming;
   const double target = blocks * outputs / vector_outputs * tiles * transforming_target;
   const double sums = static_cast<double>(b.bands()) * outputs * g.channels * summing;
-  const double partial = static_cast<double>(b.partials) * outputs * g.channels * adding;
+  const double partial = static_cast<double>(b.partials) * outputs * g.depth() / vector_outputs * adding;
   const double idle = std::max(1.0, static_cast<double>(wanted_groups) / (blocks * shares * b.partials));
   return idle * (product + source + target + sums + partial);
 }

@@ -45,9 +45,10 @@ std::size_t winograd_elements(const ConvGeometry& geometry);
 /// smallest cut does not fit.
 std::optional<WinogradBlocking> block_winograd(const ConvGeometry& geometry, int batch, std::size_t local_elements,
                                                int units);
-/// The same of backward weights, whose geometry is that of the forward pass. Whether it is faster hangs on the batch:
-/// sums are over all items.
+/// Whether minimal filtering is the faster way to backward weights, whose geometry is that of the forward pass: sums
+/// are over all items.
 bool prefers_winograd_weights(const ConvGeometry& forward, int batch);
+/// Cuts backward weights, alike for any number of units; nothing where the smallest cut does not fit.
 std::optional<WinogradBlocking> block_winograd_weights(const ConvGeometry& forward, int batch,
                                                        std::size_t local_elements);
 
