@@ -42,10 +42,12 @@ class EnvironmentRestored : public testing::EmptyTestEventListener {
 };
 
 #ifdef CLERESTORY_VARIANTS
-/// Kernels that tests alone launch: probes of functions, faults that are switched on, sources of their own.
+/// Kernels that tests alone launch: probes of functions, faults that are switched on, a stack too short for any tree,
+/// sources of their own.
 bool is_of_tests(const std::string& variant) {
   const std::string file = variant.substr(0, variant.find(':'));
-  return file.ends_with("_probe.cl") || variant.find("PROBE_FAULT") != std::string::npos ||
+  const auto has = [&](const char* define) { return variant.find(define) != std::string::npos; };
+  return file.ends_with("_probe.cl") || has("PROBE_FAULT") || has("BVH_STACK=1 ") ||
          !std::filesystem::exists(CLERESTORY_SOURCE_DIR "/kernels/" + file);
 }
 

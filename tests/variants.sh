@@ -28,7 +28,7 @@ $clerestory bench peak gemm conv mlp light --json="$work/bench.json" --quiet
 {
   echo "# Kernels and defines that the program launches: bash tests/variants.sh"
   { grep -v '^#' "$list" || true; sed 's/ LANES=[0-9]*//' "$CLERESTORY_LAUNCHES"; } |
-    grep -v -e '_probe\.cl:' -e PROBE_FAULT | sort -u |
+    grep -v -e '_probe\.cl:' -e PROBE_FAULT -e 'BVH_STACK=1 ' | sort -u |
     while IFS= read -r variant; do
       file=kernels/${variant%%:*} name=${variant#*:}
       if [ -f "$file" ] && grep -qE "\b${name%% *}\(" "$file"; then echo "$variant"; fi

@@ -12,6 +12,10 @@
 namespace clerestory {
 namespace {
 
+constexpr int kMostWidth = 16;
+// Of a walk with a short stack: levels of its trail, and nodes or leaves that an entry can name.
+constexpr int kMostLevels = 32, kMostNamed = 1 << 25;
+
 struct Box {
   glm::vec3 lower, upper;
 };
@@ -20,9 +24,9 @@ struct Box {
 struct Tree {
   int count = 0;
   bool leaf = false;
-  Tree* child[kBvhWidth] = {};
-  Box box[kBvhWidth] = {};
-  unsigned triangle[kBvhWidth] = {};
+  Tree* child[kMostWidth] = {};
+  Box box[kMostWidth] = {};
+  unsigned triangle[kMostWidth] = {};
 };
 
 Tree* new_tree(RTCThreadLocalAllocator allocator) {
@@ -92,25 +96,22 @@ class Flattener {
   /// Appends a node with its subtree; gives its number. `waiting`: stack entries held while it is visited.
   int node(const Tree& tree, int level, int waiting) {
     bvh_.depth = std::max(bvh_.depth, level);
-    if (waiting + tree.count > kBvhStack) {
-      throw Error(ErrorKind::Failed, "the hierarchy is too deep for the traversal stack", "scene",
-                  std::to_string(waiting + tree.count), "at most " + std::to_string(kBvhStack));
-    }
-    const int number = static_cast<int>(bvh_.children.size()) / kBvhWidth;
+    check_depth(level, waiting + tree.count);
+    const int width = bvh_.form.width, number = static_cast<int>(bvh_.children.size()) / width;
     const size_t planes = bvh_.planes.size();
-    bvh_.planes.resize(planes + 6 * kBvhWidth);
-    bvh_.children.resize(bvh_.children.size() + kBvhWidth, 0);
-    for (int c = 0; c < kBvhWidth; ++c) {
+    bvh_.planes.resize(planes + static_cast<size_t>(6 * width));
+    bvh_.children.resize(bvh_.children.size() + static_cast<size_t>(width), 0);
+    for (int c = 0; c < width; ++c) {
       const bool used = c < tree.count;
       for (int axis = 0; axis < 3; ++axis) {
-        bvh_.planes[planes + axis * kBvhWidth + c] = used ? tree.box[c].lower[axis] - margin_ : 1e30f;
-        bvh_.planes[planes + (3 + axis) * kBvhWidth + c] = used ? tree.box[c].upper[axis] + margin_ : -1e30f;
+        bvh_.planes[planes + axis * width + c] = used ? tree.box[c].lower[axis] - margin_ : 1e30f;
+        bvh_.planes[planes + (3 + axis) * width + c] = used ? tree.box[c].upper[axis] + margin_ : -1e30f;
       }
     }
     for (int c = 0; c < tree.count; ++c) {
       const Tree& child = *tree.child[c];
       const int reference = child.leaf ? ~leaf(child) : node(child, level + 1, waiting + tree.count - 1);
-      bvh_.children[static_cast<size_t>(number) * kBvhWidth + c] = reference;
+      bvh_.children[static_cast<size_t>(number) * width + c] = reference;
     }
     return number;
   }
@@ -121,6 +122,14 @@ class Flattener {
   }
 
  private:
+  void check_depth(int level, int entries) const {
+    const bool dropping = bvh_.form.width == 4;
+    const int found = dropping ? level : entries, most = dropping ? kMostLevels : bvh_.form.stack;
+    if (found > most)
+      throw Error(ErrorKind::Failed, "the hierarchy is too deep for the traversal stack", "scene",
+                  std::to_string(found), "at most " + std::to_string(most));
+  }
+
   const std::vector<Triangle>& triangles_;
   Bvh& bvh_;
   float margin_;
@@ -129,23 +138,34 @@ class Flattener {
 }  // namespace
 
 int append_leaves(Bvh& bvh, const std::vector<Triangle>& triangles, const std::vector<int>& subset) {
-  const int first = static_cast<int>(bvh.triangles.size()) / kBvhWidth;
+  const auto width = static_cast<std::size_t>(bvh.form.width);
+  const int first = static_cast<int>(bvh.triangles.size() / width);
   for (std::size_t k = 0; k < subset.size(); ++k) {
-    const std::size_t lane = k % kBvhWidth;
+    const std::size_t lane = k % width;
     if (lane == 0) {
-      bvh.corners.resize(bvh.corners.size() + 9 * kBvhWidth, 0.f);
-      bvh.triangles.resize(bvh.triangles.size() + kBvhWidth, -1);
+      bvh.corners.resize(bvh.corners.size() + 9 * width, 0.f);
+      bvh.triangles.resize(bvh.triangles.size() + width, -1);
     }
     const Triangle& t = triangles[static_cast<std::size_t>(subset[k])];
-    float* corners = &bvh.corners[bvh.corners.size() - 9 * kBvhWidth];
+    float* corners = &bvh.corners[bvh.corners.size() - 9 * width];
     for (std::size_t row = 0; row < 9; ++row)
-      corners[row * kBvhWidth + lane] = t.v[row / 3].position[static_cast<int>(row % 3)];
-    bvh.triangles[bvh.triangles.size() - kBvhWidth + lane] = subset[k];
+      corners[row * width + lane] = t.v[row / 3].position[static_cast<int>(row % 3)];
+    bvh.triangles[bvh.triangles.size() - width + lane] = subset[k];
   }
   return first;
 }
 
-Bvh build_bvh(const std::vector<Triangle>& triangles) {
+Defines BvhForm::defines() const {
+  if (width == 16) return {};
+  return {{"BVH_WIDTH", std::to_string(width)}, {"BVH_STACK", std::to_string(stack)}};
+}
+
+Range BvhForm::range(std::size_t x, std::size_t y) const {
+  if (width == 16) return Range::of2(x, y, 1);
+  return y > 1 ? Range::of2(x, y, 8, 8) : Range::of(x, 64);
+}
+
+Bvh build_bvh(const std::vector<Triangle>& triangles, const BvhForm& form) {
   if (triangles.empty()) throw Error(ErrorKind::Failed, "a scene without triangles cannot be traced");
   std::vector<RTCBuildPrimitive> primitives = bounds_of(triangles);
 
@@ -158,12 +178,13 @@ Bvh build_bvh(const std::vector<Triangle>& triangles) {
 
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
-  arguments.maxBranchingFactor = kBvhWidth;
+  const auto width = static_cast<unsigned>(form.width);
+  arguments.maxBranchingFactor = width;
   arguments.maxDepth = 64;
-  arguments.sahBlockSize = kBvhWidth;     // triangles of a leaf are tested at once
-  arguments.minLeafSize = kBvhWidth / 2;  // measured on rooms of 1,000 to 20,000 triangles
+  arguments.sahBlockSize = width;     // triangles of a leaf are tested at once
+  arguments.minLeafSize = width / 2;  // measured on rooms of 1,000 to 20,000 triangles, 16 wide
   arguments.traversalCost = 2;
-  arguments.maxLeafSize = kBvhWidth;
+  arguments.maxLeafSize = width;
   arguments.bvh = arena.get();
   arguments.primitives = primitives.data();
   arguments.primitiveCount = arguments.primitiveArrayCapacity = primitives.size();
@@ -175,17 +196,20 @@ Bvh build_bvh(const std::vector<Triangle>& triangles) {
   if (!root) throw Error(ErrorKind::Failed, "Embree's builder failed");
 
   Bvh bvh;
+  bvh.form = form;
   Flattener flatten(triangles, bvh);
   if (!root->leaf) {
     flatten.node(*root, 1, 0);
-    return bvh;
+  } else {  // still gets a root node, so that the kernel knows one case only
+    Tree node;
+    node.count = 1;
+    node.child[0] = const_cast<Tree*>(root);
+    node.box[0] = {glm::vec3(-1e30f), glm::vec3(1e30f)};
+    flatten.node(node, 1, 0);
   }
-  // A scene of a single leaf still gets a root node, so that the kernel knows one case only.
-  Tree node;
-  node.count = 1;
-  node.child[0] = const_cast<Tree*>(root);
-  node.box[0] = {glm::vec3(-1e30f), glm::vec3(1e30f)};
-  flatten.node(node, 1, 0);
+  if (form.width == 4 && std::max(bvh.children.size(), bvh.triangles.size()) / width > kMostNamed)
+    throw Error(ErrorKind::Failed, "the hierarchy is too large for the traversal stack", "scene",
+                std::to_string(triangles.size()) + " triangles");
   return bvh;
 }
 

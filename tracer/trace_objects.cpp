@@ -3,8 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "tracer/bvh.hpp"
-
 namespace clerestory {
 namespace {
 
@@ -42,7 +40,11 @@ Mesh sphere_mesh(const std::array<float, 3>& center, float radius, int steps) {
   return mesh;
 }
 
-TraceObjects::TraceObjects(Device device, const std::vector<PlacedMesh>& meshes) : device_(std::move(device)) {
+TraceObjects::TraceObjects(const Device& device, const std::vector<PlacedMesh>& meshes)
+    : TraceObjects(device, meshes, BvhForm::of(device)) {}
+
+TraceObjects::TraceObjects(Device device, const std::vector<PlacedMesh>& meshes, const BvhForm& form)
+    : device_(std::move(device)), form_(form) {
   std::vector<Triangle> triangles;
   std::vector<float> normals;
   std::vector<std::int32_t> objects;
@@ -56,7 +58,7 @@ TraceObjects::TraceObjects(Device device, const std::vector<PlacedMesh>& meshes)
       }
       objects.push_back(placed.object);
     }
-  const Bvh bvh = build_bvh(triangles);
+  const Bvh bvh = build_bvh(triangles, form);
   planes_ = upload(device_, bvh.planes), children_ = upload(device_, bvh.children);
   corners_ = upload(device_, bvh.corners), triangles_ = upload(device_, bvh.triangles);
   normals_ = upload(device_, normals), objects_ = upload(device_, objects);
@@ -70,8 +72,8 @@ void TraceObjects::meet(const Rays& rays, const Hits& hits, float t_min) {
                            rays.sample_capacity, static_cast<int>(rays.per_pixel), rays.plane})
     args.emplace_back(number);
   args.emplace_back(t_min);
-  const Range range = Range::of2(static_cast<std::size_t>(rays.samples), static_cast<std::size_t>(rays.pixels), 1);
-  device_.launch_with(device_.kernel("trace/objects.cl", "meet_objects"), range, args);
+  const Range range = form_.range(static_cast<std::size_t>(rays.samples), static_cast<std::size_t>(rays.pixels));
+  device_.launch_with(device_.kernel("trace/objects.cl", "meet_objects", form_.defines()), range, args);
 }
 
 }  // namespace clerestory

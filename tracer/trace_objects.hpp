@@ -5,6 +5,7 @@
 
 #include "host/cl/device.hpp"
 #include "host/io/mesh_file.hpp"
+#include "tracer/bvh.hpp"
 
 namespace clerestory {
 
@@ -20,7 +21,8 @@ Mesh sphere_mesh(const std::array<float, 3>& center, float radius, int steps = 6
 class TraceObjects {
  public:
   /// Throws Error when there is no triangle or a corner is not finite.
-  TraceObjects(Device device, const std::vector<PlacedMesh>& meshes);
+  TraceObjects(const Device& device, const std::vector<PlacedMesh>& meshes);
+  TraceObjects(Device device, const std::vector<PlacedMesh>& meshes, const BvhForm& form);
 
   /// Memory of a tensor: buffer, first element, elements between batch items (lib/real.clh).
   struct Memory {
@@ -43,6 +45,7 @@ class TraceObjects {
 
  private:
   Device device_;
+  BvhForm form_;
   Buffer planes_, children_, corners_, triangles_, normals_, objects_;
 };
 

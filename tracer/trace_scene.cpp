@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "tracer/bvh.hpp"
 #include "tracer/light_tables.hpp"
 
 namespace clerestory {
@@ -16,8 +15,6 @@ constexpr int kSurfaceSize = 32, kSampleSize = 8, kMapCount = 14;
 constexpr int kPass = 64;
 // And at most this many rays: grids of 65535 and more would be another variant to compile on PoCL.
 constexpr int kRays = 32768;
-
-Range one_each(int count) { return Range::of(static_cast<std::size_t>(count), 1); }
 
 void check(const World& scene) {
   const int materials = static_cast<int>(scene.materials.size()), emitters = static_cast<int>(scene.emitters.size());
@@ -101,12 +98,15 @@ std::array<float, 16> view_numbers(const Camera& camera) {
 }  // namespace
 
 TraceScene::TraceScene(const Device& device, const World& scene, Precision precision)
-    : device_(device), precision_(precision), triangle_count_(scene.triangles.size()) {
+    : TraceScene(device, scene, precision, BvhForm::of(device)) {}
+
+TraceScene::TraceScene(const Device& device, const World& scene, Precision precision, const BvhForm& form)
+    : device_(device), precision_(precision), form_(form), triangle_count_(scene.triangles.size()) {
   check(scene);
   const LightTables light = make_light_tables(scene);
-  Bvh bvh = build_bvh(scene.triangles);
+  Bvh bvh = build_bvh(scene.triangles, form);
   pane_leaf_ = append_leaves(bvh, scene.triangles, light.panes);
-  pane_leaves_ = static_cast<int>(bvh.triangles.size()) / kBvhWidth - pane_leaf_;
+  pane_leaves_ = static_cast<int>(bvh.triangles.size()) / form.width - pane_leaf_;
   planes_ = upload(bvh.planes), children_ = upload(bvh.children);
   corners_ = upload(bvh.corners), triangles_ = upload(bvh.triangles);
   surfaces_ = upload(pack_surfaces(scene.triangles));
@@ -150,7 +150,9 @@ std::vector<float> TraceScene::download(const Buffer& buffer, std::size_t reals)
   return values;
 }
 
-Kernel TraceScene::kernel(const char* name) { return device_.kernel("trace/path.cl", name, {}, precision_); }
+Kernel TraceScene::kernel(const char* name) {
+  return device_.kernel("trace/path.cl", name, form_.defines(), precision_);
+}
 
 std::vector<Arg> TraceScene::arguments(std::initializer_list<Arg> own) const {
   std::vector<Arg> all = {planes_,          children_,      corners_,   triangles_, surfaces_,    materials_,
@@ -165,7 +167,7 @@ TraceMaps TraceScene::maps(const Camera& camera) {
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
   const Buffer out = allocate(pixels * kMapCount), on_device = upload(view);
   const std::vector<Arg> args = arguments({on_device, camera.width, camera.height, out});
-  const Range range = Range::of2(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height), 1);
+  const Range range = form_.range(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height));
   device_.launch_with(kernel("trace_maps"), range, args);
   const std::vector<float> values = download(out, pixels * kMapCount);
 
@@ -194,7 +196,7 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
   const Buffer on_device = upload(view), out = allocate(pixels * kSampleSize);
   const Kernel trace = kernel("trace_view");
-  const Range range = Range::of2(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height), 1);
+  const Range range = form_.range(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height));
   std::vector<double> sums(pixels * 6, 0.0);
   std::vector<long> kept(pixels, 0);
   TracePicture picture;
@@ -242,7 +244,7 @@ void TraceScene::radiance(const Buffer& points, const Buffer& directions, const 
     const std::vector<Arg> args = arguments({points, directions, at, stride, rays, pose_on_device, query.seed, 0,
                                              query.spp, query.emitters ? 1 : 0, query.light_samples, query.max_depth,
                                              query.most_indirect, query.spread, samples_});
-    device_.launch_with(trace, one_each(rays), args);
+    device_.launch_with(trace, form_.range(static_cast<std::size_t>(rays)), args);
     device_.launch(mean, Range::of(static_cast<std::size_t>(rays)), samples_, rays, query.spp, at, stride, out);
     if (!dropped) continue;
     DroppedSamples part = count_dropped(download(samples_, static_cast<std::size_t>(rays) * kSampleSize));
@@ -267,7 +269,7 @@ std::vector<TraceHit> TraceScene::hits(const std::vector<float>& points, const s
   const int count = static_cast<int>(points.size() / 3);
   const Buffer out = allocate(static_cast<std::size_t>(count) * 4), from = upload(points), to = upload(directions);
   const std::vector<Arg> args = arguments({from, to, count, t_min, t_max, out});
-  device_.launch_with(kernel("trace_hits"), one_each(count), args);
+  device_.launch_with(kernel("trace_hits"), form_.range(static_cast<std::size_t>(count)), args);
   const std::vector<float> values = download(out, static_cast<std::size_t>(count) * 4);
   std::vector<TraceHit> hits(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < hits.size(); ++i) {

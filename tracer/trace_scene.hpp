@@ -10,6 +10,7 @@
 #include "host/cl/device.hpp"
 #include "host/io/image.hpp"
 #include "host/math/camera.hpp"
+#include "tracer/bvh.hpp"
 #include "tracer/scene.hpp"
 
 namespace clerestory {
@@ -68,6 +69,7 @@ class TraceScene {
   /// corner that is not finite, or a pane without a panorama. Double: the twin that tests compare with, of the same
   /// random numbers; what it gives is narrowed to float at the end.
   TraceScene(const Device& device, const World& scene, Precision precision = Precision::Single);
+  TraceScene(const Device& device, const World& scene, Precision precision, const BvhForm& form);
 
   TraceMaps maps(const Camera& camera);
   /// Path-traced picture with `spp` samples per pixel, all through the pixel's centre. Same seed, same bits.
@@ -103,6 +105,7 @@ class TraceScene {
 
   mutable Device device_;
   Precision precision_;
+  BvhForm form_;
   std::size_t triangle_count_ = 0;
   Buffer planes_, children_, corners_, triangles_, surfaces_, materials_, emitters_, lights_, light_cdf_, panorama_,
       sky_;

@@ -57,8 +57,8 @@ OP_CASES(image_light) {
   hit.reference = [](const Tensors& t) {
     return seen(t, [&](int p, int s) { return t.at("hit").integer[static_cast<std::size_t>(p * 16 + s)]; });
   };
-  OpCase constant{.stem = "constant_light",
-                  .label = "batch",
+  OpCase constant{.stem = "image_light",
+                  .label = "constant",
                   .kernels = {"constant_light", "row_sums", "picture_sums"},
                   .inputs = inputs()};
   constant.differentiate = {"ambient"};
@@ -82,7 +82,7 @@ OP_CASES(image_light) {
   };
   // Rays of a list have nothing to do with pixels: there may be more rows than pictures have.
   OpCase listed = constant;
-  listed.label = "listed";
+  listed.label = "constant_listed";
   listed.inputs["directions"] = random_tensor({1, 3, kRows + 7, 16}, 3);
   listed.reference = [](const Tensors& t) {
     Tensor radiance(Shape{1, 3, kRows + 7, 16});

@@ -98,11 +98,12 @@ OpCase forward_case(const Sizes& s, const Named& k) {
   return c;
 }
 
-// The two forms of backward weights on a CPU: dot products where eight outputs or fewer would not fill vectors.
+// The forms of backward weights on a CPU: direct ones are dot products where eight outputs or fewer would not fill
+// vectors.
 std::vector<std::string> backward_kernels(const Sizes& s, const Named& k) {
   std::vector<std::string> kernels = k.backward;
-  if (k.kernels == ConvKernels::Cpu || k.kernels == ConvKernels::Winograd)
-    kernels.push_back(s.w.n > 8 ? "conv_weights_outer" : "conv_weights_dot");
+  if (k.kernels == ConvKernels::Winograd) kernels.push_back("conv_winograd_gradient");
+  if (k.kernels == ConvKernels::Cpu) kernels.push_back(s.w.n > 8 ? "conv_weights_outer" : "conv_weights_dot");
   return kernels;
 }
 

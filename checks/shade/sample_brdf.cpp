@@ -136,7 +136,7 @@ OP_CASES(sample_brdf) {
   guided.inputs.erase("lamps");
   OpCase gradients = guided;
   gradients.label = "gradients";
-  gradients.kernels = {"sample_brdf", "sample_brdf_adjoint", "sum_samples"};
+  gradients.kernels = {"sample_brdf", "sample_brdf_adjoint"};
   for (const char* name : {"normal", "albedo"}) gradients.inputs[std::string("e_") + name] = same_twice(0.4)[name];
   gradients.inputs["e_material"] = same_twice(0.4)["material"];
   gradients.build = [build = guided.build](Graph& g, const Values& v) {

@@ -51,9 +51,9 @@ struct Written {
   bool operator==(const Written&) const = default;
 };
 
-Written meet(Device device, const std::vector<PlacedMesh>& meshes, const std::vector<float>& points,
-             const std::vector<float>& directions) {
-  TraceObjects objects(device, meshes);
+Written meet(Device device, const BvhForm& form, const std::vector<PlacedMesh>& meshes,
+             const std::vector<float>& points, const std::vector<float>& directions) {
+  TraceObjects objects(device, meshes, form);
   const auto memory = [](const Buffer& b) { return TraceObjects::Memory{b, 0, 0}; };
   const auto floats = [&](std::size_t count) { return device.allocate(count * sizeof(float)); };
   const std::size_t rays = kPixels * kSamples;
@@ -70,48 +70,52 @@ Written meet(Device device, const std::vector<PlacedMesh>& meshes, const std::ve
           downloaded<std::int32_t>(device, object)};
 }
 
+void check(const Device& device, const BvhForm& form, OpFindings& findings) {
+  const std::vector<PlacedMesh> meshes{{sphere_mesh({0, 0, -3}, 1, 6), 3},
+                                       {sphere_mesh({0.8f, 0.3f, -2.5f}, 0.5f, 5), 7}};
+  constexpr std::size_t rays = kPixels * kSamples;
+  Random random(8);
+  std::vector<float> points(3 * rays), directions(3 * rays);
+  for (std::size_t i = 0; i < rays; ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      points[c * rays + i] = random.between(-0.5f, 0.5f);
+      directions[c * rays + i] = c == 2 ? -1.f : random.between(-0.6f, 0.6f);
+    }
+  const Written found = meet(device, form, meshes, points, directions);
+  if (!(meet(device, form, meshes, points, directions) == found))
+    findings.faults.push_back(fmt::format("meet_objects, {} wide, second run: other bits", form.width));
+  std::vector<double> got, want;
+  int hits = 0, other = 0;
+  for (std::size_t i = 0; i < rays; ++i) {
+    const auto vec = [&](const auto& v) { return V(v[i], v[rays + i], v[2 * rays + i]); };
+    const V o = vec(points), d = vec(directions);
+    const Nearest hit = nearest(meshes, o, d);
+    hits += hit.object >= 0;
+    if (found.object[i] != hit.object) {
+      ++other;  // past an edge or a silhouette, within a rounding
+      continue;
+    }
+    const V at = hit.object < 0 ? o : o + hit.distance * d;
+    for (const double x : {found.distance[i], found.point[i], found.point[rays + i], found.point[2 * rays + i],
+                           found.normal[i], found.normal[rays + i], found.normal[2 * rays + i]})
+      got.push_back(x);
+    want.insert(want.end(), {hit.distance, at.x, at.y, at.z, hit.normal.x, hit.normal.y, hit.normal.z});
+  }
+  if (hits < 100 || other > 3)
+    findings.faults.push_back(
+        fmt::format("meet_objects, {} wide: {} hits, {} of other objects", form.width, hits, other));
+  // Of 4 metres: products of three lengths, over the cosine at which a triangle is met, a hundredth at worst.
+  expect_close(findings, fmt::format("meet_objects, {} wide", form.width), got, want, 600);
+}
+
 }  // namespace
 
 KERNEL_CHECK(objects) {
-  return {
-      .stem = "objects",
-      .kernels = {"meet_objects"},
-      .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
-        const std::vector<PlacedMesh> meshes{{sphere_mesh({0, 0, -3}, 1, 6), 3},
-                                             {sphere_mesh({0.8f, 0.3f, -2.5f}, 0.5f, 5), 7}};
-        constexpr std::size_t rays = kPixels * kSamples;
-        Random random(8);
-        std::vector<float> points(3 * rays), directions(3 * rays);
-        for (std::size_t i = 0; i < rays; ++i)
-          for (std::size_t c = 0; c < 3; ++c) {
-            points[c * rays + i] = random.between(-0.5f, 0.5f);
-            directions[c * rays + i] = c == 2 ? -1.f : random.between(-0.6f, 0.6f);
-          }
-        const Written found = meet(devices.single, meshes, points, directions);
-        if (!(meet(devices.single, meshes, points, directions) == found))
-          findings.faults.push_back("meet_objects, second run: other bits");
-        std::vector<double> got, want;
-        int hits = 0, other = 0;
-        for (std::size_t i = 0; i < rays; ++i) {
-          const auto vec = [&](const auto& v) { return V(v[i], v[rays + i], v[2 * rays + i]); };
-          const V o = vec(points), d = vec(directions);
-          const Nearest hit = nearest(meshes, o, d);
-          hits += hit.object >= 0;
-          if (found.object[i] != hit.object) {
-            ++other;  // past an edge or a silhouette, within a rounding
-            continue;
-          }
-          const V at = hit.object < 0 ? o : o + hit.distance * d;
-          for (const double x : {found.distance[i], found.point[i], found.point[rays + i], found.point[2 * rays + i],
-                                 found.normal[i], found.normal[rays + i], found.normal[2 * rays + i]})
-            got.push_back(x);
-          want.insert(want.end(), {hit.distance, at.x, at.y, at.z, hit.normal.x, hit.normal.y, hit.normal.z});
-        }
-        if (hits < 100 || other > 3)
-          findings.faults.push_back(fmt::format("meet_objects: {} hits, {} of other objects", hits, other));
-        // Of 4 metres: products of three lengths, over the cosine at which a triangle is met, a hundredth at worst.
-        expect_close(findings, "meet_objects", got, want, 600);
-      }};
+  return {.stem = "objects",
+          .kernels = {"meet_objects"},
+          .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
+            for (const BvhForm& form : {BvhForm::wide(), BvhForm::short_stack()}) check(devices.single, form, findings);
+          }};
 }
 
 }  // namespace clerestory

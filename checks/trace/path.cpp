@@ -113,7 +113,7 @@ void expect_twins(OpFindings& findings, const std::string& what, const std::vect
                     single.size(), roundings));
 }
 
-void hits(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings, const char* precision,
+void hits(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings, const std::string& precision,
           bool quick) {
   const Rays rays = rays_in_room(quick ? 61 : 700);
   const std::vector<TraceHit> found = scene.hits(rays.points, rays.directions, 1e-3f, 1e6f);
@@ -137,8 +137,8 @@ void hits(TraceScene& scene, const reference::PathTracer& reference, OpFindings&
 }
 
 /// Light along rays by two scatterings, in the mean over paths. kSigmas of both, so of their sum.
-void light(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings, const char* precision,
-           bool quick) {
+void light(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings,
+           const std::string& precision, bool quick) {
   const int paths = quick ? 30 : 1500;
   const Rays rays = rays_in_room(quick ? 8 : 24);
   RadianceQuery query;
@@ -189,12 +189,12 @@ Answers answers_of(TraceScene& scene, bool quick) {
   return a;
 }
 
-void twins(const CheckedDevices& devices, const World& world, OpFindings& findings, bool quick) {
-  TraceScene scene(devices.single, world);
+void twins(const CheckedDevices& devices, const World& world, const BvhForm& form, OpFindings& findings, bool quick) {
+  TraceScene scene(devices.single, world, Precision::Single, form);
   const Answers single = answers_of(scene, quick);
   expect_same(findings, "trace_view, trace_rays or trace_maps", answers_of(scene, quick), single);
   if (!devices.with_doubles) return;
-  TraceScene twin(*devices.with_doubles, world, Precision::Double);
+  TraceScene twin(*devices.with_doubles, world, Precision::Double, form);
   const Answers twins = answers_of(twin, quick);
   expect_twins(findings, "trace_rays", single.radiance, twins.radiance, 3 * kRoundings);
   expect_twins(findings, "trace_view", single.picture, twins.picture, 3 * 3 * kRoundings);
@@ -209,13 +209,16 @@ KERNEL_CHECK(path) {
           .run = [](const CheckedDevices& devices, OpFindings& findings, bool quick) {
             const World world = room();
             const reference::PathTracer reference(world);
-            const auto in = [&](const Device& device, Precision precision, const char* name) {
-              TraceScene scene(device, world, precision);
-              hits(scene, reference, findings, name, quick), light(scene, reference, findings, name, quick);
+            const auto in = [&](const Device& device, Precision precision, const BvhForm& form, const char* name) {
+              TraceScene scene(device, world, precision, form);
+              const std::string what = fmt::format("{}, {} wide", name, form.width);
+              hits(scene, reference, findings, what, quick), light(scene, reference, findings, what, quick);
             };
-            in(devices.single, Precision::Single, "float");
-            if (devices.with_doubles) in(*devices.with_doubles, Precision::Double, "double");
-            twins(devices, world, findings, quick), twins(devices, textured(world), findings, quick);
+            for (const BvhForm& form : {BvhForm::wide(), BvhForm::short_stack()}) {
+              in(devices.single, Precision::Single, form, "float");
+              if (devices.with_doubles) in(*devices.with_doubles, Precision::Double, form, "double");
+              twins(devices, world, form, findings, quick), twins(devices, textured(world), form, findings, quick);
+            }
           }};
 }
 

@@ -1,6 +1,7 @@
 // Lights without a network: the radiance that arrives along rays. Radiance, directions, hits: {1, C, pixels, samples},
 // samples fastest (kernels/lib/chunk.clh); image {n, 3, h, w}, linear; ambient {n, 3, 1, 1}.
 #include "lib/chunk.clh"
+#include "lib/lanes.clh"
 
 #define SAMPLE_OF_WORK_ITEM                                  \
   const int s = (int)get_global_id(0);                       \
@@ -25,38 +26,48 @@ kernel void constant_light(IN(ambient), OUT(radiance), CHUNK_ARGS, const int ite
 }
 
 // The transpose of the ambient: a row of rays sums what those of them bring that saw it, then each picture its rows,
-// with Kahan's compensation. rows {1, 3, pixel_capacity, 1}.
+// with Kahan's compensation in each lane. rows {1, 3, pixel_capacity, 1}. A work-group takes a row, or a picture
+// (lib/lanes.clh).
+#if LANES == 16
+#define IS_MISS(p) convert_mask16(vload16(0, p) < 0)
+#else
+#define IS_MISS(p) (*(p) < 0)
+#endif
+
 kernel void miss_sums(IN(g), IN_INT(hit), OUT(rows), CHUNK_ARGS) {
-  const int p = (int)get_global_id(0);
-  const int c = (int)get_global_id(1);
-  if (p >= pixels) return;
-  global const real *from = AT(g, 0) + (ulong)c * RAY_PLANE;
-  real sum = R(0);
-  for (int s = 0; s < samples; ++s) sum += AT(hit, 0)[RAY(p, s)] < 0 ? from[RAY(p, s)] : R(0);
-  AT(rows, 0)[c * pixel_capacity + p] = sum;
+  const int p = (int)get_group_id(0), c = (int)get_group_id(1);
+  GROUP_SCRATCH(scratch);
+  global const real *from = AT(g, 0) + (ulong)c * RAY_PLANE + RAY(p, 0);
+  global const int *hits = AT(hit, 0) + RAY(p, 0);
+  lanes sum = (lanes)(R(0));
+  FOR_ROW(i, samples) sum += WHERE(IS_MISS(hits + i), lanes_load(from + i, samples - i), R(0));
+  const real total = group_sum(sum, scratch);
+  if (get_local_id(0) == 0) AT(rows, 0)[c * pixel_capacity + p] = total;
 }
 
 kernel void row_sums(IN(g), OUT(rows), CHUNK_ARGS) {
-  const int p = (int)get_global_id(0);
-  const int c = (int)get_global_id(1);
-  if (p >= pixels) return;
-  global const real *from = AT(g, 0) + (ulong)c * RAY_PLANE;
-  real sum = R(0);
-  for (int s = 0; s < samples; ++s) sum += from[RAY(p, s)];
-  AT(rows, 0)[c * pixel_capacity + p] = sum;
+  const int p = (int)get_group_id(0), c = (int)get_group_id(1);
+  GROUP_SCRATCH(scratch);
+  global const real *from = AT(g, 0) + (ulong)c * RAY_PLANE + RAY(p, 0);
+  lanes sum = (lanes)(R(0));
+  FOR_ROW(i, samples) sum += lanes_load(from + i, samples - i);
+  const real total = group_sum(sum, scratch);
+  if (get_local_id(0) == 0) AT(rows, 0)[c * pixel_capacity + p] = total;
 }
 
 kernel void picture_sums(IN(rows), OUT(ambient), const int first_pixel, const int pixels, const int pixel_capacity,
                          const int items, const int plane) {
-  const int n = (int)get_global_id(0);
-  const int c = (int)get_global_id(1);
-  if (n >= items) return;
-  const int end = n == items - 1 ? pixels : min(pixels, (n + 1) * plane - first_pixel);
-  real sum = R(0), lost = R(0);
-  for (int p = max(0, n * plane - first_pixel); p < end; ++p) {
-    const real value = AT(rows, 0)[c * pixel_capacity + p] - lost, next = sum + value;
+  const int n = (int)get_group_id(0), c = (int)get_group_id(1);
+  GROUP_SCRATCH(scratch);
+  const int begin = max(0, n * plane - first_pixel);
+  const int count = (n == items - 1 ? pixels : min(pixels, (n + 1) * plane - first_pixel)) - begin;
+  global const real *from = AT(rows, 0) + c * pixel_capacity + begin;
+  lanes sum = (lanes)(R(0)), lost = (lanes)(R(0));
+  FOR_ROW(i, count) {
+    const lanes value = lanes_load(from + i, count - i) - lost, next = sum + value;
     lost = (next - sum) - value;
     sum = next;
   }
-  AT(ambient, n)[c] = sum;
+  const real total = group_sum(sum, scratch);
+  if (get_local_id(0) == 0) AT(ambient, n)[c] = total;
 }

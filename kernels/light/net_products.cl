@@ -4,6 +4,7 @@
 // columns} lie in `work`, each at the element that its argument says.
 #include "lib/chunk.clh"
 #include "lib/frame.clh"
+#include "lib/turn.clh"
 #include "light/march.clh"
 
 #define OPAQUE R(14)

@@ -1,5 +1,6 @@
 // The rays that need one part of the light, as a list in ascending order: blocks of fixed length count theirs, the
-// counts are summed in order, every block places its own. No atomics: same list run to run, on any device.
+// counts are summed in order, every block places its own. No atomics: same list run to run, on any device. A block is a
+// work-group's (lib/lanes.clh), each item of which takes a run of its rays.
 //
 // u {1, 1, pixels, samples}, hit Int {1, 1, ...}: pixel or -1, direction {1, 3, ...} (kernels/lib/chunk.clh). A ray is
 // wanted when it lies inside the chunk, has a direction other than (0, 0, 0), and
@@ -10,11 +11,11 @@
 
 #define WANTED_ARGS \
   IN(u), IN_INT(hit), IN(direction), CHUNK_ARGS, const int out_of_view, const real epsilon, const int length
-// The rays of block b, begin ... end - 1.
-#define BLOCK                                                        \
-  const int b = (int)get_global_id(0), rays = (int)RAY_PLANE;        \
-  if (b >= blocks) return;                                           \
-  const int begin = b * length, end = min(begin + length, rays);
+// The item's rays of its group's block b, begin ... end - 1.
+#define RUN_OF_BLOCK                                        \
+  const int b = (int)get_group_id(0), run = length / GROUP; \
+  const int begin = b * length + run * (int)get_local_id(0), end = min(begin + run, (int)RAY_PLANE);
+#define FOR_RUN(i) for (int i = begin; i < end; ++i)
 #define IS_WANTED(ray)                                                                                             \
   is_wanted(AT(u, 0)[ray], AT(hit, 0)[ray], AT(direction, 0) + (ray), RAY_PLANE, (ray) / sample_capacity < pixels, \
             (ray) % sample_capacity < samples, out_of_view, epsilon)
@@ -27,25 +28,32 @@ static inline int is_wanted(real u, int hit, global const real *d, ulong plane, 
 }
 
 // counts {blocks}.
-kernel void count_wanted(WANTED_ARGS, const int blocks, OUT_INT(counts)) {
-  BLOCK
-  int sum = 0;
-  for (int i = begin; i < end; ++i) sum += IS_WANTED(i);
-  AT(counts, 0)[b] = sum;
+kernel void count_wanted(WANTED_ARGS, OUT_INT(counts)) {
+  local int sums[GROUP];
+  RUN_OF_BLOCK
+  int own = 0, all;
+  FOR_RUN(i) own += IS_WANTED(i);
+  group_before(own, sums, &all);
+  if (get_local_id(0) == 0) AT(counts, 0)[b] = all;
 }
 
-// counts become where each block's rays begin in the list; their sum is the count. One work-group of 64.
+// counts become where each block's rays begin in the list; their sum is the count. One work-group.
 kernel void begin_blocks(OUT_INT(counts), const int blocks, OUT_INT(count)) {
-  local int sums[64];
+  local int sums[GROUP];
   const int sum = scan_exclusive(AT(counts, 0), blocks, sums);
-  if (get_local_id(0) == 63) AT(count, 0)[0] = sum;
+  if (get_local_id(0) == 0) AT(count, 0)[0] = sum;
 }
 
 // Every ray has one place: wanted ones in order from the front, the others behind the last wanted one.
-kernel void place_wanted(WANTED_ARGS, const int blocks, IN_INT(counts), IN_INT(count), OUT_INT(list)) {
-  BLOCK
-  int at = AT(counts, 0)[b], other = AT(count, 0)[0] + begin - at;
-  for (int i = begin; i < end; ++i)
+kernel void place_wanted(WANTED_ARGS, IN_INT(counts), IN_INT(count), OUT_INT(list)) {
+  local int sums[GROUP];
+  RUN_OF_BLOCK
+  int own = 0, all;
+#if GROUP > 1
+  FOR_RUN(i) own += IS_WANTED(i);
+#endif
+  int at = AT(counts, 0)[b] + group_before(own, sums, &all), other = AT(count, 0)[0] + begin - at;
+  FOR_RUN(i)
     if (IS_WANTED(i)) AT(list, 0)[at++] = i;
     else AT(list, 0)[other++] = -1;
 }

@@ -9,6 +9,12 @@
 
 #define DIGITS 256
 #define DIGIT(key) (((key) >> shift) & (DIGITS - 1))
+#define FOR_DIGITS(d) for (int d = (int)get_local_id(0); d < DIGITS; d += GROUP)
+#if GROUP == 1
+#define COUNT_ONE(p) (++*(p))
+#else
+#define COUNT_ONE(p) atomic_inc(p)
+#endif
 
 kernel void ray_keys(IN_INT(hit), OUT_INT(key), OUT_INT(order), CHUNK_ARGS, const int plane, const int keys) {
   const int s = (int)get_global_id(0);
@@ -21,36 +27,52 @@ kernel void ray_keys(IN_INT(hit), OUT_INT(key), OUT_INT(order), CHUNK_ARGS, cons
   AT(order, 0)[ray] = (int)ray;
 }
 
-// How often each digit is met in a block of `length` rays; one work-item per block.
+// How often each digit is met in a block of `length` rays; one work-group per block (lib/lanes.clh).
 kernel void count_digits(IN_INT(key), OUT_INT(counts), const int rays, const int length, const int blocks,
                          const int shift) {
-  const int b = (int)get_global_id(0);
-  if (b >= blocks) return;
-  int met[DIGITS];
-  for (int d = 0; d < DIGITS; ++d) met[d] = 0;
-  const int end = min((b + 1) * length, rays);
-  for (int i = b * length; i < end; ++i) ++met[DIGIT(AT(key, 0)[i])];
-  for (int d = 0; d < DIGITS; ++d) AT(counts, 0)[d * blocks + b] = met[d];
+  local int met[DIGITS];
+  const int b = (int)get_group_id(0), end = min((b + 1) * length, rays);
+  FOR_DIGITS(d) met[d] = 0;
+  GROUP_BARRIER;
+  for (int i = b * length + (int)get_local_id(0); i < end; i += GROUP) COUNT_ONE(met + DIGIT(AT(key, 0)[i]));
+  GROUP_BARRIER;
+  FOR_DIGITS(d) AT(counts, 0)[d * blocks + b] = met[d];
 }
 
-// counts become where each block's share of each digit begins. One work-group of 64.
+// counts become where each block's share of each digit begins. One work-group.
 kernel void begin_digits(OUT_INT(counts), const int total) {
-  local int sums[64];
+  local int sums[GROUP];
   scan_exclusive(AT(counts, 0), total, sums);
 }
 
-// One pass: a block puts its rays behind those of lower digits and of earlier blocks.
+// One pass: a block puts its rays behind those of lower digits and of earlier blocks, as many at a time as the group has
+// items: behind those of the same digit among items before.
 kernel void place_by_digit(IN_INT(key), IN_INT(order), IN_INT(counts), OUT_INT(to_key), OUT_INT(to_order), const int rays,
                            const int length, const int blocks, const int shift) {
-  const int b = (int)get_global_id(0);
-  if (b >= blocks) return;
-  int next[DIGITS];
-  for (int d = 0; d < DIGITS; ++d) next[d] = AT(counts, 0)[d * blocks + b];
-  const int end = min((b + 1) * length, rays);
-  for (int i = b * length; i < end; ++i) {
-    const int value = AT(key, 0)[i], at = next[DIGIT(value)]++;
-    AT(to_key, 0)[at] = value;
-    AT(to_order, 0)[at] = AT(order, 0)[i];
+  local int next[DIGITS], digits[GROUP];
+  const int b = (int)get_group_id(0), item = (int)get_local_id(0), end = min((b + 1) * length, rays);
+  FOR_DIGITS(d) next[d] = AT(counts, 0)[d * blocks + b];
+  for (int first = b * length; first < end; first += GROUP) {
+    const int i = first + item, value = i < end ? AT(key, 0)[i] : 0, digit = i < end ? DIGIT(value) : DIGITS;
+    int before = 0, all = 1;
+#if GROUP > 1
+    digits[item] = digit;
+    GROUP_BARRIER;
+    all = 0;
+    for (int k = 0; k < GROUP; ++k) {
+      const int same = digits[k] == digit;
+      all += same;
+      before += same & (k < item);
+    }
+#endif
+    if (i < end) {
+      const int at = next[digit] + before;
+      AT(to_key, 0)[at] = value;
+      AT(to_order, 0)[at] = AT(order, 0)[i];
+    }
+    GROUP_BARRIER;
+    if (i < end && before == all - 1) next[digit] += all;
+    GROUP_BARRIER;
   }
 }
 

@@ -14,7 +14,7 @@
 // disagree. So a block whose normals all face away from the ray is passed over like one that it does not meet (BOXES,
 // normal_pyramid.cl), and one whose normals all face it needs no normal: the cell is the same to the last bit.
 //
-// A work-item takes LANES samples of a pixel in a vector, 4, 8 or 16, each with its own level and place; or one ray.
+// A work-item takes PACKET samples of a pixel side by side (lib/packet.clh), each with its own level and place.
 //
 // Rays: {1, 3, pixels, samples}, samples fastest, a multiple of 16; a zero direction is no ray. Results, same layout:
 // pixel y * w + x of the cell, or -1; delta: depth of the ray less that of the cell where the ray enters it behind the
@@ -25,70 +25,8 @@
 // samples} with skip (a pixel or -1) in the same layout.
 #include "lib/camera.clh"
 #include "lib/chunk.clh"
+#include "lib/packet.clh"
 #pragma OPENCL FP_CONTRACT OFF
-
-#define JOIN2(a, b) a##b
-#define JOIN(a, b) JOIN2(a, b)
-
-#ifndef LANES  // one ray, where the host chooses none
-#define LANES 1
-#endif
-
-// Conditions are held as ints, 0 or -1, whatever `real` is.
-#if LANES > 1
-typedef JOIN(real, LANES) lanes;
-typedef JOIN(int, LANES) ints;
-#define LOAD(p) JOIN(vload, LANES)(0, p)
-#define STORE(v, p) JOIN(vstore, LANES)(v, 0, p)
-#define INTS(v) JOIN(convert_int, LANES)(v)
-#define UINTS(v) JOIN(as_uint, LANES)(v)
-#define LANES_OF(v) JOIN(convert_real, LANES)(v)
-#define IS(comparison) INTS(comparison)
-#define PICK(c, yes, no) select((lanes)(no), (lanes)(yes), JOIN(convert_mask, LANES)(c))
-#define PICK_INT(c, yes, no) select((ints)(no), (ints)(yes), c)
-#else
-typedef real lanes;
-typedef int ints;
-#define LOAD(p) (*(p))
-#define STORE(v, p) (*(p) = (v))
-#define INTS(v) ((int)(v))
-#define UINTS(v) ((uint)(v))
-#define LANES_OF(v) ((real)(v))
-#define IS(comparison) (-(int)(comparison))
-#define PICK(c, yes, no) ((c) ? (lanes)(yes) : (lanes)(no))
-#define PICK_INT(c, yes, no) ((c) ? (ints)(yes) : (ints)(no))
-#endif
-
-// What lies at the places i, lane by lane; and whether a condition holds in any.
-#define EACH4(p, i) (p)[(i).s0], (p)[(i).s1], (p)[(i).s2], (p)[(i).s3]
-#define EACH8(p, i) EACH4(p, (i).lo), EACH4(p, (i).hi)
-#define EACH16(p, i) EACH8(p, (i).lo), EACH8(p, (i).hi)
-#if LANES == 1
-#define GATHERED(type, p, i) (p)[i]
-#else
-#define GATHERED(type, p, i) (type)(JOIN(EACH, LANES)(p, i))
-#endif
-static inline int any_of(const ints c) {
-#if LANES == 16
-  const int8 b = c.lo | c.hi;
-#elif LANES == 8
-  const int8 b = c;
-#endif
-#if LANES >= 8
-  const int4 a = b.lo | b.hi;
-#elif LANES == 4
-  const int4 a = c;
-#endif
-#if LANES == 1
-  return c;
-#else
-  const int2 d = a.lo | a.hi;
-  return d.x | d.y;
-#endif
-}
-
-#define GATHER(p, i) GATHERED(lanes, p, i)
-#define GATHER_INT(p, i) GATHERED(ints, p, i)
 
 #define HUGE_SLOPE R(1e30)
 
@@ -107,11 +45,11 @@ static inline int any_of(const ints c) {
 #endif
 
 // The lesser of two, neither NaN.
-static inline lanes least(const lanes a, const lanes b) { return PICK(IS(a < b), a, b); }
+static inline reals least(const reals a, const reals b) { return PICK(IS(a < b), a, b); }
 
 // What of [t0, t1] satisfies f + t g >= 0.
-static inline void clip(const lanes f, const lanes g, lanes *t0, lanes *t1) {
-  const lanes t = -f / g;
+static inline void clip(const reals f, const reals g, reals *t0, reals *t1) {
+  const reals t = -f / g;
   *t0 = PICK(IS(g > R(0)) & IS(f < R(0)), fmax(*t0, t), *t0);
   *t1 = PICK(IS(g < R(0)), fmin(*t1, t), *t1);
   *t1 = PICK(IS(g == R(0)) & IS(f < R(0)), R(-1), *t1);
@@ -120,15 +58,15 @@ static inline void clip(const lanes f, const lanes g, lanes *t0, lanes *t1) {
 // One axis of the picture, turned so that the ray moves forward: a ray that moves backward is mirrored at 0, which is
 // exact, and its cell i is then numbered ~i (so that blocks, i >> level, are complements too). flip is 0 or -1.
 typedef struct {
-  lanes start, slope, reciprocal;
-  lanes half_cell;  // .5 in the sign of all positions on this axis: rounds to nearest where conversion cuts
+  reals start, slope, reciprocal;
+  reals half_cell;  // .5 in the sign of all positions on this axis: rounds to nearest where conversion cuts
   ints flip;
 } Axis;
 
 // A ray along the other axis never meets a border of this one: its reciprocal puts them beyond s = 1.
-static inline Axis axis_of(const lanes start, const lanes end) {
+static inline Axis axis_of(const reals start, const reals end) {
   Axis a;
-  const lanes slope = end - start;
+  const reals slope = end - start;
   a.flip = IS(slope < R(0));
   a.half_cell = PICK(a.flip, R(-0.5), R(0.5));
   a.start = PICK(a.flip, -start, start);
@@ -138,18 +76,18 @@ static inline Axis axis_of(const lanes start, const lanes end) {
 }
 
 // Where the ray meets the border between the cells i - 1 and i.
-static inline lanes border(const Axis a, const ints i) { return (LANES_OF(i) - a.start) * a.reciprocal; }
+static inline reals border(const Axis a, const ints i) { return (REALS(i) - a.start) * a.reciprocal; }
 
 // The cell in which the ray is at s: border(i) <= s < border(i + 1). Rounding leaves only the nearest border in doubt.
-static inline ints cell_at(const Axis a, const lanes s) {
+static inline ints cell_at(const Axis a, const reals s) {
   const ints nearest = INTS(fma(s, a.slope, a.start) + a.half_cell);
   return nearest + IS(border(a, nearest) > s);
 }
 
 #ifdef BOXES
 // The product of a direction and a packed corner of normal_pyramid.cl, more by that with 511 on every axis.
-static inline lanes dot_corner(const lanes dx, const lanes dy, const lanes dz, const ints corner) {
-  return dx * LANES_OF(corner & 1023) + dy * LANES_OF(corner >> 10 & 1023) + dz * LANES_OF(corner >> 20);
+static inline reals dot_corner(const reals dx, const reals dy, const reals dz, const ints corner) {
+  return dx * REALS(corner & 1023) + dy * REALS(corner >> 10 & 1023) + dz * REALS(corner >> 20);
 }
 #endif
 
@@ -163,38 +101,38 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
                  OUT_INT(hit), OUT(delta), OUT(u), CHUNK_ARGS, const int items, const int w, const int h,
                  const int stride, const int level_rows, const int levels, const real thickness) {
   const int packet = (int)get_global_id(0);
-  const int packets = (samples + LANES - 1) / LANES;
+  const int packets = (samples + PACKET - 1) / PACKET;
   const int p = packet / packets;
   if (p >= pixels) return;
-  const ulong ray = RAY(p, (packet - p * packets) * LANES);
+  const ulong ray = RAY(p, (packet - p * packets) * PACKET);
   const int plane = w * h;
   const int n = min((first_pixel + p) / plane, items - 1);
   const Camera c = camera_at(AT(camera, n));
   global const real *cells = AT(pyramid, n);
 
   global const real *directions = AT(direction, 0) + ray;
-  const lanes dx = LOAD(directions), dy = LOAD(directions + RAY_PLANE), dz = LOAD(directions + 2 * RAY_PLANE);
+  const reals dx = LOAD(directions), dy = LOAD(directions + RAY_PLANE), dz = LOAD(directions + 2 * RAY_PLANE);
 #if defined(ORIGIN_RAYS)
   global const real *origins = AT(origin, 0) + ray;
-  const lanes ox = LOAD(origins), oy = LOAD(origins + RAY_PLANE), oz = LOAD(origins + 2 * RAY_PLANE);
+  const reals ox = LOAD(origins), oy = LOAD(origins + RAY_PLANE), oz = LOAD(origins + 2 * RAY_PLANE);
   const ints skipped = LOAD(AT(skip, 0) + ray);
 #elif defined(ORIGIN_MAP)
   const int own = first_pixel + p - n * plane;
   global const real *origins = AT(origin, n) + own;
-  const lanes ox = origins[0], oy = origins[plane], oz = origins[2 * plane];
+  const reals ox = origins[0], oy = origins[plane], oz = origins[2 * plane];
   const ints skipped = AT(skip, n)[own];
 #else
   const int own = first_pixel + p - n * plane;  // the ray's own pixel
   const int own_y = own / w, own_x = own - own_y * w;
   const real own_k = cells[own_y * stride + own_x];
   const real3 point = pixel_ray(c, own_x, own_y) / own_k;
-  const lanes ox = point.x, oy = point.y, oz = point.z;
+  const reals ox = point.x, oy = point.y, oz = point.z;
   const ints skipped = own;
 #endif
 
   // Clip in homogeneous coordinates, in which each side of the frustum is a plane: x = (cx m + fx X) / m, m = -z.
-  const lanes om = -oz, dm = -dz;
-  lanes t0 = R(0), t1 = R(REAL_MAX);
+  const reals om = -oz, dm = -dz;
+  reals t0 = R(0), t1 = R(REAL_MAX);
   clip(om - R(0.5) * AT(range, n)[1], dm, &t0, &t1);
   clip(c.cx * om + c.fx * ox, c.cx * dm + c.fx * dx, &t0, &t1);
   clip(((real)w - c.cx) * om - c.fx * ox, ((real)w - c.cx) * dm - c.fx * dx, &t0, &t1);
@@ -202,39 +140,39 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
   clip(((real)h - c.cy) * om + c.fy * oy, ((real)h - c.cy) * dm + c.fy * dy, &t0, &t1);
   ints is_ray = IS(dx != R(0)) | IS(dy != R(0)) | IS(dz != R(0));
 #if !defined(ORIGIN_RAYS) && !defined(ORIGIN_MAP)
-  is_ray &= IS((lanes)(own_k) > R(0));
+  is_ray &= IS((reals)(own_k) > R(0));
 #endif
   ints active = is_ray & IS(t0 < t1);
 
   // The two ends on the picture. A ray that goes to infinity ends in its vanishing point with k = 0.
   const ints endless = IS(t1 >= R(REAL_MAX));
-  const lanes am = om + t0 * dm;
-  const lanes bm = PICK(endless, dm, om + t1 * dm);
-  const lanes zero = R(0), right = (real)w, bottom = (real)h;
+  const reals am = om + t0 * dm;
+  const reals bm = PICK(endless, dm, om + t1 * dm);
+  const reals zero = R(0), right = (real)w, bottom = (real)h;
   const Axis x = axis_of(clamp(c.cx + c.fx * (ox + t0 * dx) / am, zero, right),
                          clamp(c.cx + c.fx * PICK(endless, dx, ox + t1 * dx) / bm, zero, right));
   const Axis y = axis_of(clamp(c.cy - c.fy * (oy + t0 * dy) / am, zero, bottom),
                          clamp(c.cy - c.fy * PICK(endless, dy, oy + t1 * dy) / bm, zero, bottom));
-  const lanes k0 = R(1) / am;
-  const lanes k_slope = PICK(endless, R(0), R(1) / bm) - k0;
+  const reals k0 = R(1) / am;
+  const reals k_slope = PICK(endless, R(0), R(1) / bm) - k0;
 
-  lanes s = R(0), k_ray = R(1), k_hit = R(1);
+  reals s = R(0), k_ray = R(1), k_hit = R(1);
   ints i = cell_at(x, s), j = cell_at(y, s);
   ints level = FIRST_LEVEL, found = -1;
 #ifdef BOXES
   const ints backward = IS(dx <= R(0)) & 1023 | IS(dy <= R(0)) & 1023 << 10 | IS(dz <= R(0)) & 1023 << 20;
-  const lanes middle = R(511) * (dx + dy + dz);
+  const reals middle = R(511) * (dx + dy + dz);
 #endif
-  active &= IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
+  active &= IS(AS_UINTS(i ^ x.flip) < (uint)w) & IS(AS_UINTS(j ^ y.flip) < (uint)h);
   while (any_of(active)) {
     const ints block_i = i >> level, block_j = j >> level;
     const ints exit_i = (block_i + 1) << level, exit_j = (block_j + 1) << level;
-    const lanes sx = border(x, exit_i), sy = border(y, exit_j);
-    const lanes leave = least(least(sx, sy), R(1));
-    const lanes k_in = fma(s, k_slope, k0), k_out = fma(leave, k_slope, k0);
+    const reals sx = border(x, exit_i), sy = border(y, exit_j);
+    const reals leave = least(least(sx, sy), R(1));
+    const reals k_in = fma(s, k_slope, k0), k_out = fma(leave, k_slope, k0);
     const ints row = level_rows - ((ints)(level_rows) >> level) + (block_j ^ y.flip);
     const ints index = (row * stride + (block_i ^ x.flip)) & active;
-    const lanes k_cell = GATHER(cells, index);
+    const reals k_cell = GATHER(cells, index);
     ints meets = active & IS(least(k_in, k_out) <= k_cell);
 #ifdef BOXES
     // Of the block's box around its normals: the corner that comes closest to facing the ray, and the farthest from it.
@@ -273,15 +211,15 @@ kernel void ssrt(IN(pyramid), IN(camera), IN(range), IN(direction),
     j = PICK_INT(on, PICK_INT(IS(sy <= leave), exit_j, STAY(y, j)), j);
     s = PICK(on, leave, s);
     level = PICK_INT(on, min(level + 1 + meets, TOP_LEVEL), level + down);
-    active &= IS(s < R(1)) & IS(UINTS(i ^ x.flip) < (uint)w) & IS(UINTS(j ^ y.flip) < (uint)h);
+    active &= IS(s < R(1)) & IS(AS_UINTS(i ^ x.flip) < (uint)w) & IS(AS_UINTS(j ^ y.flip) < (uint)h);
   }
 #ifdef WINDOW
   const real nearest = AT(range, n)[1], span = R(1) - nearest / AT(range, n)[2];
-  const lanes behind = span > R(0) ? nearest * (k_hit - k_ray) / span : (lanes)(R(0));  // one depth has no window
+  const reals behind = span > R(0) ? nearest * (k_hit - k_ray) / span : (reals)(R(0));  // one depth has no window
 #else
-  const lanes behind = (R(1) / k_ray - R(1) / k_hit) / AT(range, n)[0];
+  const reals behind = (R(1) / k_ray - R(1) / k_hit) / AT(range, n)[0];
 #endif
-  const lanes gap = fmax(behind, R(0));
+  const reals gap = fmax(behind, R(0));
   STORE(found, AT(hit, 0) + ray);
   STORE(gap, AT(delta, 0) + ray);
   STORE(PICK(is_ray, PICK(IS(found < 0), R(1), tanh(R(10) * gap)), R(0)), AT(u, 0) + ray);

@@ -196,49 +196,6 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_cpu(
     }
 }
 
-// to[column][row] = from[row][column] of 8 x 8: halves, quarters and single elements of every two rows change places.
-#define DEFINE_TRANSPOSE(to_space, from_space)                                                                      \
-  static inline void __attribute__((overloadable))                                                                  \
-  transpose_block(to_space real *to, int to_pitch, from_space const real *from, int from_pitch) {                   \
-    real8 a[8], b[8];                                                                                               \
-    UNROLL for (int r = 0; r < 8; ++r) a[r] = vload8(0, from + (ulong)r * from_pitch);                              \
-    UNROLL for (int r = 0; r < 4; ++r) {                                                                            \
-      b[r] = (real8)(a[r].lo, a[r + 4].lo);                                                                         \
-      b[r + 4] = (real8)(a[r].hi, a[r + 4].hi);                                                                     \
-    }                                                                                                               \
-    UNROLL for (int i = 0; i < 4; ++i) {                                                                            \
-      const int r = i / 2 * 4 + i % 2;                                                                              \
-      a[r] = (real8)(b[r].s01, b[r + 2].s01, b[r].s45, b[r + 2].s45);                                               \
-      a[r + 2] = (real8)(b[r].s23, b[r + 2].s23, b[r].s67, b[r + 2].s67);                                           \
-    }                                                                                                               \
-    UNROLL for (int r = 0; r < 8; r += 2) {                                                                         \
-      const real8 x = a[r], y = a[r + 1];                                                                           \
-      vstore8((real8)(x.s0, y.s0, x.s2, y.s2, x.s4, y.s4, x.s6, y.s6), 0, to + (ulong)r * to_pitch);                \
-      vstore8((real8)(x.s1, y.s1, x.s3, y.s3, x.s5, y.s5, x.s7, y.s7), 0, to + (ulong)(r + 1) * to_pitch);          \
-    }                                                                                                               \
-  }                                                                                                                 \
-  static void __attribute__((overloadable))                                                                         \
-  transpose(to_space real *to, int to_pitch, from_space const real *from, int from_pitch, int rows, int columns) {  \
-    if (rows < 8 || columns < 8) {                                                                                  \
-      for (int r = 0; r < rows; ++r)                                                                                \
-        for (int c = 0; c < columns; ++c) to[(ulong)c * to_pitch + r] = from[(ulong)r * from_pitch + c];            \
-      return;                                                                                                       \
-    }                                                                                                               \
-    for (int i = 0; i < rows; i += 8)                                                                               \
-      for (int j = 0; j < columns; j += 8) {                                                                        \
-        const int r = min(i, rows - 8), c = min(j, columns - 8);                                                    \
-        transpose_block(to + (ulong)c * to_pitch + r, to_pitch, from + (ulong)r * from_pitch + c, from_pitch);      \
-      }                                                                                                             \
-  }
-DEFINE_TRANSPOSE(local, global)
-DEFINE_TRANSPOSE(global, local)
-
-// The bands of a partial sum: one stretch of those of all batch items.
-static int2 bands_of_partial(int partial, const ConvBlocking b) {
-  const long all = (long)b.bands * b.batch;
-  return (int2)((int)(all * partial / b.partials), (int)(all * (partial + 1) / b.partials));
-}
-
 // Positions of a stack: bands panel_pitch apart in the panel, their rows pitch apart.
 typedef struct {
   int bands, rows, columns;
@@ -289,7 +246,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_outer(
   const int channels = min(b.channel_block, g.channels - c0), columns = channels * taps;
   const int outputs = min(b.chunk, g.outputs - m0), vectors = (outputs + TILE_WIDTH - 1) / TILE_WIDTH;
   const int tiles = (columns + TILE_ROWS - 1) / TILE_ROWS;
-  const int2 own = bands_of_partial(get_group_id(1), b);
+  const int2 own = bands_of_partial(get_group_id(1), b.partials, (long)b.bands * b.batch);
   tap_offsets(offset, g, b);
   for (int at = own.x; at < own.y; at += b.stack) {
     const int next = min(at + b.stack, own.y);
@@ -414,7 +371,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_weights_dot(
   const int c0 = (int)get_group_id(0) * b.channel_block;
   const int taps = g.taps_y * g.taps_x, depth = g.channels * taps, source_h = g.source_plane / g.source_w;
   const int channels = min(b.channel_block, g.channels - c0), columns = channels * taps;
-  const int2 own = bands_of_partial(get_group_id(1), b);
+  const int2 own = bands_of_partial(get_group_id(1), b.partials, (long)b.bands * b.batch);
   tap_offsets(offset, g, b);
   for (int at = own.x; at < own.y; ++at) {
     const int n = at / b.bands;

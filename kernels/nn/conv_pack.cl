@@ -43,25 +43,3 @@ kernel void conv_fill_bias(IN(bias), OUT(to), const int plane) {
   const int i = get_global_id(0), c = get_global_id(1), n = get_global_id(2);
   if (i < plane) AT(to, n)[(ulong)c * plane + i] = AT(bias, 0)[c];
 }
-
-// gradient[c] = sum over n and pixels of dy[n,c]: sixteen running sums per stretch of 4096 pixels, then the stretches in
-// order, so that rounding errors grow with the root of the count at worst. One group of one work-item per channel.
-kernel __attribute__((reqd_work_group_size(1, 1, 1))) void conv_bias_gradient(IN(dy), OUT(gradient), const int batch,
-                                                                             const int plane) {
-  const int c = get_global_id(0);
-  real total = R(0);
-  for (int n = 0; n < batch; ++n)
-    for (int begin = 0; begin < plane; begin += 4096) {
-      global const real *from = AT(dy, n) + (ulong)c * plane + begin;
-      const int count = min(plane - begin, 4096);
-      real16 sums = (real16)(R(0));
-      int i = 0;
-      for (; i + 16 <= count; i += 16) sums += vload16(0, from + i);
-      const real8 a = sums.lo + sums.hi;
-      const real4 b = a.lo + a.hi;
-      real rest = R(0);
-      for (; i < count; ++i) rest += from[i];
-      total += (b.x + b.y) + (b.z + b.w) + rest;
-    }
-  AT(gradient, 0)[c] = total;
-}

@@ -1,6 +1,7 @@
 // Positional encoding: y = [sin(2 pi B x), cos(2 pi B x)] per pixel (Tancik et al. 2020; with B a ladder of powers of two,
 // Mildenhall et al. 2020). x {n, C, h, w}; B {m, C, 1, 1}, cycles per unit, not trained; y {n, 2 m, h, w}: sines, cosines.
 // Whole turns are taken off before the angle is formed, so what is lost is the rounding of B x alone.
+#include "lib/turn.clh"
 #include "lib/wave.clh"
 
 // (cos, sin) of row j of B times what stands at `at`.

@@ -25,7 +25,7 @@ static inline lanes log_error(const lanes q, const lanes t) {
   return log1p(WHERE(q < R(0), (lanes)(R(0)), q)) - log1p(t);
 }
 
-// Sums of mask * e and of mask over one block of pixels: sums[2 row], sums[2 row + 1]; row = n * blocks + block.
+// Sums of mask * e and of mask over one block of pixels: sums[row], sums[rows + row]; row = n * blocks + block.
 // `scale` is read only when SCALED.
 kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int channels, const int plane,
                      const int block) {
@@ -58,17 +58,22 @@ kernel void map_loss(IN(a), IN(b), IN(mask), IN(scale), OUT(sums), const int cha
   }
   const real sum = group_sum(total, scratch), count = group_sum(weight, scratch);
   if (get_local_id(0) == 0) {
-    global real *to = AT(sums, 0) + 2 * (n * (int)get_num_groups(0) + (int)get_group_id(0));
-    to[0] = sum, to[1] = count;
+    const int blocks = (int)get_num_groups(0), row = n * blocks + (int)get_group_id(0);
+    AT(sums, 0)[row] = sum, AT(sums, 0)[blocks * (int)get_num_groups(1) + row] = count;
   }
 }
 
 // loss = factor * sum / count over all rows, and share = factor / count for the adjoint (0 for an empty mask). One
-// work-item.
+// work-group.
 kernel void map_loss_total(IN(sums), OUT(loss), OUT(share), const real factor, const int rows) {
-  if (get_global_id(0) > 0) return;
-  real sum = R(0), count = R(0);
-  for (int i = 0; i < rows; ++i) sum += AT(sums, 0)[2 * i], count += AT(sums, 0)[2 * i + 1];
+  GROUP_SCRATCH(scratch);
+  lanes sums = (lanes)(R(0)), counts = (lanes)(R(0));
+  FOR_ROW(i, rows) {
+    sums += lanes_load(AT(sums, 0) + i, rows - i);
+    counts += lanes_load(AT(sums, 0) + rows + i, rows - i);
+  }
+  const real sum = group_sum(sums, scratch), count = group_sum(counts, scratch);
+  if (get_local_id(0) > 0) return;
   const real f = count == R(0) ? R(0) : factor / count;
   AT(share, 0)[0] = f;
   AT(loss, 0)[0] = f * sum;

@@ -74,13 +74,17 @@ kernel void accumulate_samples(IN(weight), IN(radiance), IN(pdf),
   }
   CHANNELS(c) scatter[c] = group_sum(sum[c], scratch);
 
-  if (get_local_id(0) > 0) return;
   real offender = R(0);
-  for (int s = 0; dropped > R(0) && offender == R(0) && s < samples; ++s) {
-    real x = R(0);
-    CHANNELS(c) x += f[c * RAY_PLANE + s] * l[c * RAY_PLANE + s];
-    if (density[s] != R(0) && !isfinite(x)) offender = (real)(first_sample + s + 1);
+  if (dropped > R(0)) {  // as all items of the group see it
+    int found = samples;
+    for (int s = (int)get_local_id(0); found == samples && s < samples; s += GROUP) {
+      real x = R(0);
+      CHANNELS(c) x += f[c * RAY_PLANE + s] * l[c * RAY_PLANE + s];
+      if (density[s] != R(0) && !isfinite(x)) found = s;
+    }
+    offender = (real)(first_sample + 1) + group_least((real)found, scratch);
   }
+  if (get_local_id(0) > 0) return;
   CHANNELS(c) {
     AT(mean, 0)[c * pixel_capacity + p] = total[c] / count;
     AT(squares, 0)[c * pixel_capacity + p] = scatter[c];

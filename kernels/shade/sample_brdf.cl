@@ -16,6 +16,12 @@
 // and Guibas 1995).
 // SAMPLER: as in ggx.clh, or 6: the 8 x 16 grid of Li et al. 2020, sample = direction. SOBOL: points by Owen-scrambled
 // Sobol, else independent. LI2020: their surface model instead of ours.
+//
+// Samples of a pixel go side by side (lib/lanes.clh, lib/packet.clh): what they share is found once for all. Contracted
+// sums would not be the same in a vector as alone.
+#include "lib/lanes.clh"
+#define PACKET LANES
+#pragma OPENCL FP_CONTRACT OFF
 #include "lib/camera.clh"
 #include "lib/chunk.clh"
 #include "lib/ggx.clh"
@@ -28,9 +34,6 @@
 #define SAMPLER_GRID 6
 #ifndef SAMPLER
 #define SAMPLER SAMPLER_VNDF_CAPS
-#endif
-#ifndef EACH
-#define EACH 1
 #endif
 
 static inline Parts f_times_cosine(Material m, real3 wo, Drawn in) {
@@ -58,26 +61,33 @@ typedef struct {
   Material e_material;
 } Pixel;
 
-// A ray as the kernel and its adjoint see it: the same random numbers, and the same bits of the direction in the frame of
+// Rays as the kernel and its adjoint see them: the same random numbers, and the same bits of the direction in the frame of
 // the surface that is evaluated. A direction that went through the camera's frame comes back good to 6e-8 alone.
 typedef struct {
-  int drawn;      // there is a direction
-  real3 towards;  // camera frame
-  real density;   // of the sampling, 1/sr
-  Drawn in;       // in the frame of the evaluation maps
-  Parts weight;   // f cos / density
-} Sample;
+  ints drawn;      // there is a direction
+  reals3 towards;  // camera frame
+  reals density;   // of the sampling, 1/sr
+  Drawn in;        // in the frame of the evaluation maps
+  Parts weight;    // f cos / density
+} Samples;
 
-// A vector of the local frame around one normal in that around another; both as in their maps, of any length. What one
+static inline reals3 rays_to_world(const Frame f, const reals3 v) {
+  return SUM3(SUM3(TIMES3(v.x, f.t), TIMES3(v.y, f.b)), TIMES3(v.z, f.n));
+}
+static inline reals3 rays_to_local(const Frame f, const reals3 v) {
+  return reals3_of(DOT3(f.t, v), DOT3(f.b, v), DOT3(f.n, v));
+}
+
+// Vectors of the local frame around one normal in that around another; both as in their maps, of any length. What one
 // normal is along the other's tangents comes from their difference, in which what they share is gone: tangential parts
 // as small as a narrow lobe's keep their digits.
-static inline real3 in_other_frame(const Frame from, const real3 from_normal, const Frame to, const real3 to_normal,
-                                   const real3 v) {
+static inline reals3 in_other_frame(const Frame from, const real3 from_normal, const Frame to, const real3 to_normal,
+                                    const reals3 v) {
   const real size = sqrt(dot3(from_normal, from_normal)), to_size = sqrt(dot3(to_normal, to_normal));
   const real ratio = to_size > R(0) ? size / to_size : R(1);
   const real3 lean = fma((real3)(-ratio), to_normal, from_normal) / (size > R(0) ? size : R(1));
-  const real3 across = v.x * from.t + v.y * from.b, whole = across + v.z * lean;
-  return (real3)(dot3(to.t, whole), dot3(to.b, whole), v.z * dot3(from.n, to.n) - dot3(across, lean));
+  const reals3 across = SUM3(TIMES3(v.x, from.t), TIMES3(v.y, from.b)), whole = SUM3(across, TIMES3(v.z, lean));
+  return reals3_of(DOT3(to.t, whole), DOT3(to.b, whole), v.z * dot3(from.n, to.n) - DOT3(across, lean));
 }
 
 // Maps of one picture.
@@ -122,48 +132,55 @@ static inline Pixel pixel_of(global const real *depth, const Camera camera, cons
   return at;
 }
 
-static inline Sample sample_of(const Pixel at, const uint index, const uint seed) {
-  Sample sample;
+static inline Samples samples_of(const Pixel at, const uints index, const uint seed) {
+  Samples rays;
 #if SAMPLER == SAMPLER_GRID
-  const Drawn in = drawn_of(at.wo, grid_direction((int)index));
-  sample.density = grid_pdf((int)index);
+  const Drawn in = drawn_of(at.wo, grid_direction(AS_INTS(index)));
+  rays.density = grid_pdf(AS_INTS(index));
 #else
 #ifdef SOBOL
-  const real4 u = sobol_point4(seed ^ SALT, at.row, index, 0u);
+  const reals4 u = sobol_point4(seed ^ SALT, at.row, index, 0u);
 #else
-  const real4 u = random4(seed ^ SALT, at.row, index, 0u);
+  const reals4 u = random4(seed ^ SALT, at.row, index, 0u);
 #endif
-  const real3 rest_of_u = (real3)(u.xy, at.guide ? (u.z - at.aimed) / (R(1) - at.aimed) : u.z);
-  Drawn in = draw_direction(SAMPLER, at.wo, at.alpha, at.chance, rest_of_u);
-  if (at.guide && u.z < at.aimed)
-    in = drawn_of(at.wo, to_local(at.frame, guided_direction(at.guide, u.xyz)));
-  const real by_surface = drawn_pdf(SAMPLER, at.wo, in, at.alpha, at.chance);
-  sample.density = by_surface;
+#ifdef GUIDED
+  const reals which = (u.z - at.aimed) / (R(1) - at.aimed);
+#else
+  const reals which = u.z;
+#endif
+  Drawn in = draw_direction(SAMPLER, at.wo, at.alpha, at.chance, reals3_of(u.x, u.y, which));
+#ifdef GUIDED
+  const ints guided = IS(u.z < at.aimed);
+  if (any_of(guided)) {
+    const reals3 lit = guided_direction(at.guide, reals3_of(u.x, u.y, u.z));
+    in = pick_drawn(guided, drawn_of(at.wo, rays_to_local(at.frame, lit)), in);
+  }
+#endif
+  const reals by_surface = drawn_pdf(SAMPLER, at.wo, in, at.alpha, at.chance);
+  rays.density = by_surface;
 #endif
   // Not wi.z > 0: a direction that is not a number is handed on, to be dropped and counted where samples are summed.
-  sample.drawn = at.status == 0 && !(in.wi.z <= R(0));
-  sample.towards = to_world(at.frame, in.wi);
+  rays.drawn = at.status == 0 ? ~IS(in.wi.z <= R(0)) : 0;
+  rays.towards = rays_to_world(at.frame, in.wi);
 #ifdef GUIDED
-  sample.density = (R(1) - at.aimed) * by_surface + guide_density(at.guide, sample.towards);
+  rays.density = (R(1) - at.aimed) * by_surface + guide_density(at.guide, rays.towards);
 #endif
 
 #ifdef DETACHED
-  sample.in.wi = in_other_frame(at.frame, at.raw, at.e_frame, at.e_normal, in.wi);
-  sample.in.h = in_other_frame(at.frame, at.raw, at.e_frame, at.e_normal, in.h);
+  rays.in.wi = in_other_frame(at.frame, at.raw, at.e_frame, at.e_normal, in.wi);
+  rays.in.h = in_other_frame(at.frame, at.raw, at.e_frame, at.e_normal, in.h);
 #else
-  sample.in = in;
+  rays.in = in;
 #endif
 #if defined(DETACHED) || SAMPLER == SAMPLER_GRID || defined(LI2020)
-  sample.weight = f_times_cosine(at.e_material, at.e_wo, sample.in);
-  sample.weight.diffuse /= sample.density, sample.weight.specular /= sample.density;
+  rays.weight = scaled(R(1) / rays.density, f_times_cosine(at.e_material, at.e_wo, rays.in));
 #else
-  sample.weight = drawn_weight(SAMPLER, at.material, at.wo, in, at.chance);
+  rays.weight = drawn_weight(SAMPLER, at.material, at.wo, in, at.chance);
 #ifdef GUIDED
-  const real balance = sample.drawn ? by_surface / sample.density : R(0);
-  sample.weight.diffuse *= balance, sample.weight.specular *= balance;
+  rays.weight = scaled(PICK(rays.drawn, by_surface / rays.density, R(0)), rays.weight);
 #endif
 #endif
-  return sample;
+  return rays;
 }
 
 #ifdef GUIDED
@@ -183,50 +200,45 @@ static inline Sample sample_of(const Pixel at, const uint index, const uint seed
 #endif
 #define DRAWING (Maps){AT(normal, n), AT(albedo, n), AT(material, n)}
 
-// A work-item takes EACH samples of a pixel: of picture n, `pixel` of its plane.
-#define RAYS_OF_WORK_ITEM                                                                                         \
-  const int begin = EACH * (int)get_global_id(0);                                                                 \
-  const int p = (int)get_global_id(1);                                                                            \
-  if (begin >= sample_capacity || p >= pixels) return;                                                            \
-  const int plane = w * h;                                                                                        \
-  const int n = (first_pixel + p) / plane;                                                                        \
-  const Pixel at = pixel_of(AT(depth, n), camera_at(AT(camera, n)), DRAWING, EVALUATED, GUIDE_ROW, w, plane,      \
-                            first_pixel + p - n * plane, (uint)(first_pixel + p));                                \
-  const int end = min(begin + EACH, sample_capacity);
-#define RAY_OF_SAMPLE           \
-  const ulong ray = RAY(p, s); \
-  const Sample sample = sample_of(at, (uint)(first_sample + s), seed);
+// What a row of samples shares: of picture n, `pixel` of its plane.
+#define PIXEL_OF_ROW(p)                                                                                      \
+  const int plane = w * h, n = (first_pixel + p) / plane;                                                    \
+  const Pixel at = pixel_of(AT(depth, n), camera_at(AT(camera, n)), DRAWING, EVALUATED, GUIDE_ROW, w, plane, \
+                            first_pixel + p - n * plane, (uint)(first_pixel + p));
+// The samples s, s + 1, ... and whether they are of the chunk.
+#define RAYS_OF_ROW(s)                                                              \
+  const Samples rays = samples_of(at, AS_UINTS(first_sample + s + OWN_LANE), seed); \
+  const ints inside = IS(s + OWN_LANE < samples);
 
-static inline void store3(real3 v, global real *to, ulong step) { to[0] = v.x, to[step] = v.y, to[2 * step] = v.z; }
-static inline real3 load3(global const real *from, ulong step) {
-  return (real3)(from[0], from[step], from[2 * step]);
-}
-
+// Work-items along x share the samples of row y.
 kernel void sample_brdf(MAP_ARGS, OUT(direction), OUT(weight), OUT(pdf), OUT(status),
 #ifdef LOBES
                         OUT(specular), OUT(lobe),
 #endif
                         CHUNK_ARGS, const int w, const int h, const uint seed) {
-  RAYS_OF_WORK_ITEM
+  const int p = (int)get_global_id(1), begin = PACKET * (int)get_global_id(0);
+  if (p >= pixels) return;
+  PIXEL_OF_ROW(p)
   if (begin == 0) AT(status, 0)[p] = first_sample > 0 ? R(0) : (real)at.status;
-  for (int s = begin; s < end; ++s) {
-    RAY_OF_SAMPLE
-    const int valid = sample.drawn && s < samples;
-    const real3 none = (real3)(R(0));
-    store3(valid ? sample.towards : none, AT(direction, 0) + ray, RAY_PLANE);
-    store3(valid ? whole(sample.weight) : none, AT(weight, 0) + ray, RAY_PLANE);
-    AT(pdf, 0)[ray] = valid ? sample.density : R(0);
+  for (int s = begin; s < sample_capacity; s += PACKET * (int)get_global_size(0)) {
+    RAYS_OF_ROW(s)
+    const ulong ray = RAY(p, s);
+    const ints valid = rays.drawn & inside;
+    store3(pick3(valid, rays.towards, none3()), AT(direction, 0) + ray, RAY_PLANE);
+    store3(pick3(valid, whole(rays.weight), none3()), AT(weight, 0) + ray, RAY_PLANE);
+    STORE(PICK(valid, rays.density, R(0)), AT(pdf, 0) + ray);
 #ifdef LOBES
-    store3(valid ? specular_share(sample.weight) : none, AT(specular, 0) + ray, RAY_PLANE);
-    AT(lobe, 0)[ray] = valid ? lobe_density(at.e_wo, sample.in, alpha_of(at.e_material.roughness)) : R(0);
+    const reals density = lobe_density(at.e_wo, rays.in, alpha_of(at.e_material.roughness));
+    store3(pick3(valid, specular_share(rays.weight), none3()), AT(specular, 0) + ray, RAY_PLANE);
+    STORE(PICK(valid, density, R(0)), AT(lobe, 0) + ray);
 #endif
   }
 }
 
 // Detached adjoint: what the weights of rays give to the evaluation maps, as f cos of fixed directions over a fixed pdf;
-// with LOBES what the lobe's share and density give, too.
-// d_surface {1, 8, pixels, samples}: normal 3 (of the map as it is, of any length), albedo 3, roughness, metallic; 0
-// where there is no direction. With S = cos_i t(cos_o) + cos_o t(cos_i), V = 1 / (2 S) and k from D = k^2 / pi
+// with LOBES what the lobe's share and density give, too. A work-group takes the row of a pixel.
+// d_surface {1, 8, pixels, 1}, 0 beyond the chunk: normal 3 (of the map as it is, of any length), albedo 3, roughness,
+// metallic. With S = cos_i t(cos_o) + cos_o t(cos_i), V = 1 / (2 S) and k from D = k^2 / pi
 // (lib/ggx.clh):  dV = -2 V^2 dS,  dk/dh.z = 2 alpha |h|^2 h.z (1 - alpha^2) / q^2,
 // dk/dalpha = |h|^2 (h.x^2 + h.y^2 - alpha^2 h.z^2) / q^2,  q = h.x^2 + h.y^2 + alpha^2 h.z^2.
 // Share s / (s + d) of the parts s and d of f: ds (1 - share) / (s + d) - dd share / (s + d).
@@ -236,70 +248,92 @@ kernel void sample_brdf_adjoint(MAP_ARGS, IN(d_weight),
                                 IN(d_specular), IN(d_lobe),
 #endif
                                 OUT(d_surface), CHUNK_ARGS, const int w, const int h, const uint seed) {
-  RAYS_OF_WORK_ITEM
-  for (int s = begin; s < end; ++s) {
-    RAY_OF_SAMPLE
-    const Material m = at.e_material;
-    const real3 wo = at.e_wo, wi = sample.in.wi, half_way = sample.in.h;
-    const real3 arriving = load3(AT(d_weight, 0) + ray, RAY_PLANE);
-    real asked = fabs(arriving.x) + fabs(arriving.y) + fabs(arriving.z);
+  const int row = (int)get_group_id(0), p = min(row, pixels - 1);
+  GROUP_SCRATCH(scratch);
+  PIXEL_OF_ROW(p)
+  const Material m = at.e_material;
+  const real3 wo = at.e_wo, f0 = specular_f0(m), albedo = diffuse_albedo(m);
+  const real alpha = alpha_of(m.roughness), a2 = alpha * alpha;
+  const real to = SMITH_T(wo.z, alpha), to_co = wo.z * (R(1) - a2) / to, to_alpha = alpha * (R(1) - wo.z * wo.z) / to;
+  const int seen = row < pixels && at.status == 0 && wo.z > R(0);
+
+  // Sums of what is not the same for all: the normal's along two tangents, Lambertian and F0 by channel, and alpha.
+  lanes across_x = R(0), across_y = R(0), by_alpha = R(0);
+  reals3 by_diffuse = none3(), by_f0 = none3();
+  FOR_ROW(s, seen ? samples : 0) {
+    RAYS_OF_ROW(s)
+    const ulong ray = RAY(p, s);
+    const reals3 wi = rays.in.wi, half_way = rays.in.h;
+    const reals3 arriving = load3(AT(d_weight, 0) + ray, RAY_PLANE);
+    reals asked = fabs(arriving.x) + fabs(arriving.y) + fabs(arriving.z);
 #ifdef LOBES
-    const real3 to_share = load3(AT(d_specular, 0) + ray, RAY_PLANE);
-    const real to_density = AT(d_lobe, 0)[ray];
+    const reals3 to_share = load3(AT(d_specular, 0) + ray, RAY_PLANE);
+    const reals to_density = LOAD(AT(d_lobe, 0) + ray);
     asked += fabs(to_share.x) + fabs(to_share.y) + fabs(to_share.z) + fabs(to_density);
 #endif
-    const int valid =
-        s < samples && sample.drawn && sample.density > R(0) && wi.z > R(0) && wo.z > R(0) && asked > R(0);
+    const ints valid = inside & rays.drawn & IS(rays.density > R(0)) & IS(wi.z > R(0)) & IS(asked > R(0));
 
-    const real alpha = alpha_of(m.roughness), a2 = alpha * alpha;
-    const real across = half_way.x * half_way.x + half_way.y * half_way.y, hz = half_way.z, h2 = across + hz * hz;
-    const real q = across + a2 * hz * hz;
-    const real k = alpha * h2 / q, dist = k * k * INV_PI;
-    const real dist_k = R(2) * k * INV_PI;
-    const real dist_hz = dist_k * R(2) * k * hz * (R(1) - a2) / q;
-    const real dist_alpha = dist_k * (h2 / q) * ((across - a2 * hz * hz) / q);
+    const reals across = half_way.x * half_way.x + half_way.y * half_way.y, hz = half_way.z, h2 = across + hz * hz;
+    const reals q = R(1) / (across + a2 * hz * hz);
+    const reals k = alpha * h2 * q, dist = k * k * INV_PI;
+    const reals dist_k = R(2) * k * INV_PI;
+    const reals dist_hz = dist_k * R(2) * k * hz * (R(1) - a2) * q;
+    const reals dist_alpha = dist_k * (h2 * q) * ((across - a2 * hz * hz) * q);
 
-    const real ti = smith_t(wi.z, alpha), to = smith_t(wo.z, alpha);
-    const real to_co = wo.z * (R(1) - a2) / to, to_alpha = alpha * (R(1) - wo.z * wo.z) / to;
-    const real v = smith_v(wi.z, wo.z, alpha), v_s = R(-2) * v * v;
-    const real v_ci = v_s * (to + wo.z * (wi.z * (R(1) - a2) / ti));
-    const real v_co = v_s * (ti + wi.z * to_co);
-    const real v_alpha = v_s * (wi.z * to_alpha + wo.z * (alpha * (R(1) - wi.z * wi.z) / ti));
+    const reals ti = SMITH_T(wi.z, alpha), over_ti = R(1) / ti;
+    const reals v = smith_v(wi.z, wo.z, alpha), v_s = R(-2) * v * v;
+    const reals v_ci = v_s * (to + wo.z * (wi.z * (R(1) - a2) * over_ti));
+    const reals v_co = v_s * (ti + wi.z * to_co);
+    const reals v_alpha = v_s * (wi.z * to_alpha + wo.z * (alpha * (R(1) - wi.z * wi.z) * over_ti));
 
     // To the two parts of f cos.
-    const real3 g = arriving / sample.density;
+    const reals over_density = R(1) / rays.density;
+    const reals3 g = TIMES3(over_density, arriving);
 #ifdef LOBES
-    const real3 share = specular_share(sample.weight), all = whole(sample.weight) * sample.density;
-    const real3 by_share = select((real3)(R(0)), to_share / all, all != R(0));
-    const real3 g_specular = g + by_share * (R(1) - share), g_diffuse = g - by_share * share;
+    const reals3 share = specular_share(rays.weight), all = whole(rays.weight);
+    const reals3 taken = TIMES3(over_density, reals3_of(share_of(to_share.x, all.x), share_of(to_share.y, all.y),
+                                                        share_of(to_share.z, all.z)));
+    const reals3 rest = reals3_of(R(1) - share.x, R(1) - share.y, R(1) - share.z);
+    const reals3 g_specular = reals3_of(g.x + taken.x * rest.x, g.y + taken.y * rest.y, g.z + taken.z * rest.z);
+    const reals3 g_diffuse = reals3_of(g.x - taken.x * share.x, g.y - taken.y * share.y, g.z - taken.z * share.z);
 #else
-    const real3 g_specular = g, g_diffuse = g;
+    const reals3 g_specular = g, g_diffuse = g;
 #endif
-    const real3 fresnel = schlick(specular_f0(m), fresnel_share(wo, wi));
-    const real lobe = dist * v * wi.z, lambert = wi.z * INV_PI;
-    const real to_lobe = dot3(g_specular, fresnel);
-    const real d_ci = dot3(g_diffuse, diffuse_albedo(m)) * INV_PI + to_lobe * dist * (v + wi.z * v_ci);
-    real d_co = to_lobe * dist * wi.z * v_co;
-    real d_hz = to_lobe * v * wi.z * dist_hz;
-    real d_alpha = to_lobe * wi.z * (dist_alpha * v + dist * v_alpha);
+    const reals lobe = dist * v * wi.z, lambert = wi.z * INV_PI;
+    const reals3 fresnel = schlick(f0, fresnel_share(wo, wi));
+    const reals to_lobe = DOT3(g_specular, fresnel);
+    const reals d_ci = DOT3(g_diffuse, albedo) * INV_PI + to_lobe * dist * (v + wi.z * v_ci);
+    reals d_co = to_lobe * dist * wi.z * v_co;
+    reals d_hz = to_lobe * v * wi.z * dist_hz;
+    reals d_alpha = to_lobe * wi.z * (dist_alpha * v + dist * v_alpha);
 #ifdef LOBES
-    const real masking = specular_factor(SAMPLER_VNDF_CAPS, wo, half_way, alpha), masking_s = R(-2) * masking * masking;
+    const reals masking = specular_factor(SAMPLER_VNDF_CAPS, wo, half_way, alpha);
+    const reals masking_s = R(-2) * masking * masking;
     d_co += to_density * dist * masking_s * (R(1) + to_co);
     d_hz += to_density * dist_hz * masking;
     d_alpha += to_density * (dist_alpha * masking + dist * masking_s * to_alpha);
 #endif
 
     // Along the normal nothing changes but its length.
-    const real3 turned = d_ci * wi + d_co * wo + d_hz * half_way;
-    const real length = at.e_unit * sqrt(dot3(at.e_normal, at.e_normal));
-    const real3 d_normal = to_world(at.e_frame, (real3)(turned.x, turned.y, R(0))) / (length > R(0) ? length : R(1));
-    const real3 d_f0 = g_specular * (fresnel_rest(half_way) * lobe);
-    const real3 d_albedo = g_diffuse * ((R(1) - m.metallic) * lambert) + d_f0 * m.metallic;
-    const real d_roughness = alpha > R(1e-4) ? R(2) * m.roughness * d_alpha : R(0);
-    const real d_metallic = dot3(d_f0, m.albedo - R(0.04)) - dot3(g_diffuse, m.albedo) * lambert;
-
-    const real values[8] = {d_normal.x, d_normal.y, d_normal.z,  d_albedo.x,
-                            d_albedo.y, d_albedo.z, d_roughness, d_metallic};
-    for (int c = 0; c < 8; ++c) AT(d_surface, 0)[c * RAY_PLANE + ray] = valid ? values[c] : R(0);
+    across_x += PICK(valid, d_ci * wi.x + d_co * wo.x + d_hz * half_way.x, R(0));
+    across_y += PICK(valid, d_ci * wi.y + d_co * wo.y + d_hz * half_way.y, R(0));
+    by_alpha += PICK(valid, d_alpha, R(0));
+    by_diffuse = SUM3(by_diffuse, pick3(valid, TIMES3(lambert, g_diffuse), none3()));
+    by_f0 = SUM3(by_f0, pick3(valid, TIMES3(fresnel_rest(half_way) * lobe, g_specular), none3()));
   }
+  const real3 turned = (real3)(group_sum(across_x, scratch), group_sum(across_y, scratch), R(0));
+  const real d_alpha = group_sum(by_alpha, scratch);
+  const real3 d_diffuse = (real3)(group_sum(by_diffuse.x, scratch), group_sum(by_diffuse.y, scratch),
+                                  group_sum(by_diffuse.z, scratch));
+  const real3 d_f0 = (real3)(group_sum(by_f0.x, scratch), group_sum(by_f0.y, scratch), group_sum(by_f0.z, scratch));
+  if (get_local_id(0) > 0) return;
+
+  const real length = at.e_unit * sqrt(dot3(at.e_normal, at.e_normal));
+  const real3 d_normal = to_world(at.e_frame, turned) / (length > R(0) ? length : R(1));
+  const real3 d_albedo = d_diffuse * (R(1) - m.metallic) + d_f0 * m.metallic;
+  const real d_roughness = alpha > R(1e-4) ? R(2) * m.roughness * d_alpha : R(0);
+  const real d_metallic = dot3(d_f0, m.albedo - R(0.04)) - dot3(d_diffuse, m.albedo);
+  const real values[8] = {d_normal.x, d_normal.y, d_normal.z,  d_albedo.x,
+                          d_albedo.y, d_albedo.z, d_roughness, d_metallic};
+  for (int c = 0; c < 8; ++c) AT(d_surface, 0)[c * pixel_capacity + row] = seen ? values[c] : R(0);
 }

@@ -16,6 +16,7 @@ kernel void meet_objects(global const real *planes, global const int *children, 
   if (s >= samples || p >= pixels) return;
   Bvh bvh;
   bvh.planes = planes, bvh.children = children, bvh.corners = corners, bvh.triangles = triangles;
+  GIVE_STACK(bvh)
   const ulong ray = RAY(p, s), step = RAY_PLANE;
   global const real *from = AT(points, 0);
   const ulong at = per_pixel ? (ulong)(first_pixel + p) : ray, origin_step = per_pixel ? (ulong)plane : step;

@@ -67,15 +67,14 @@ static LightSample sample_through_panes(const Scene *s, real3 start, real u, rea
   const BvhRay ray = bvh_ray(start, sample.wi);
   real nearest = FAR;
   for (int leaf = s->pane_leaf; leaf < s->pane_leaf + s->pane_leaves; ++leaf) {
-    real16 t, a, b;
+    wide t, a, b;
     uint lanes = meet_triangles(&s->bvh, leaf, &ray, R(0), nearest, &t, &a, &b);
     if (!lanes) continue;
-    real ts[BVH_WIDTH];
-    vstore16(t, 0, ts);
     for (; lanes; lanes &= lanes - 1) {
       const int lane = lowest_lane(lanes);
-      if (ts[lane] >= nearest) continue;
-      nearest = ts[lane];
+      const real distance = lane_of(t, lane);
+      if (distance >= nearest) continue;
+      nearest = distance;
       global const real *surface = s->surfaces + s->bvh.triangles[leaf * BVH_WIDTH + lane] * SURFACE_SIZE;
       sample.distance = nearest;
       sample.cosine = -dot3((real3)(surface[0], surface[1], surface[2]), sample.wi);

@@ -134,8 +134,8 @@ TEST_F(CheckCommand, AnUnstableFormIsNamedByItsCase) {
     std::string file, right, wrong, group, seen;
   };
   const std::vector<Mistake> mistakes{
-      {"lib/ggx.clh", "const real k = alpha * (across + h.z * h.z) / (across + alpha * alpha * h.z * h.z);",
-       "const real c2 = h.z * h.z / (across + h.z * h.z), k = alpha / (c2 * (alpha * alpha - R(1)) + R(1));", "brdf",
+      {"lib/ggx.clh", "const reals k = alpha * (across + h.z * h.z) / (across + alpha * alpha * h.z * h.z);",
+       "const reals c2 = h.z * h.z / (across + h.z * h.z), k = alpha / (c2 * (alpha * alpha - R(1)) + R(1));", "brdf",
        "brdf/drawn, roughness 0: value 1 is wrong by"},
       {"light/composite.cl", "* -expm1(-thickness)", "* (R(1) - exp(-thickness))", "field",
        "field/density times step 1e-08: value 0 is wrong by"},

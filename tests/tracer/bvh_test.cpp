@@ -66,10 +66,24 @@ glm::vec3 on_sphere(Random& random) {
   }
 }
 
+/// As CPUs walk, as GPUs do, and with a stack of one entry, which drops nearly all that waits.
+std::vector<BvhForm> forms() { return {BvhForm::wide(), BvhForm::short_stack(), BvhForm::short_stack(1)}; }
+
+/// One arithmetic on one triangle: the same distance in bits, of the same triangle unless two are equally far.
+void expect_same_hits(const std::vector<TraceHit>& a, const std::vector<TraceHit>& b, const BvhForm& form) {
+  int different = 0, tied = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    different += (a[i].triangle < 0) != (b[i].triangle < 0) || a[i].t != b[i].t;
+    tied += a[i].triangle != b[i].triangle;
+    if (a[i].triangle == b[i].triangle) different += a[i].u != b[i].u || a[i].v != b[i].v;
+  }
+  EXPECT_EQ(different, 0) << form.width << " wide, stack of " << form.stack;
+  EXPECT_LE(tied, static_cast<int>(a.size()) / 500) << form.width << " wide, stack of " << form.stack;
+}
+
 /// Rays that start at random in a box; a share runs exactly along an axis.
 void compare(const World& scene, const glm::vec3& low, const glm::vec3& high, int rays) {
   const Oracle oracle(scene.triangles);
-  TraceScene traced(test_device(), scene);
   Random random(7);
   std::vector<float> points(3 * static_cast<std::size_t>(rays)), directions(points.size());
   std::vector<glm::vec3> o, d;
@@ -82,7 +96,11 @@ void compare(const World& scene, const glm::vec3& low, const glm::vec3& high, in
       directions[static_cast<std::size_t>(c * rays + i)] = d.back()[c];
     }
   }
-  const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
+  const auto hits_of = [&](const BvhForm& form) {
+    return TraceScene(test_device(), scene, Precision::Single, form).hits(points, directions, 0, 1e9f);
+  };
+  const std::vector<TraceHit> hits = hits_of(BvhForm::wide());
+  for (const BvhForm& form : forms()) expect_same_hits(hits_of(form), hits, form);
   int different = 0, hit_count = 0;
   for (int i = 0; i < rays; ++i) {
     const OracleHit expected = oracle.trace(o[static_cast<std::size_t>(i)], d[static_cast<std::size_t>(i)]);
@@ -153,16 +171,20 @@ World split_ball(const glm::vec3& center, float radius, int times) {
   return world;
 }
 
-/// How many rays from o along d hit nothing.
+/// How many rays from o along d hit nothing, in all forms together.
 std::int64_t misses(const World& scene, const std::vector<glm::vec3>& o, const std::vector<glm::vec3>& d) {
   std::vector<float> points, directions;
   for (int c = 0; c < 3; ++c) {
     for (const glm::vec3& v : o) points.push_back(v[c]);
     for (const glm::vec3& v : d) directions.push_back(v[c]);
   }
-  TraceScene traced(test_device(), scene);
-  const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
-  return std::ranges::count_if(hits, [](const TraceHit& hit) { return hit.triangle < 0; });
+  std::int64_t count = 0;
+  for (const BvhForm& form : forms()) {
+    TraceScene traced(test_device(), scene, Precision::Single, form);
+    const std::vector<TraceHit> hits = traced.hits(points, directions, 0, 1e9f);
+    count += std::ranges::count_if(hits, [](const TraceHit& hit) { return hit.triangle < 0; });
+  }
+  return count;
 }
 
 /// Rays from points inside, a share of them close to the wall, to every corner, to points of every edge, and to points
@@ -263,40 +285,76 @@ TEST(Bvh, OneTriangle) {
   Triangle t;
   t.v[0].position = {0, 0, -1}, t.v[1].position = {1, 0, -1}, t.v[2].position = {0, 1, -1};
   scene.triangles.push_back(t);
-  TraceScene traced(test_device(), scene);
-  const auto hit = traced.hits({0.25f, 0.9f, 0.25f, 0.9f, 0, 0}, {0, 0, 0, 0, -2, -2}, 0, 10);
-  EXPECT_EQ(hit[0].triangle, 0);
-  EXPECT_FLOAT_EQ(hit[0].t, 0.5f);
-  EXPECT_FLOAT_EQ(hit[0].u, 0.25f);
-  EXPECT_FLOAT_EQ(hit[0].v, 0.25f);
-  EXPECT_EQ(hit[1].triangle, -1);
+  for (const BvhForm& form : forms()) {
+    TraceScene traced(test_device(), scene, Precision::Single, form);
+    const auto hit = traced.hits({0.25f, 0.9f, 0.25f, 0.9f, 0, 0}, {0, 0, 0, 0, -2, -2}, 0, 10);
+    EXPECT_EQ(hit[0].triangle, 0);
+    EXPECT_FLOAT_EQ(hit[0].t, 0.5f);
+    EXPECT_FLOAT_EQ(hit[0].u, 0.25f);
+    EXPECT_FLOAT_EQ(hit[0].v, 0.25f);
+    EXPECT_EQ(hit[1].triangle, -1);
+  }
+}
+
+/// Paths of the same random numbers in a furnished room with panes: shadows and bounces meet the same triangles.
+TEST(Bvh, PathsDoNotDependOnTheForm) {
+  const RoomAssets assets = load_assets(std::string(CLERESTORY_SOURCE_DIR) + "/assets", Setting::Training);
+  const Room room = make_room(2, Setting::Training, assets);
+  Camera camera = Camera::from_fov(61, 45, 70);  // neither is a multiple of a work-group's size
+  look_at(camera, {0.1, 1.5, 0.2}, {0.8, 1.0, -0.9});
+  TraceScene wide(test_device(), room.scene, Precision::Single, BvhForm::wide());
+  const std::vector<float> want = wide.picture(camera, 4, 3, 6).mean.data, depth = wide.maps(camera).depth.data;
+  for (const BvhForm& form : forms()) {
+    TraceScene scene(test_device(), room.scene, Precision::Single, form);
+    const std::vector<float> got = scene.picture(camera, 4, 3, 6).mean.data;
+    int different = 0;
+    for (std::size_t i = 0; i < got.size(); ++i)
+      different += std::abs(got[i] - want[i]) > 1e-4f * (std::abs(want[i]) + 1e-3f);
+    EXPECT_LE(different, static_cast<int>(got.size()) / 500) << form.width << " wide, stack of " << form.stack;
+    EXPECT_EQ(scene.maps(camera).depth.data, depth) << form.width << " wide, stack of " << form.stack;
+    EXPECT_EQ(scene.picture(camera, 4, 3, 6).mean.data, got) << "the same bits, " << form.width << " wide";
+  }
+}
+
+TEST(Bvh, DepthAndSizeOfAShortStacksTreeAreBounded) {
+  const Room room = make_box_room(5);
+  const Bvh tree = build_bvh(room.scene.triangles, BvhForm::short_stack());
+  EXPECT_EQ(tree.children.size() % 4, 0u);
+  EXPECT_EQ(tree.planes.size(), 6 * tree.children.size());
+  EXPECT_GT(tree.depth, build_bvh(room.scene.triangles, BvhForm::wide()).depth);
+  EXPECT_LE(tree.depth, 32);
 }
 
 TEST(Bvh, WhatIsNotANumberHitsNothing) {
-  TraceScene scene(test_device(), make_box_room(1).scene);
+  TraceScene scene(test_device(), make_box_room(1).scene),
+      with_short_stack(test_device(), make_box_room(1).scene, Precision::Single, BvhForm::short_stack());
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   for (const float bad : {nan, inf, -inf})
     for (int part = 0; part < 6; ++part) {
       std::vector<float> point{0, 1, 0}, direction{0.3f, 0.4f, -0.5f};
       (part < 3 ? point : direction)[static_cast<std::size_t>(part % 3)] = bad;
-      EXPECT_EQ(scene.hits(point, direction, 0, 1e30f).front().triangle, -1) << bad << " in part " << part;
-      for (const float l : scene.radiance(point, direction, {})) EXPECT_EQ(l, 0) << bad << " in part " << part;
+      for (TraceScene* traced : {&scene, &with_short_stack}) {
+        EXPECT_EQ(traced->hits(point, direction, 0, 1e30f).front().triangle, -1) << bad << " in part " << part;
+        for (const float l : traced->radiance(point, direction, {})) EXPECT_EQ(l, 0) << bad << " in part " << part;
+      }
     }
 }
 
 TEST(Bvh, RefusesNothingAndNonsense) {
-  EXPECT_THROW(build_bvh({}), Error);
+  EXPECT_THROW(build_bvh({}, BvhForm::wide()), Error);
   Triangle t;
   t.v[0].position.x = std::nanf("");
-  EXPECT_THROW(build_bvh({t}), Error);
+  EXPECT_THROW(build_bvh({t}, BvhForm::wide()), Error);
 }
 
 TEST(Bvh, SameTreeEveryTime) {
   const Room room = make_box_room(5);
-  const Bvh a = build_bvh(room.scene.triangles), b = build_bvh(room.scene.triangles);
-  EXPECT_EQ(a.planes, b.planes);
-  EXPECT_EQ(a.children, b.children);
-  EXPECT_EQ(a.triangles, b.triangles);
+  for (const BvhForm& form : forms()) {
+    const Bvh a = build_bvh(room.scene.triangles, form), b = build_bvh(room.scene.triangles, form);
+    EXPECT_EQ(a.planes, b.planes);
+    EXPECT_EQ(a.children, b.children);
+    EXPECT_EQ(a.triangles, b.triangles);
+  }
 }
 
 }  // namespace

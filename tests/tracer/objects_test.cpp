@@ -199,7 +199,7 @@ Results meet_in_double(const std::vector<PlacedMesh>& meshes, const std::vector<
       }
       numbers.push_back(placed.object);
     }
-  const Bvh bvh = build_bvh(triangles);
+  const Bvh bvh = build_bvh(triangles, BvhForm::wide());
   const auto reals = [&](const auto& v) { return upload<double>(device, {v.begin(), v.end()}); };
   const auto ints = [&](const std::vector<int>& v) {
     Buffer b = device.allocate(v.size() * sizeof(int));

@@ -3,6 +3,7 @@
 #include "host/ops/light/gather_rays.hpp"
 #include "host/ops/light/project_rays.hpp"
 #include "host/ops/light/rays.hpp"
+#include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
@@ -30,8 +31,8 @@ struct LightOp : Op {
   template <class... Tensors>
   void run(Launch& l, const Tensors&... tensors) const {
     const RayTile t = ray_tile(l, l.out().shape);
-    l.run(kFile, kernel, ray_range(t), tensors..., l.out(), t.first_pixel, t.pixels, t.first_sample, t.samples,
-          t.pixel_capacity, t.sample_capacity, picture.n, picture.w, picture.h);
+    l.run_with(row_defines(l.device), kFile, kernel, ray_range(t), tensors..., l.out(), t.first_pixel, t.pixels,
+               t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, picture.n, picture.w, picture.h);
   }
 };
 
@@ -46,16 +47,17 @@ struct AmbientAdjointOp : NotDifferentiable {
     const RayTile t = ray_tile(l, l.in(0).shape);
     TensorView rows = l.workspace;
     rows.shape = {1, 3, t.pixel_capacity, 1};
+    const Defines defines = row_defines(l.device);
     const auto sum_rows = [&](const char* kernel, const auto&... tensors) {
-      l.run(kFile, kernel, Range::of2(static_cast<std::size_t>(t.pixels), 3), tensors..., rows, t.first_pixel, t.pixels,
-            t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
+      l.run_with(defines, kFile, kernel, row_range(l.device, t.pixels, 3), tensors..., rows, t.first_pixel, t.pixels,
+                 t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity);
     };
     if (l.inputs.size() > 1)
       sum_rows("miss_sums", l.in(0), l.in(1));
     else
       sum_rows("row_sums", l.in(0));
-    l.run(kFile, "picture_sums", Range::of2(static_cast<std::size_t>(picture.n), 3, 1), rows, l.out(), t.first_pixel,
-          t.pixels, t.pixel_capacity, picture.n, static_cast<int>(picture.plane()));
+    l.run_with(defines, kFile, "picture_sums", row_range(l.device, picture.n, 3), rows, l.out(), t.first_pixel,
+               t.pixels, t.pixel_capacity, picture.n, static_cast<int>(picture.plane()));
   }
 };
 

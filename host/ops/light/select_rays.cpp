@@ -7,7 +7,7 @@ namespace clerestory {
 namespace {
 
 constexpr auto kFile = "light/select_rays.cl";
-constexpr int kBlock = 1024;  // rays that one work-item counts and places
+constexpr int kBlock = 1024;  // rays that one work-group counts and places: a multiple of its work-items
 
 struct SelectRaysOp : NotDifferentiable {
   LightPart part;
@@ -37,14 +37,15 @@ struct SelectRaysOp : NotDifferentiable {
     const int count = blocks(l.in(0).shape), out_of_view = part == LightPart::OutOfView;
     TensorView counts = l.workspace;
     counts.offset *= real_size(l.precision) / sizeof(std::int32_t);
-    const Range each_block = Range::of(static_cast<std::size_t>(count), 1);
+    const Defines defines = row_defines(l.device);
+    const Range each_block = row_range(l.device, count);
     const Launch::Real least{epsilon};
-    l.run(kFile, "count_wanted", each_block, l.in(0), l.in(1), l.in(2), t.first_pixel, t.pixels, t.first_sample,
-          t.samples, t.pixel_capacity, t.sample_capacity, out_of_view, least, kBlock, count, counts);
-    l.run(kFile, "begin_blocks", Range::of(64, 64), counts, count, l.out(1));
-    l.run(kFile, "place_wanted", each_block, l.in(0), l.in(1), l.in(2), t.first_pixel, t.pixels, t.first_sample,
-          t.samples, t.pixel_capacity, t.sample_capacity, out_of_view, least, kBlock, count, counts, l.out(1),
-          l.out(0));
+    l.run_with(defines, kFile, "count_wanted", each_block, l.in(0), l.in(1), l.in(2), t.first_pixel, t.pixels,
+               t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, out_of_view, least, kBlock, counts);
+    l.run_with(defines, kFile, "begin_blocks", row_range(l.device, 1), counts, count, l.out(1));
+    l.run_with(defines, kFile, "place_wanted", each_block, l.in(0), l.in(1), l.in(2), t.first_pixel, t.pixels,
+               t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity, out_of_view, least, kBlock, counts,
+               l.out(1), l.out(0));
   }
 };
 

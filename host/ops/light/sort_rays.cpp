@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "host/ops/light/rays.hpp"
+#include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
 
 constexpr auto kFile = "light/sort_rays.cl";
 constexpr int kDigitBits = 8, kDigits = 1 << kDigitBits;
-constexpr int kBlock = 1024;  // rays that one work-item orders by itself
+constexpr int kBlock = 1024;  // rays that one work-group orders by itself
 
 struct SortRaysOp : NotDifferentiable {
   Shape map;
@@ -51,18 +52,20 @@ struct SortRaysOp : NotDifferentiable {
     if (passes % 2 == 0) std::swap(order, other_order);  // the last pass writes the output
     RayTile all = t;
     all.pixels = t.pixel_capacity;  // rows beyond the chunk are misses
-    l.run(kFile, "ray_keys", ray_range(all), l.in(0), key, order, t.first_pixel, t.pixels, t.first_sample, t.samples,
-          t.pixel_capacity, t.sample_capacity, static_cast<int>(map.plane()), keys());
-    const Range each_block = Range::of(static_cast<std::size_t>(count), 1);
+    const Defines defines = row_defines(l.device);
+    l.run_with(defines, kFile, "ray_keys", ray_range(all), l.in(0), key, order, t.first_pixel, t.pixels, t.first_sample,
+               t.samples, t.pixel_capacity, t.sample_capacity, static_cast<int>(map.plane()), keys());
+    const Range each_block = row_range(l.device, count);
     for (int pass = 0; pass < passes; ++pass) {
       const int shift = kDigitBits * pass;
-      l.run(kFile, "count_digits", each_block, key, counts, rays, kBlock, count, shift);
-      l.run(kFile, "begin_digits", Range::of(64, 64), counts, kDigits * count);
-      l.run(kFile, "place_by_digit", each_block, key, order, counts, other_key, other_order, rays, kBlock, count,
-            shift);
+      l.run_with(defines, kFile, "count_digits", each_block, key, counts, rays, kBlock, count, shift);
+      l.run_with(defines, kFile, "begin_digits", row_range(l.device, 1), counts, kDigits * count);
+      l.run_with(defines, kFile, "place_by_digit", each_block, key, order, counts, other_key, other_order, rays, kBlock,
+                 count, shift);
       std::swap(key, other_key), std::swap(order, other_order);
     }
-    l.run(kFile, "segment_starts", Range::of(static_cast<std::size_t>(keys()) + 1), key, l.out(1), rays, keys());
+    l.run_with(defines, kFile, "segment_starts", Range::of(static_cast<std::size_t>(keys()) + 1), key, l.out(1), rays,
+               keys());
   }
 };
 

@@ -47,7 +47,7 @@ struct SsrtOp : NotDifferentiable {
   }
 
   void launch(Launch& l) const override {
-    Defines defines{{"LANES", std::to_string(lanes(l.device))}};
+    Defines defines{{"PACKET", std::to_string(lanes(l.device))}};
     if (options.solver == SsrtSolver::Dda) defines["DDA"] = "1";
     if (options.delta == DeltaDepth::Window) defines["WINDOW"] = "1";
     if (options.thickness > 0) defines["THICKNESS"] = "1";

@@ -5,6 +5,7 @@
 
 #include "host/ops/nn/batch_norm.hpp"
 #include "host/ops/nn/conv_backend.hpp"
+#include "host/ops/nn/conv_bias.hpp"
 
 namespace clerestory {
 namespace {
@@ -93,19 +94,6 @@ struct ConvWeightsOp : NotDifferentiable {
   }
 };
 
-/// db from dy.
-struct ConvBiasOp : NotDifferentiable {
-  std::string name() const override { return "conv_bias"; }
-  std::vector<Signature> infer(std::span<const Value> in) const override {
-    return {{Shape{1, in[0].shape().c, 1, 1}, Type::Real}};
-  }
-  void launch(Launch& l) const override {
-    const Shape& s = l.in(0).shape;
-    l.run("nn/conv_pack.cl", "conv_bias_gradient", Range::of(static_cast<std::size_t>(s.c), 1), l.in(0), l.out(), s.n,
-          static_cast<int>(s.plane()));
-  }
-};
-
 /// Inputs x, w, then the bias if there is one, then moments, gamma and beta if x is normalised.
 struct ConvOp : Op {
   ConvSpec spec;
@@ -181,8 +169,6 @@ struct ConvOp : Op {
 };
 
 }  // namespace
-
-Value conv_bias_gradient(Value dy) { return dy.graph().make<ConvBiasOp>({dy}); }
 
 Value conv(Value x, Value w, Value bias, const ConvSpec& spec) {
   std::vector<Value> inputs{x, w};

@@ -35,7 +35,4 @@ struct ConvNorm {
 /// where it is read, in this pass and in backward weights.
 Value conv(Value x, const ConvNorm& norm, Value w, Value bias, const ConvSpec& spec = {});
 
-/// db[c] = sum over n and pixels of dy[n,c]: {1,C,1,1}. The gradient of a bias per channel.
-Value conv_bias_gradient(Value dy);
-
 }  // namespace clerestory

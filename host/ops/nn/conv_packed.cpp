@@ -62,13 +62,14 @@ void pack_weights(Launch& l, const ConvPass& pass, const TensorView& weights, co
         static_cast<int>(panels_first));
 }
 
+bool wants_winograd(const Launch& l, const ConvSpec& spec, const ConvGeometry& g, bool preferred) {
+  if (spec.kernels == ConvKernels::Winograd) return is_winograd(g);
+  return spec.kernels == ConvKernels::ByPlan && l.device.info().cpu && l.gemm == "packed" && preferred;
+}
+
 std::optional<WinogradBlocking> winograd_blocking(const Launch& l, const ConvGeometry& g, int batch,
                                                   const ConvSpec& spec) {
-  const bool wanted =
-      spec.kernels == ConvKernels::Winograd
-          ? is_winograd(g)
-          : spec.kernels == ConvKernels::ByPlan && l.device.info().cpu && l.gemm == "packed" && prefers_winograd(g);
-  if (!wanted) return {};
+  if (!wants_winograd(l, spec, g, prefers_winograd(g))) return {};
   return block_winograd(g, batch, scratch(l, spec), l.device.info().compute_units);
 }
 
@@ -87,6 +88,12 @@ void run_winograd(Launch& l, const ConvPass& pass, const WinogradBlocking& b, co
                transformed, bias ? *bias : weights, target, g, static_cast<int>(bias != nullptr), b,
                Arg::local(b.panel() * real), Arg::local(b.sums() * real), Arg::local(b.lines() * real));
   });
+}
+
+std::optional<WinogradBlocking> winograd_weights_blocking(const Launch& l, const ConvGeometry& g, int batch,
+                                                          const ConvSpec& spec) {
+  const bool wanted = wants_winograd(l, spec, g, prefers_winograd_weights(g, batch));
+  return wanted ? block_winograd_weights(g, batch, scratch(l, spec)) : std::nullopt;
 }
 
 }  // namespace
@@ -126,6 +133,23 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
   });
 }
 
+namespace {
+
+void run_winograd_weights(Launch& l, const ConvGeometry& g, const WinogradBlocking& b, const TensorView& source,
+                          const SourceNorm* norm, const TensorView& target, const TensorView& gradient) {
+  const std::size_t real = real_size(l.precision);
+  const Range range{
+      {blocks(g.channels, b.channel_block), static_cast<std::size_t>(b.partials), blocks(g.outputs, b.chunk)},
+      {1, 1, 1}};
+  with_source(norm, [&](const Defines& defines, const auto&... map) {
+    l.run_with(tile_defines(l.device, defines), "nn/conv_winograd.cl", "conv_winograd_gradient", range, source, map...,
+               target, gradient, g, b, Arg::local(b.panel() * real), Arg::local(b.target_rows() * real),
+               Arg::local(b.weight_sums() * real), Arg::local(b.weight_lines() * real));
+  });
+}
+
+}  // namespace
+
 std::size_t partial_elements(const ConvGeometry& g) {
   return static_cast<std::size_t>(most_partials(g)) * g.outputs * g.depth();
 }
@@ -134,11 +158,13 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
                         const SourceNorm* norm, const TensorView& target, const TensorView* bias,
                         const TensorView& gradient, int row_pitch) {
   const bool gpu = on_gpu(l, spec.kernels);
+  const auto winograd = gpu ? std::nullopt : winograd_weights_blocking(l, g, batch, spec);
   ConvBlocking b;
-  if (!gpu) b = block_weights(g, batch, scratch(l, spec));
+  if (!gpu && !winograd) b = block_weights(g, batch, scratch(l, spec));
   const int partials =
-      gpu ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
-          : b.partials;
+      gpu        ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
+      : winograd ? winograd->partials
+                 : b.partials;
   const bool direct = partials == 1 && !bias && row_pitch == g.depth();
   const TensorView& sums = direct ? gradient : l.workspace;
   if (gpu) {
@@ -149,6 +175,8 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
       l.run_with(defines, "nn/conv_gpu.cl", "conv_weights_gpu", range, source, map..., target, sums, g, batch,
                  partials);
     });
+  } else if (winograd) {
+    run_winograd_weights(l, g, *winograd, source, norm, target, sums);
   } else {
     const std::size_t real = real_size(l.precision);
     const WeightsForm form = weights_form(g, b);

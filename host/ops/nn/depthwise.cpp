@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "host/math/integers.hpp"
-#include "host/ops/nn/conv.hpp"
+#include "host/ops/nn/conv_bias.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
 #include "host/ops/tensor/rows.hpp"

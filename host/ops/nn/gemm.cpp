@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/ops/nn/conv_backend.hpp"
+#include "host/ops/nn/conv_bias.hpp"
 
 namespace clerestory {
 namespace {

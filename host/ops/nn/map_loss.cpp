@@ -68,8 +68,8 @@ struct MapLossOp : Op {  // prediction, truth, mask [, scale] -> loss, share
     const bool scaled = l.inputs.size() > 3;
     l.run_with(defines(l, loss, scaled), kFile, "map_loss", row_range(l.device, blocks.count, s.n), l.in(0), l.in(1),
                l.in(2), l.in(scaled ? 3 : 2), l.workspace, s.c, plane, blocks.length);
-    l.run_with(defines(l, loss, scaled), kFile, "map_loss_total", Range{}, l.workspace, l.out(0), l.out(1),
-               Launch::Real{factor}, s.n * blocks.count);
+    l.run_with(defines(l, loss, scaled), kFile, "map_loss_total", row_range(l.device, 1), l.workspace, l.out(0),
+               l.out(1), Launch::Real{factor}, s.n * blocks.count);
   }
 
   std::size_t workspace(const Node& node) const override {

@@ -4,7 +4,6 @@
 
 #include "host/graph/map_chunks.hpp"
 #include "host/ops/light/rays.hpp"
-#include "host/ops/shade/sum_samples.hpp"
 #include "host/ops/tensor/concat.hpp"
 #include "host/ops/tensor/rows.hpp"
 #include "host/ops/tensor/slice.hpp"
@@ -15,8 +14,6 @@ namespace {
 constexpr std::array kSamplers{"vndf_caps", "vndf_hemisphere", "vndf_bounded", "ndf",
                                "cosine",    "uniform",         "grid8x16",     "ndf_roughness"};
 constexpr int kGridDirections = 128;
-
-constexpr int kCpuSamples = 16;  // of one work-item, which looks at its pixel once
 
 constexpr auto kFile = "shade/sample_brdf.cl";
 
@@ -36,32 +33,33 @@ struct Drawing {
     if (guided) defines["GUIDED"] = "1";
     return defines;
   }
-  /// Runs `kernel` with its inputs and outputs, the tile and the seed.
-  void run(Launch& l, const char* kernel, const Shape& rays) const {
+  RayTile tile(const Launch& l, const Shape& rays) const {
     const Shape& s = l.in(0).shape;
-    const RayTile t = ray_tile(l, rays, s.n * s.plane());
-    const int each = row_group(l.device) == 1 ? kCpuSamples : 1;
-    Defines with = defines();
-    with["EACH"] = std::to_string(each);
-    const Range range =
-        each > 1 ? Range::of2(size((t.sample_capacity + each - 1) / each), size(t.pixels), 1) : ray_range(t);
+    return ray_tile(l, rays, s.n * s.plane());
+  }
+  /// Runs `kernel` with its inputs and outputs, the tile and the seed.
+  void run(Launch& l, const char* kernel, const Range& range, const RayTile& t) const {
+    const Shape& s = l.in(0).shape;
     std::vector<TensorView> tensors = l.inputs;
     tensors.insert(tensors.end(), l.outputs.begin(), l.outputs.end());
-    l.run_with(with, kFile, kernel, range, tensors, t.first_pixel, t.pixels, t.first_sample, t.samples,
-               t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
+    l.run_with(row_defines(l.device, defines()), kFile, kernel, range, tensors, t.first_pixel, t.pixels, t.first_sample,
+               t.samples, t.pixel_capacity, t.sample_capacity, s.w, s.h, l.seed);
   }
 };
 
-// Inputs: maps, the guide, gradients of the weight and, with lobes, of its specular share and their density.
+// Inputs: maps, the guide, gradients of the weight and, with lobes, of its specular share and their density. Output:
+// what the rays of each pixel give to its surface together, a column.
 struct SampleBrdfAdjointOp : NotDifferentiable {
   Drawing drawing;
   explicit SampleBrdfAdjointOp(const Drawing& d) : drawing(d) {}
   std::string name() const override { return "sample_brdf_adjoint"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
-    const Shape& rays = in[drawing.inputs()].shape();
-    return {{{1, 8, rays.h, rays.w}, Type::Real}};
+    return {{{1, 8, in[drawing.inputs()].shape().h, 1}, Type::Real}};
   }
-  void launch(Launch& l) const override { drawing.run(l, "sample_brdf_adjoint", l.out().shape); }
+  void launch(Launch& l) const override {
+    const Shape& rays = l.in(static_cast<int>(drawing.inputs())).shape;
+    drawing.run(l, "sample_brdf_adjoint", row_range(l.device, rays.h), drawing.tile(l, rays));
+  }
 };
 
 // Inputs: maps, the guide. Outputs: direction, weight, pdf, status and, with lobes, their specular share and density.
@@ -116,7 +114,7 @@ struct SampleBrdfOp : Op {
     std::vector<Value> in = node.inputs;
     in.push_back(given(1));
     if (lobes) in.insert(in.end(), {given(4), given(5)});
-    const Value columns = sum_samples(node.graph->make<SampleBrdfAdjointOp>(in, drawing));
+    const Value columns = node.graph->make<SampleBrdfAdjointOp>(in, drawing);
     const std::size_t at = drawing.maps() - 3;
     const Value normal = node.inputs[at], albedo = node.inputs[at + 1], material = node.inputs[at + 2];
     const Shape two{material.shape().n, 2, material.shape().h, material.shape().w};
@@ -128,7 +126,12 @@ struct SampleBrdfOp : Op {
     return result;
   }
 
-  void launch(Launch& l) const override { drawing.run(l, "sample_brdf", l.out().shape); }
+  /// On CPUs a work-item takes all samples of its pixel.
+  void launch(Launch& l) const override {
+    const RayTile t = drawing.tile(l, l.out().shape);
+    const bool rows = row_group(l.device) == 1;
+    drawing.run(l, "sample_brdf", rows ? Range::of2(1, size(t.pixels), 1) : ray_range(t), t);
+  }
 
   void check_guide(const Value& guide) const {
     const Shape& rows = guide.shape();

@@ -11,6 +11,7 @@
 #include "host/math/statistics.hpp"
 #include "host/ops/light/ssrt.hpp"
 #include "host/ops/tensor/elementwise.hpp"
+#include "tests/cl/environment.hpp"
 #include "tests/ops/test_device.hpp"
 
 namespace clerestory {
@@ -79,6 +80,34 @@ TEST(SampleBrdf, GradientsOfLobesAgainstDifferences) {
       }
     }
   }
+}
+
+// Sixteen samples in a vector are those that work-items draw one by one, to the last bit. (Towards lamps exp() and its
+// like decide, whose last digit is another in a vector.)
+TEST(SampleBrdf, SamplesSideBySideHaveTheBitsOfSingleOnes) {
+  const Tensors t = maps(3);
+  for (const Sampler sampler : {Sampler::VndfCaps, Sampler::VndfHemisphere, Sampler::VndfBounded, Sampler::Ndf,
+                                Sampler::Cosine, Sampler::Uniform, Sampler::NdfRoughness})
+    for (const Points points : {Points::Independent, Points::Sobol}) {
+      Graph graph;
+      Values v;
+      for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+      const Surfaces surfaces{v["albedo"], v["normal"], v["material"]};
+      const BrdfSamples s = sample_brdf(v["depth"], v["camera"], surfaces, surfaces, kRows, 48,
+                                        {.sampler = sampler, .points = points, .lobes = true});
+      const std::vector<Value> outputs{s.direction, s.weight, s.pdf, s.status, s.lobes.specular, s.lobes.density};
+      std::vector<std::vector<Tensor>> drawn;
+      for (const char* group : {"1", "16"}) {
+        const ScopedVariable side_by_side("CLERESTORY_GROUP", group);
+        Executor executor(compile(graph, outputs, test_device(Precision::Single), {}));
+        for (const auto& [name, tensor] : t) executor.feed(name, tensor);
+        executor.run(1);
+        std::vector<Tensor>& of = drawn.emplace_back();
+        for (const Value& output : outputs) of.push_back(executor.fetch(output));
+      }
+      for (std::size_t k = 0; k < outputs.size(); ++k)
+        EXPECT_EQ(drawn[0][k].real, drawn[1][k].real) << "output " << k << " of sampler " << static_cast<int>(sampler);
+    }
 }
 
 // Evaluation normals under whose horizon the viewer lies, or a direction that the sampling normal drew: such samples
