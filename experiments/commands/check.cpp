@@ -75,8 +75,8 @@ std::vector<std::string> kernels_of(const OpCase& c) {
   return kernels;
 }
 
-/// All cases in all bodies of their kernels that the device can run, and the kernels that are no op's. `only` empty: of all
-/// stems. Quick: the first case of each stem in each body.
+/// All cases in all bodies of their kernels that the device can run, and the kernels that are no op's. `only` empty: of
+/// all stems. Quick: the first case of each stem in each body.
 std::vector<CheckToRun> checks_to_run(const Options& options, const Device& device) {
   std::vector<CheckToRun> chosen;
   std::set<std::pair<std::string, Bodies>> seen;
