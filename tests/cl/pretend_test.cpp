@@ -19,7 +19,12 @@ struct PretendTest : testing::Test {
     folder.write("test.cl",
                  "kernel void add(global int *x) { x[get_global_id(0)] += 1; }\n"
                  "kernel void other(global int *x) { x[0] = 1; }\n");
-    folder.write("group.cl", "kernel void place(global int *x) { x[get_global_id(0)] = get_local_id(0); }\n");
+    folder.write("group.cl",
+                 "kernel void place(global int *x) {\n"
+                 "  local int places[64];\n"
+                 "  places[get_local_id(0)] = get_local_id(0);\n"
+                 "  x[get_global_id(0)] = places[get_local_id(0)];\n"
+                 "}\n");
   }
   /// Then kernels are those above.
   Device open(const std::string& less) {
