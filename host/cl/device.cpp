@@ -370,7 +370,8 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
   const auto launching = [&] {
     return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global), describe_sizes(local));
   };
-  if (items(local) > s.found.info.max_group && !knows_its_group(k.mark.variant, k.kernel, cl::Device(s.found.id, true)))
+  const auto knows_group = [&] { return knows_its_group(k.mark.variant, k.kernel, cl::Device(s.found.id, true)); };
+  if (items(local) > s.found.info.max_group && !s.checked(knows_group, launching))
     while (items(local) > s.found.info.max_group) *std::ranges::max_element(local) /= 2;
   // The driver says so too, but knows of no smaller group that is pretended.
   if (items(local) > s.found.info.max_group) s.check(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel", launching);
