@@ -419,10 +419,6 @@ std::vector<Bodies> bodies_of(const OpCase& c) {
   return all;
 }
 
-bool has_groups_for(const Device& device, Bodies bodies) {
-  return bodies != Bodies::InGroups || device.info().max_group >= std::size_t{kGroup};
-}
-
 void OpFindings::add(const OpFindings& other) {
   faults.insert(faults.end(), other.faults.begin(), other.faults.end());
   value_error = worse(value_error, other.value_error);

@@ -27,8 +27,6 @@ CheckedDevices checked_devices(const Device& device);
 enum class Bodies { OfDevice, InGroups, InTiles, ByProducts };
 /// Those that the kernels of the case have.
 std::vector<Bodies> bodies_of(const OpCase& op_case);
-/// False for groups of more work-items than a device has.
-bool has_groups_for(const Device& device, Bodies bodies);
 
 struct OpFindings {
   std::vector<std::string> faults;  // each names the case

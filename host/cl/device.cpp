@@ -338,20 +338,6 @@ Kernel Device::kernel(std::string_view file, std::string_view name, const Define
       .first->second;
 }
 
-namespace {
-
-std::size_t items(const std::array<std::size_t, 3>& sizes) { return sizes[0] * sizes[1] * sizes[2]; }
-
-/// Whether what a work-item computes hangs on its place in its group: kernels over lanes (kernels/lib/lanes.clh) say so
-/// by GROUP, others ask for it and share local memory.
-bool knows_its_group(const KernelVariant& variant, const cl::Kernel& kernel, const cl::Device& device) {
-  if (const auto group = variant.defines.find("GROUP"); group != variant.defines.end()) return group->second != "1";
-  return kernel_source(variant.file).find("get_local_id") != std::string::npos &&
-         kernel.getWorkGroupInfo<CL_KERNEL_LOCAL_MEM_SIZE>(device) > 0;
-}
-
-}  // namespace
-
 void Device::launch_with(const Kernel& kernel, const Range& range, const std::vector<Arg>& args) {
   State& s = *state_;
   if (!kernel) throw Error(ErrorKind::Failed, "launching a kernel that was never made");
@@ -359,7 +345,7 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
   if (args.size() != k.arguments)
     throw Error(ErrorKind::Failed, "wrong number of kernel arguments", k.label, std::to_string(args.size()),
                 std::to_string(k.arguments));
-  std::array<std::size_t, 3> global{}, local = range.local;
+  std::array<std::size_t, 3> global{};
   cl_uint dimensions = 1;
   for (cl_uint d = 0; d < 3; ++d) {
     if (range.local[d] == 0) throw Error(ErrorKind::Failed, "local size of zero", k.label, describe_sizes(range.local));
@@ -368,13 +354,11 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
     if (global[d] > 1) dimensions = d + 1;
   }
   const auto launching = [&] {
-    return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global), describe_sizes(local));
+    return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global), describe_sizes(range.local));
   };
-  const auto knows_group = [&] { return knows_its_group(k.mark.variant, k.kernel, cl::Device(s.found.id, true)); };
-  if (items(local) > s.found.info.max_group && !s.checked(knows_group, launching))
-    while (items(local) > s.found.info.max_group) *std::ranges::max_element(local) /= 2;
   // The driver says so too, but knows of no smaller group that is pretended.
-  if (items(local) > s.found.info.max_group) s.check(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel", launching);
+  if (range.local[0] * range.local[1] * range.local[2] > s.found.info.max_group)
+    s.check(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel", launching);
   if (std::exchange(k.first, false)) {
     s.builder->add_first_launch(seconds_of(*this, [&] { launch_with(kernel, range, args); }));
     return;
@@ -385,8 +369,8 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
             [&] { return fmt::format("argument {} ({} bytes) of kernel {}", i, args[i].size(), k.label); });
   cl_event event = nullptr;
   ++s.launches;
-  s.check(clEnqueueNDRangeKernel(s.queue(), k.kernel(), dimensions, nullptr, global.data(), local.data(), 0, nullptr,
-                                 s.profiling ? &event : nullptr),
+  s.check(clEnqueueNDRangeKernel(s.queue(), k.kernel(), dimensions, nullptr, global.data(), range.local.data(), 0,
+                                 nullptr, s.profiling ? &event : nullptr),
           "clEnqueueNDRangeKernel", launching);
   s.last_launched = &k.label;
   if (s.profiling) s.profiler.add(k.label, event);
