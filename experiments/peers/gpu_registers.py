@@ -38,7 +38,7 @@ def variants():
         if line.startswith("#"):
             continue
         name, *defines = line.split()
-        kept = tuple(d for d in defines if not re.match(r"(GROUP|GROUP_RAYS|TILE_ROWS|TILE_WIDTH|LANES|BVH_\w+|"
+        kept = tuple(d for d in defines if not re.match(r"(GROUP|GROUP_RAYS|TILE_ROWS|TILE_WIDTH|PACKET|BVH_\w+|"
                                                         r"WEIGHTS_AS_STORED)=", d))
         found.add((name.split(":")[0], kept))
     return sorted(v for v in found if v[0] not in NOT_GPU and (ROOT / "kernels" / v[0]).exists())
@@ -50,7 +50,7 @@ def compiled(gpu, file, defines):
     if file.startswith("trace/"):
         forced = OF_TREE
     if file == "light/ssrt.cl":
-        forced = {"LANES": "1"}
+        forced = {"PACKET": "1"}
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "out.s"
         command = ["clang-15", "-target", "amdgcn-mesa-mesa3d", f"-mcpu={gpu}", "-x", "cl", "-cl-std=CL1.2", "-O3", "-w",
