@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Writes checks/variants.txt: every kernel variant (kernel and defines) that the tests and commands launch here, and those
-# in the list before that still have a kernel; without LANES, of which each device chooses its own. `clerestory check` has
-# to run each.   usage: bash tests/variants.sh
+# in the list before that still have a kernel. `clerestory check` has to run each.   usage: bash tests/variants.sh
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../experiments/setup.sh"
 install_packages
@@ -27,8 +26,7 @@ $clerestory bench peak gemm conv mlp light --json="$work/bench.json" --quiet
 # What tests alone launch is left out.
 {
   echo "# Kernels and defines that the program launches: bash tests/variants.sh"
-  { grep -v '^#' "$list" || true; sed 's/ LANES=[0-9]*//' "$CLERESTORY_LAUNCHES"; } |
-    grep -v -e '_probe\.cl:' -e PROBE_FAULT -e 'BVH_STACK=1 ' | sort -u |
+  { grep -v '^#' "$list" || true; cat "$CLERESTORY_LAUNCHES"; } | grep -v -e '_probe\.cl:' -e PROBE_FAULT -e 'BVH_STACK=1 ' | sort -u |
     while IFS= read -r variant; do
       file=kernels/${variant%%:*} name=${variant#*:}
       if [ -f "$file" ] && grep -qE "\b${name%% *}\(" "$file"; then echo "$variant"; fi

@@ -140,7 +140,7 @@ Reports check_all(const std::vector<CheckToRun>& chosen, const CheckedDevices& d
 void expect_all_listed(const CheckedDevices& devices, Reports& reports) {
   if (!devices.single.info().cpu) return;
   std::set<std::string> seen;
-  for (const auto& [variant, report] : reports.variants) seen.insert(listed_form(text_of(variant)));
+  for (const auto& [variant, report] : reports.variants) seen.insert(text_of(variant));
   for (const std::string& listed : listed_variants())
     if (!seen.contains(listed))
       reports.ops["variants"].findings.faults.push_back(

@@ -41,11 +41,6 @@ std::string text_of(const KernelVariant& variant) {
   return text;
 }
 
-std::string listed_form(std::string text) {
-  if (const std::size_t at = text.find(" LANES="); at != std::string::npos) text.erase(at, text.find(' ', at + 1) - at);
-  return text;
-}
-
 void LaunchMark::launched() {
   const long round = g_round, before = std::exchange(seen, round);
   if (before == round) return;

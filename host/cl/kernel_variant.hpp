@@ -13,10 +13,8 @@ struct KernelVariant {
   Defines defines;
   auto operator<=>(const KernelVariant&) const = default;
 };
-/// "nn/conv_cpu.cl:conv_cpu TILE_ROWS=8 TILE_WIDTH=16".
+/// "nn/conv_cpu.cl:conv_cpu TILE_ROWS=8 TILE_WIDTH=16", as checks/variants.txt lists them.
 std::string text_of(const KernelVariant& variant);
-/// The same as checks/variants.txt lists it: without LANES, of which each device chooses its own.
-std::string listed_form(std::string text);
 
 /// Variants that this process has launched in that precision, on any device, since the last forget_launched(). Where
 /// the environment variable CLERESTORY_LAUNCHES names a file, it gets a line at each kernel's first launch.
