@@ -85,10 +85,11 @@ namespace {
 
 /// Counts by name; a name may come several times.
 std::vector<std::pair<std::string, double>> counted(Executor& executor, const RayCounts& counts) {
-  std::vector<std::pair<std::string, double>> sums;
+  using Sum = std::pair<std::string, double>;
+  std::vector<Sum> sums;
   for (const auto& [name, value] : counts) {
     const double rays = static_cast<std::uint32_t>(executor.fetch(value).integer.at(0));
-    const auto found = std::find_if(sums.begin(), sums.end(), [&](const auto& s) { return s.first == name; });
+    const auto found = std::ranges::find(sums, name, &Sum::first);
     if (found == sums.end())
       sums.emplace_back(name, rays);
     else

@@ -23,9 +23,9 @@ OF_GPU = {"GROUP": "128"}
 OF_TREE = {"BVH_WIDTH": "4", "BVH_STACK": "8"}  # BvhForm::short_stack
 # Kernels that are known to keep numbers in scratch, and why.
 SPILLS = {
-    "trace_view": "return address of `textured`, which is called",
-    "trace_rays": "return address of `textured`, which is called",
-    "trace_maps": "return address of `textured`, which is called",
+    "trace_view": "frame of `textured`, a function that is called",
+    "trace_rays": "frame of `textured`, a function that is called",
+    "trace_maps": "frame of `textured`, a function that is called",
 }
 FIGURES = {"VGPR": "NumVgprs", "SGPR": "NumSgprs", "scratch": "ScratchSize", "local": "LDSByteSize", "waves": "Occupancy"}
 MARK, END = "<!-- gpu registers -->", "<!-- end of gpu registers -->"

@@ -75,7 +75,7 @@ Moments checkpoint_moments(const TensorFile& file, const std::string& where) {
     if (name.starts_with(kSecond) && tensor.shape.size() == 4) {
       if (tensor.count() == 0)
         throw usage_error("second moments of no parameter", where + ": " + name, shape_text(tensor.shape));
-      const auto side = [&](std::size_t i) { return static_cast<int>(tensor.shape[i]); };
+      const auto side = [&shape = tensor.shape](std::size_t i) { return static_cast<int>(shape[i]); };
       add_factors(moments, name.substr(kSecond.size()), {side(0), side(1), side(2), side(3)}, tensor.floats(where));
     }
   return moments;

@@ -23,18 +23,30 @@ std::size_t end_of_quoted(std::string_view text, std::size_t at) {
   return text.size();
 }
 
+/// Calls see(i) for the characters outside of quotes and comments.
+template <class See>
+void walk_outside(std::string_view text, const See& see) {
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if (text[i] == '"' || text[i] == '\'')
+      i = end_of_quoted(text, i) - 1;
+    else if (text[i] == '#')
+      i = std::min(text.find('\n', i), text.size()) - 1;
+    else
+      see(i);
+}
+
+std::string line_of(const std::string& where, std::string_view text, std::size_t at) {
+  return fmt::format("{}:{}", where, 1 + std::count(text.begin(), text.begin() + at, '\n'));
+}
+
 }  // namespace
 
 void check_nesting(std::string_view text, const std::string& where) {
   std::vector<int> open;    // levels that each open bracket took: itself, and the dots of the name before it
   int depth = 0, dots = 0;  // the sum of them; dots of the name or number being read
-  for (std::size_t i = 0; i < text.size(); ++i) {
+  walk_outside(text, [&](std::size_t i) {
     const char c = text[i];
-    if (c == '"' || c == '\'') {
-      i = end_of_quoted(text, i) - 1;
-    } else if (c == '#') {
-      i = std::min(text.find('\n', i), text.size()) - 1;
-    } else if (c == '[' || c == '{') {
+    if (c == '[' || c == '{') {
       open.push_back(dots + 1);
       depth += dots + 1, dots = 0;
     } else if (c == ']' || c == '}') {
@@ -46,10 +58,18 @@ void check_nesting(std::string_view text, const std::string& where) {
       ++dots;
     }
     if (depth + dots > max_nesting)
-      throw usage_error("is nested too deep",
-                        fmt::format("{}:{}", where, 1 + std::count(text.begin(), text.begin() + i, '\n')),
-                        fmt::format("more than {} levels", max_nesting));
-  }
+      throw usage_error("is nested too deep", line_of(where, text, i), fmt::format("more than {} levels", max_nesting));
+  });
+}
+
+void check_ascii(std::string_view text, const std::string& where) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  const std::size_t first = text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
+  walk_outside(text, [&](std::size_t i) {
+    if (i >= first && static_cast<unsigned char>(text[i]) > 127)
+      throw usage_error("a letter beyond ASCII stands outside of quotes", line_of(where, text, i), {},
+                        "such a key or value in quotes");
+  });
 }
 
 }  // namespace clerestory

@@ -16,7 +16,8 @@
 #define MOST_FREQUENCIES 256
 
 // The row's share of a layer, of each ray's own pixel; that of a miss means nothing.
-static void look_up(lanes *to, global const real *rows, const int *pixels, int stride, int first, int width) {
+static void look_up(SHARED lanes *to, global const real *rows, SHARED const int *pixels, int stride, int first,
+                    int width) {
 #if GROUP == 1
   // 16 rays x 16 numbers at a time: one cache line of each ray's row is asked for at once.
   for (int c = 0; c < width; c += 16)
@@ -30,33 +31,37 @@ static void look_up(lanes *to, global const real *rows, const int *pixels, int s
 #else
   for (int v = 0; v < VECTORS; ++v) {
     global const real *row = rows + (ulong)max(pixels[v], 0) * (ulong)stride + (ulong)first;
-    for (int c = 0; c < width; ++c) to[VECTORS * c + v] = row[c];
+    for (int c = (int)get_local_id(0); c < width; c += GROUP) to[VECTORS * c + v] = row[c];
   }
 #endif
 }
 
 kernel void ask_mlp(IN(rows), IN_INT(hit), IN(direction), IN(frequencies), IN_INT(list), IN_INT(count), IN(packed),
                     OUT(f), CHUNK_ARGS, const int listed, const int stride, const int width, const int layers,
-                    const int waves, const int again) {
-  const int first = (int)get_global_id(0) * RAYS, asked = listed ? AT(count, 0)[0] : pixels * sample_capacity;
+                    const int waves, const int again, NET_MEMORY) {
+  const int first = (int)get_group_id(0) * RAYS, asked = listed ? AT(count, 0)[0] : pixels * sample_capacity;
+  SHARED int rays[RAYS], hits[RAYS];
+  SHARED lanes d[3 * VECTORS];
   if (first >= asked) return;
-  int rays[RAYS], hits[RAYS];
-  lanes d[3 * VECTORS], one[VECTORS * MOST_WIDTH], other[VECTORS * MOST_WIDTH], along[2 * VECTORS * MOST_FREQUENCIES];
-  for (int l = 0; l < RAYS; ++l) {
+  NUMBERS(one, MOST_WIDTH, width);
+  NUMBERS(other, MOST_WIDTH, width);
+  NUMBERS(along, 2 * MOST_FREQUENCIES, 2 * waves);
+  FOR_RAYS(l) {
     const int i = min(first + l, asked - 1), ray = listed ? AT(list, 0)[i] : i;
     global const real *from = AT(direction, 0) + ray;
     rays[l] = ray, hits[l] = AT(hit, 0)[ray];
     for (int c = 0; c < 3; ++c) LANE(d + VECTORS * c, l) = from[c * RAY_PLANE];
   }
-  for (int j = 0; j < waves; ++j) {
+  GROUP_BARRIER;
+  FOR_NUMBERS(j, v, waves) {
     global const real *b = AT(frequencies, j);
-    for (int v = 0; v < VECTORS; ++v) {
-      const lanes turns = fma((lanes)(b[2]), d[2 * VECTORS + v], fma((lanes)(b[1]), d[VECTORS + v], b[0] * d[v]));
-      wave(turns, &along[VECTORS * j + v], &along[VECTORS * (waves + j) + v]);
-    }
+    const lanes turns = fma((lanes)(b[2]), d[2 * VECTORS + v], fma((lanes)(b[1]), d[VECTORS + v], b[0] * d[v]));
+    lanes sine, cosine;
+    wave(turns, &sine, &cosine);
+    along[VECTORS * j + v] = sine, along[VECTORS * (waves + j) + v] = cosine;
   }
   global const real *weights = AT(packed, 0);
-  lanes *from = one, *to = other;
+  SHARED lanes *from = one, *to = other;
   look_up(from, AT(rows, 0), hits, stride, 0, width);
   dense(from, along, weights, 2 * waves, width, 1, 1);
   weights += PACKED(2 * waves, width);
@@ -69,11 +74,12 @@ kernel void ask_mlp(IN(rows), IN_INT(hit), IN(direction), IN(frequencies), IN_IN
     }
     dense(to, from, weights, width, width, reads, 1);
     weights += PACKED(width, width);
-    lanes *const written = to;
+    SHARED lanes *const written = to;
     to = from, from = written;
   }
   dense(to, from, weights, width, 3, 0, 0);
-  for (int l = 0; l < RAYS && first + l < asked; ++l) {
+  FOR_RAYS(l) {
+    if (first + l >= asked) break;
     global real *y = AT(f, 0) + rays[l];
     for (int c = 0; c < 3; ++c) y[c * RAY_PLANE] = hits[l] < 0 ? R(0) : LANE(to + VECTORS * c, l);
   }

@@ -18,6 +18,7 @@
 #define ROUNDED(n) (((n) + COLUMNS - 1) / COLUMNS * COLUMNS)
 #define BLOCK(n) ((ulong)ROUNDED(n) * BLOCK_RAYS)
 
+#if GROUP == 1
 // RAYS numbers from `first` on of each of `channels` planes of `rays`.
 static void load_rays(lanes *to, global const real *from, int channels, int rays, int first) {
   for (int c = 0; c < channels; ++c, from += rays)
@@ -35,59 +36,48 @@ static void store_rays(global real *to, const lanes *from, int channels, int ray
       for (int l = 0; first + l < rays; ++l) to[first + l] = LANE(from + VECTORS * c, l);
 }
 
-// Numbers k to k + 15 of 16 rays, or of one: numbers beyond the last are zero.
-#if GROUP == 1
-#define STRIP 16
+// Numbers k to k + 15 of 16 rays: numbers beyond the last are zero.
 static inline void strip_of(real16 *strip, const lanes *x, int v, int k, int count) {
   for (int i = 0; i < 16; ++i) strip[i] = k + i < count ? x[VECTORS * (k + i) + v] : (lanes)(R(0));
   transpose(strip);
 }
-#else
-#define STRIP 1
-#endif
+
+#define BLOCK_OF(kept, count, width) \
+  ((kept) + (ulong)(first / BLOCK_RAYS) * BLOCK(count) + first % BLOCK_RAYS * (width))
 
 // `count` numbers of RAYS rays from `first` on, to their block as columns.
 static void keep_columns(global real *kept, const lanes *x, int count, int first) {
-  global real *block = kept + (ulong)(first / BLOCK_RAYS) * BLOCK(count) + first % BLOCK_RAYS * COLUMNS;
-  for (int k = 0; k < ROUNDED(count); k += STRIP)
+  global real *block = BLOCK_OF(kept, count, COLUMNS);
+  for (int k = 0; k < ROUNDED(count); k += 16)
     for (int v = 0; v < VECTORS; ++v) {
-      global real *to = block + k / COLUMNS * BLOCK_RAYS * COLUMNS + LANES * v * COLUMNS + k % COLUMNS;
-#if GROUP == 1
+      global real *to = block + k * BLOCK_RAYS + LANES * v * COLUMNS;
       real16 strip[16];
       strip_of(strip, x, v, k, count);
       for (int l = 0; l < 16; ++l) vstore16(strip[l], 0, to + l * COLUMNS);
-#else
-      *to = k < count ? x[VECTORS * k + v] : R(0);
-#endif
     }
 }
 
 // The same as panels.
 static void keep_panels(global real *kept, const lanes *x, int count, int first) {
-  global real *block = kept + (ulong)(first / BLOCK_RAYS) * BLOCK(count) + first % BLOCK_RAYS * PANEL;
-  for (int k = 0; k < ROUNDED(count); k += STRIP)
+  global real *block = BLOCK_OF(kept, count, PANEL);
+  for (int k = 0; k < ROUNDED(count); k += 16)
     for (int v = 0; v < VECTORS; ++v) {
-      global real *to = block + k / PANEL * BLOCK_RAYS * PANEL + LANES * v * PANEL + k % PANEL;
-#if GROUP == 1
+      global real *to = block + k * BLOCK_RAYS + LANES * v * PANEL;
       real16 strip[16];
       strip_of(strip, x, v, k, count);
       for (int l = 0; l < 16; ++l) {
         vstore8(strip[l].lo, 0, to + l * PANEL);
         vstore8(strip[l].hi, 0, to + (BLOCK_RAYS + l) * PANEL);
       }
-#else
-      *to = k < count ? x[VECTORS * k + v] : R(0);
-#endif
     }
 }
 
 // Slopes of what relu let through, 0 of the rest: those of `count` kept columns.
 static void gate(lanes *slopes, global const real *kept, int count, int first) {
-  global const real *block = kept + (ulong)(first / BLOCK_RAYS) * BLOCK(count) + first % BLOCK_RAYS * COLUMNS;
-  for (int k = 0; k < count; k += STRIP)
+  global const real *block = BLOCK_OF(kept, count, COLUMNS);
+  for (int k = 0; k < count; k += 16)
     for (int v = 0; v < VECTORS; ++v) {
-      global const real *from = block + k / COLUMNS * BLOCK_RAYS * COLUMNS + LANES * v * COLUMNS + k % COLUMNS;
-#if GROUP == 1
+      global const real *from = block + k * BLOCK_RAYS + LANES * v * COLUMNS;
       real16 strip[16];
       for (int l = 0; l < 16; ++l) strip[l] = vload16(0, from + l * COLUMNS);
       transpose(strip);
@@ -95,25 +85,65 @@ static void gate(lanes *slopes, global const real *kept, int count, int first) {
         lanes *to = slopes + VECTORS * (k + i) + v;
         *to = WHERE(strip[i] > R(0), *to, R(0));
       }
-#else
-      if (!(*from > R(0))) slopes[VECTORS * k + v] = R(0);
-#endif
     }
 }
+#else
+// The same by a group, whose items take numbers that lie side by side in memory.
+static void load_rays(local lanes *to, global const real *from, int channels, int rays, int first) {
+  FOR_NUMBERS(c, v, channels) to[VECTORS * c + v] = from[(ulong)c * (ulong)rays + min(first + v, rays - 1)];
+  GROUP_BARRIER;
+}
+
+static void store_rays(global real *to, local const lanes *from, int channels, int rays, int first) {
+  FOR_NUMBERS(c, v, channels) {
+    if (first + v < rays) to[(ulong)c * (ulong)rays + first + v] = from[VECTORS * c + v];
+  }
+}
+
+#define BLOCK_OF(kept, count, width) \
+  ((kept) + (ulong)(first / BLOCK_RAYS) * BLOCK(count) + first % BLOCK_RAYS * (width))
+// Number k of ray v for each of `count` numbers and those that fill the last strip of `width`, a strip of a ray after
+// the other; `at` is its place in a block.
+#define FOR_STRIPS(k, v, at, count, width)                                                                       \
+  for (int i = (int)get_local_id(0), k, v, at;                                                                   \
+       k = i / (VECTORS * (width)) * (width) + i % (width), v = i / (width) % VECTORS,                           \
+           at = i / (VECTORS * (width)) * (width)*BLOCK_RAYS + i % (VECTORS * (width)), i < ROUNDED(count) * VECTORS; \
+       i += GROUP)
+
+static void keep_columns(global real *kept, local const lanes *x, int count, int first) {
+  global real *block = BLOCK_OF(kept, count, COLUMNS);
+  FOR_STRIPS(k, v, at, count, COLUMNS) block[at] = k < count ? x[VECTORS * k + v] : R(0);
+}
+
+static void keep_panels(global real *kept, local const lanes *x, int count, int first) {
+  global real *block = BLOCK_OF(kept, count, PANEL);
+  FOR_STRIPS(k, v, at, count, PANEL) block[at] = k < count ? x[VECTORS * k + v] : R(0);
+}
+
+static void gate(local lanes *slopes, global const real *kept, int count, int first) {
+  global const real *block = BLOCK_OF(kept, count, COLUMNS);
+  FOR_STRIPS(k, v, at, count, COLUMNS) {
+    if (k < count && !(block[at] > R(0))) slopes[VECTORS * k + v] = R(0);
+  }
+  GROUP_BARRIER;
+}
+#endif
 
 // packed: D_0 with b_0; of each further layer D_i with b_i and W_i without when i is `again`, else W_i with b_i; W with
 // b. kept: columns of e, then of x_0, x_1, ...
 kernel void ray_mlp(IN(input), IN(encoded), IN(packed), OUT(f), OUT(kept), const int rays, const int features,
-                    const int width, const int layers, const int again) {
-  const int first = (int)get_global_id(0) * RAYS, blocks = (rays + BLOCK_RAYS - 1) / BLOCK_RAYS;
+                    const int width, const int layers, const int again, NET_MEMORY) {
+  const int first = (int)get_group_id(0) * RAYS, blocks = (rays + BLOCK_RAYS - 1) / BLOCK_RAYS;
   if (first >= blocks * BLOCK_RAYS) return;
-  lanes along[VECTORS * MOST_FEATURES], one[VECTORS * MOST_WIDTH], other[VECTORS * MOST_WIDTH];
+  NUMBERS(along, MOST_FEATURES, features);
+  NUMBERS(one, MOST_WIDTH, ROUNDED_PANELS(width));
+  NUMBERS(other, MOST_WIDTH, ROUNDED_PANELS(width));
   global const real *weights = AT(packed, 0);
   global real *columns = AT(kept, 0);
   load_rays(along, AT(encoded, 0), features, rays, first);
   keep_columns(columns, along, features, first);
   columns += (ulong)blocks * BLOCK(features);
-  lanes *from = one, *to = other;
+  SHARED lanes *from = one, *to = other;
   load_rays(from, AT(input, 0), width, rays, first);
   dense(from, along, weights, features, width, 1, 1);
   weights += PACKED(features, width);
@@ -128,7 +158,7 @@ kernel void ray_mlp(IN(input), IN(encoded), IN(packed), OUT(f), OUT(kept), const
     }
     dense(to, from, weights, width, width, reads, 1);
     weights += PACKED(width, width);
-    lanes *const written = to;
+    SHARED lanes *const written = to;
     to = from, from = written;
   }
   keep_columns(columns, from, width, first);
@@ -139,16 +169,20 @@ kernel void ray_mlp(IN(input), IN(encoded), IN(packed), OUT(f), OUT(kept), const
 // The way back. packed: the transposes of W, W_{L-1}, ..., W_1; kept: columns of x_0, x_1, ...; slopes: panels of the
 // gradients of each layer's sums, of f last; d_input: those of the layers that read the input.
 kernel void ray_mlp_slopes(IN(g), IN(packed), IN(kept), OUT(slopes), OUT(d_input), const int rays, const int width,
-                           const int layers, const int again) {
-  const int first = (int)get_global_id(0) * RAYS, blocks = (rays + BLOCK_RAYS - 1) / BLOCK_RAYS;
+                           const int layers, const int again, NET_MEMORY) {
+  const int first = (int)get_group_id(0) * RAYS, blocks = (rays + BLOCK_RAYS - 1) / BLOCK_RAYS;
   if (first >= blocks * BLOCK_RAYS) return;
-  lanes one[VECTORS * MOST_WIDTH], other[VECTORS * MOST_WIDTH];
+  NUMBERS(one, MOST_WIDTH, ROUNDED_PANELS(width));
+  NUMBERS(other, MOST_WIDTH, ROUNDED_PANELS(width));
   const ulong size = (ulong)blocks * BLOCK(width);
   global const real *weights = AT(packed, 0);
-  lanes *from = one, *to = other;
+  SHARED lanes *from = one, *to = other;
   load_rays(from, AT(g, 0), 3, rays, first);
-  for (int l = max(0, rays - first); l < RAYS; ++l)
+  FOR_RAYS(l) {
+    if (first + l < rays) continue;
     for (int c = 0; c < 3; ++c) LANE(from + VECTORS * c, l) = R(0);
+  }
+  GROUP_BARRIER;
   keep_panels(AT(slopes, 0) + layers * size, from, 3, first);
   dense(to, from, weights, 3, width, 0, 0);
   weights += PACKED(3, width);
@@ -158,7 +192,7 @@ kernel void ray_mlp_slopes(IN(g), IN(packed), IN(kept), OUT(slopes), OUT(d_input
     if (layer == 0 || layer == again)
       store_rays(AT(d_input, 0) + (layer == 0 ? 0 : (ulong)width * (ulong)rays), to, width, rays, first);
     if (layer == 0) break;
-    lanes *const slope = to;
+    SHARED lanes *const slope = to;
     to = from, from = slope;
     dense(to, from, weights, width, width, 0, 0);
     weights += PACKED(width, width);
@@ -230,7 +264,7 @@ kernel void ray_mlp_weights(IN(slopes), IN(columns), OUT(gradient), OUT(bias), c
     global const real *slope = AT(slopes, 0) + begin * BLOCK(out), *column = AT(columns, 0) + begin * BLOCK(in);
     for (int k = first_column; k < end_column;) {
       const int left = (end_column - k + TILE_WIDTH - 1) / TILE_WIDTH;
-      const int vectors = left == 4 ? 2 : min(left, VECTORS);  // two twos are faster than three and one
+      const int vectors = left == 4 ? 2 : min(left, TILE_VECTORS);  // two twos are faster than three and one
       for (int m = first_row; m < end_row; m += TILE_ROWS) {
         global real *to = AT(gradient, m) + k;
         global const real *panel = slope + m / PANEL * PANEL * BLOCK_RAYS + m % PANEL;

@@ -1,8 +1,11 @@
 // What all fuzz targets share, for libFuzzer and for the tests that replay the corpus.
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <fstream>
 #include <stdexcept>
 
@@ -35,6 +38,15 @@ fs::path put(const std::string& name, std::string_view bytes) {
   const fs::path file = scratch_folder() / name;
   std::ofstream(file, std::ios::binary) << bytes;
   return file;
+}
+
+/// Ends the process as a crash does when this process computes for so many seconds; 0: no longer. What it waits for a
+/// processor does not count.
+void abort_after(int seconds) {
+  std::signal(SIGPROF, [](int) { std::abort(); });
+  itimerval timer{};
+  timer.it_value.tv_sec = seconds;
+  ::setitimer(ITIMER_PROF, &timer, nullptr);
 }
 
 }  // namespace
@@ -86,6 +98,8 @@ std::vector<FuzzTarget>& fuzz_targets() {
 
 /// libFuzzer's programs hold one target; an exception that leaves here is a crash.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  clerestory::abort_after(10);
   clerestory::fuzz_targets().front().reads({reinterpret_cast<const char*>(bytes), size});
+  clerestory::abort_after(0);
   return 0;
 }

@@ -86,12 +86,14 @@ struct AskFieldOp : NotDifferentiable {
     clear_output(l);
     const RayTile t = ray_tile(l, y.shape);
     const TensorView &list = l.in(listed ? 4 : 0), &count = l.in(listed ? 5 : 0);
-    l.run_with(net_defines(l.device), "light/ask_field.cl", "ask_field", net_range(l.device, y.shape.plane()), l.in(0),
-               l.in(1), l.in(2), list, count, l.in(3), l.workspace, y, t.first_pixel, t.pixels, t.first_sample,
-               t.samples, t.pixel_capacity, t.sample_capacity, static_cast<int>(listed),
-               static_cast<int>(l.in(0).shape.w != y.shape.w), options.march.segments, Launch::Real{options.march.near},
-               Launch::Real{options.march.radius}, static_cast<int>(options.march.jitter), l.seed, options.octaves, net,
-               static_cast<int>(!options.released_output));
+    const int rows = activation_rows(widest(net));
+    const NetLaunch run = net_launch(l, y.shape.plane(), widest(net), 2 * rows);
+    l.run_with(run.defines, "light/ask_field.cl", "ask_field", run.range, l.in(0), l.in(1), l.in(2), list, count,
+               l.in(3), l.workspace, y, t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity,
+               t.sample_capacity, static_cast<int>(listed), static_cast<int>(l.in(0).shape.w != y.shape.w),
+               options.march.segments, Launch::Real{options.march.near}, Launch::Real{options.march.radius},
+               static_cast<int>(options.march.jitter), l.seed, options.octaves, net,
+               static_cast<int>(!options.released_output), rows, run.memory);
   }
 
   void launch_products(Launch& l) const {

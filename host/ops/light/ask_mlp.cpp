@@ -61,10 +61,11 @@ struct AskMlpOp : NotDifferentiable {
     clear_output(l);
     const RayTile t = ray_tile(l, y.shape);
     const TensorView &list = l.in(listed ? 4 : 1), &count = l.in(listed ? 5 : 1);
-    l.run_with(net_defines(l.device), "light/ask_mlp.cl", "ask_mlp", net_range(l.device, y.shape.plane()), l.in(0),
-               l.in(1), l.in(2), l.in(3), list, count, l.workspace, y, t.first_pixel, t.pixels, t.first_sample,
-               t.samples, t.pixel_capacity, t.sample_capacity, static_cast<int>(listed), l.in(0).shape.w,
-               l.in(first_layer()).shape.n, layers, l.in(3).shape.n, again);
+    const int width = l.in(first_layer()).shape.n, waves = l.in(3).shape.n;
+    const NetLaunch net = net_launch(l, y.shape.plane(), width, 2 * activation_rows(width) + 2 * waves);
+    l.run_with(net.defines, "light/ask_mlp.cl", "ask_mlp", net.range, l.in(0), l.in(1), l.in(2), l.in(3), list, count,
+               l.workspace, y, t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
+               static_cast<int>(listed), l.in(0).shape.w, width, layers, waves, again, net.memory);
   }
 
   void launch_products(Launch& l) const {

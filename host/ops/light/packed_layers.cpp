@@ -1,12 +1,15 @@
 #include "host/ops/light/packed_layers.hpp"
 
+#include <algorithm>
+
 #include "host/cl/tile.hpp"
 #include "host/ops/tensor/rows.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr int kTile = 8;  // of kernels/light/mlp.clh
+// Of kernels/light/mlp.clh: outputs of a panel, vectors of rays of a work-item on a CPU, rays of a tile on a GPU.
+constexpr int kTile = 8, kCpuVectors = 3, kLeastRays = 4;
 
 long panels(int out) { return (out + kTile - 1) / kTile; }
 
@@ -40,10 +43,27 @@ void check_layer(const Value& weight, const Value& bias, int in, int out, const 
     throw Error(ErrorKind::Failed, "the bias of a layer does not fit", op, bias.shape().text(), want_bias.text());
 }
 
+int activation_rows(int width) { return static_cast<int>(panels(width)) * kTile; }
+
 Defines net_defines(Device& device) {
   return row_group(device) == 1 ? row_defines(device, tile_defines(device)) : row_defines(device);
 }
 
-Range net_range(const Device& device, long rays) { return lane_range(device, rays, row_group(device) == 1 ? 3 : 2); }
+NetLaunch net_launch(Launch& l, long rays, int width, int numbers, int most) {
+  const int group = row_group(l.device);
+  if (group == 1)
+    return {net_defines(l.device), lane_range(l.device, rays, kCpuVectors), Arg::local(real_size(l.precision))};
+  // An eighth is left to the driver's own use of local memory.
+  const std::size_t each = size(numbers) * real_size(l.precision), room = l.device.info().local_memory / 8 * 7;
+  int carried = std::min(most, group);
+  while (carried > kLeastRays && (size(carried) * each > room || panels(width) * carried / kLeastRays > group))
+    carried /= 2;
+  if (group < kLeastRays || size(carried) * each > room)
+    throw Error(ErrorKind::Device, "a net does not fit into the device's local memory", "light",
+                fmt::format("{} bytes for {} rays, {} work-items", size(carried) * each, carried, group),
+                fmt::format("at most {} bytes and at least {} work-items", room, kLeastRays));
+  return {row_defines(l.device, {{"GROUP_RAYS", std::to_string(carried)}}),
+          row_range(l.device, (rays + carried - 1) / carried), Arg::local(size(carried) * each)};
+}
 
 }  // namespace clerestory

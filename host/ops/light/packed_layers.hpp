@@ -16,8 +16,19 @@ std::size_t pack_transposed(Launch& launch, const TensorView& weight, std::size_
 /// Throws Error unless weight is {out, in, 1, 1} and bias, where there is one, {1, out, 1, 1}.
 void check_layer(const Value& weight, const Value& bias, int in, int out, const char* op);
 
-/// How the kernels of light/mlp.clh are built and launched.
+/// Of programs over light/mlp.clh.
 Defines net_defines(Device& device);
-Range net_range(const Device& device, long rays);
+/// How a kernel there that carries rays is built and launched. On a GPU a group carries as many rays as it has tiles
+/// for in a layer of `width` and local memory for at `numbers` a ray, at most `most`.
+struct NetLaunch {
+  Defines defines;
+  Range range;
+  Arg memory;
+};
+/// Throws ErrorKind::Device when not even four rays fit.
+NetLaunch net_launch(Launch& launch, long rays, int width, int numbers, int most = 64);
+
+/// Rows of an activation: outputs come in panels.
+int activation_rows(int width);
 
 }  // namespace clerestory

@@ -14,6 +14,7 @@ namespace {
 
 constexpr auto kFile = "light/ray_mlp.cl";
 constexpr int kBlockRays = 48, kColumns = 16, kPanel = 8;  // of the kernels
+constexpr int kMostGroupRays = 16;                         // a power of two that divides a block
 constexpr int kFirst = 2;                                  // input that the weights begin at
 
 /// Blocks of rays between the kernels, and what they hold.
@@ -61,9 +62,9 @@ struct RayMlpAdjointOp : NotDifferentiable {
     for (auto p = all.rbegin(); p != all.rend(); ++p)
       if (!p->of_encoded) at = pack_transposed(l, l.in(p->weight), at);
     const TensorView slopes = l.workspace.from(at);
-    l.run_with(net_defines(l.device), kFile, "ray_mlp_slopes", net_range(l.device, blocks.rays()), l.in(0), l.workspace,
-               l.in(1).from(blocks.of(features)), slopes, l.out(0), static_cast<int>(l.in(0).shape.plane()), width,
-               layers, again);
+    const NetLaunch net = net_launch(l, blocks.rays(), width, 2 * activation_rows(width), kMostGroupRays);
+    l.run_with(net.defines, kFile, "ray_mlp_slopes", net.range, l.in(0), l.workspace, l.in(1).from(blocks.of(features)),
+               slopes, l.out(0), static_cast<int>(l.in(0).shape.plane()), width, layers, again, net.memory);
     for (const MlpPart& p : all) {
       const std::size_t before = p.of_encoded ? 0 : blocks.of(features) + size(p.layer - 1) * blocks.of(width);
       run_weights(l, p, slopes.from(size(p.layer) * blocks.of(width)), l.in(1).from(before), blocks.count);
@@ -138,9 +139,11 @@ struct RayMlpOp : Op {
     std::size_t at = 0;
     for (const MlpPart& p : parts()) at = pack_layer(l, l.in(p.weight), p.bias < 0 ? nullptr : &l.in(p.bias), at);
     const Shape& encoded = l.in(1).shape;
-    l.run_with(net_defines(l.device), kFile, "ray_mlp", net_range(l.device, RayBlocks(encoded).rays()), l.in(0),
-               l.in(1), l.workspace, l.out(0), l.out(1), static_cast<int>(encoded.plane()), encoded.c,
-               l.in(kFirst).shape.n, layers, again);
+    const int width = l.in(kFirst).shape.n;
+    const NetLaunch net =
+        net_launch(l, RayBlocks(encoded).rays(), width, encoded.c + 2 * activation_rows(width), kMostGroupRays);
+    l.run_with(net.defines, kFile, "ray_mlp", net.range, l.in(0), l.in(1), l.workspace, l.out(0), l.out(1),
+               static_cast<int>(encoded.plane()), encoded.c, width, layers, again, net.memory);
   }
 
   Cost cost(const Node& node) const override {

@@ -10,7 +10,8 @@ namespace clerestory {
 namespace {
 
 constexpr std::size_t scratch_elements = 128 * 1024;  // half a megabyte of floats: half of a usual L2 cache
-constexpr int gpu_tile = 64, gpu_group = 16, gpu_depth = 16;
+// Of kernels/nn/conv_gpu.cl: a tile's outputs and columns, eight of each to a work-item, and steps of a block.
+constexpr int gpu_rows = 64, gpu_columns = 128, gpu_each = 8, gpu_depth = 16;
 
 bool on_gpu(const Launch& l, ConvKernels kernels) {
   return kernels == ConvKernels::Gpu || (kernels == ConvKernels::ByPlan && !l.device.info().cpu);
@@ -23,6 +24,12 @@ std::size_t scratch(const Launch& l, const ConvSpec& spec) {
 }
 
 std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }
+
+Range gpu_range(int outputs, long columns, int layers) {
+  constexpr std::size_t x = gpu_columns / gpu_each, y = gpu_rows / gpu_each;
+  return {{blocks(columns, gpu_columns) * x, blocks(outputs, gpu_rows) * y, static_cast<std::size_t>(layers)},
+          {x, y, 1}};
+}
 
 }  // namespace
 
@@ -110,9 +117,7 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
   const TensorView& some_bias = bias ? *bias : weights;
   const int has_bias = bias != nullptr;
   if (gpu) {
-    const Range range{{blocks(g.positions(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
-                       static_cast<std::size_t>(batch)},
-                      {gpu_group, gpu_group, 1}};
+    const Range range = gpu_range(g.outputs, g.positions(), batch);
     with_source(norm, [&](const Defines& defines, const auto&... map) {
       l.run_with(defines, "nn/conv_gpu.cl", "conv_gpu", range, source, map..., read, some_bias, target, g, has_bias);
     });
@@ -168,9 +173,7 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
   const bool direct = partials == 1 && !bias && row_pitch == g.depth();
   const TensorView& sums = direct ? gradient : l.workspace;
   if (gpu) {
-    const Range range{{blocks(g.depth(), gpu_tile) * gpu_group, blocks(g.outputs, gpu_tile) * gpu_group,
-                       static_cast<std::size_t>(partials)},
-                      {gpu_group, gpu_group, 1}};
+    const Range range = gpu_range(g.outputs, g.depth(), partials);
     with_source(norm, [&](const Defines& defines, const auto&... map) {
       l.run_with(defines, "nn/conv_gpu.cl", "conv_weights_gpu", range, source, map..., target, sums, g, batch,
                  partials);
