@@ -232,7 +232,7 @@ TEST_F(CheckCommand, AMistakeInThePathTracerIsSeenInBothPrecisions) {
   const fs::path found = folder / "found.json";
   EXPECT_EQ(check({"--only", "path", "--json=" + found.string()}, changed), 1) << text_of(log);
   EXPECT_THAT(text_of(log), HasSubstr("one op is wrong: path"));
-  for (const char* seen : {"trace_rays in float: ray ", "trace_rays in double: ray "})
+  for (const char* seen : {"trace_rays in float, 16 wide: ray ", "trace_rays in double, 16 wide: ray "})
     EXPECT_THAT(text_of(found), HasSubstr(seen));
 }
 
