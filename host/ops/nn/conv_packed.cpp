@@ -41,8 +41,8 @@ bool use_clblast(const Launch& l, ConvKernels kernels) {
 int item_pitch(const TensorView& t) { return t.shape.n > 1 ? t.stride : static_cast<int>(t.shape.item()); }
 
 std::size_t packed_elements(const ConvGeometry& g) {
-  const std::size_t packed = blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
-  return is_winograd(g) ? winograd_elements(g) : packed;
+  if (is_winograd(g)) return winograd_elements(g);
+  return blocks(g.outputs, conv_tile) * conv_tile * static_cast<std::size_t>(g.depth());
 }
 
 namespace {
@@ -97,6 +97,19 @@ void run_winograd(Launch& l, const ConvPass& pass, const WinogradBlocking& b, co
   });
 }
 
+void run_winograd_weights(Launch& l, const ConvGeometry& g, const WinogradBlocking& b, const TensorView& source,
+                          const SourceNorm* norm, const TensorView& target, const TensorView& gradient) {
+  const std::size_t real = real_size(l.precision);
+  const Range range{
+      {blocks(g.channels, b.channel_block), static_cast<std::size_t>(b.partials), blocks(g.outputs, b.chunk)},
+      {1, 1, 1}};
+  with_source(norm, [&](const Defines& defines, const auto&... map) {
+    l.run_with(tile_defines(l.device, defines), "nn/conv_winograd.cl", "conv_winograd_gradient", range, source, map...,
+               target, gradient, g, b, Arg::local(b.panel() * real), Arg::local(b.target_rows() * real),
+               Arg::local(b.weight_sums() * real), Arg::local(b.weight_lines() * real));
+  });
+}
+
 std::optional<WinogradBlocking> winograd_weights_blocking(const Launch& l, const ConvGeometry& g, int batch,
                                                           const ConvSpec& spec) {
   const bool wanted = wants_winograd(l, spec, g, prefers_winograd_weights(g, batch));
@@ -137,23 +150,6 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
                Arg::local(static_cast<std::size_t>(b.channel_block) * std::max(1, g.taps()) * sizeof(int)));
   });
 }
-
-namespace {
-
-void run_winograd_weights(Launch& l, const ConvGeometry& g, const WinogradBlocking& b, const TensorView& source,
-                          const SourceNorm* norm, const TensorView& target, const TensorView& gradient) {
-  const std::size_t real = real_size(l.precision);
-  const Range range{
-      {blocks(g.channels, b.channel_block), static_cast<std::size_t>(b.partials), blocks(g.outputs, b.chunk)},
-      {1, 1, 1}};
-  with_source(norm, [&](const Defines& defines, const auto&... map) {
-    l.run_with(tile_defines(l.device, defines), "nn/conv_winograd.cl", "conv_winograd_gradient", range, source, map...,
-               target, gradient, g, b, Arg::local(b.panel() * real), Arg::local(b.target_rows() * real),
-               Arg::local(b.weight_sums() * real), Arg::local(b.weight_lines() * real));
-  });
-}
-
-}  // namespace
 
 std::size_t partial_elements(const ConvGeometry& g) {
   return static_cast<std::size_t>(most_partials(g)) * g.outputs * g.depth();

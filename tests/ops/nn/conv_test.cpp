@@ -149,10 +149,15 @@ TEST(Conv, MinimalFilteringGivesTheSameBitsHoweverItIsCut) {
   for (const int scratch : {16384, 24576, 50000}) EXPECT_EQ(result(scratch), whole) << scratch;
 }
 
+// A layer of a decoder, one wide, one deep, and one of a single position.
+constexpr ConvShape kFilteredShapes[]{{64, 60, 80, 64, 3, 3, 1, 1, 0},
+                                      {3, 5, 1400, 9, 3, 3, 1, 1, 0},
+                                      {1024, 15, 20, 512, 3, 3, 1, 1, 0},
+                                      {7, 3, 3, 5, 3, 3, 1, 0, 0}};
+
 TEST(Conv, WinogradBlocksFitTheirScratchAndCoverAllTiles) {
   int fitted = 0;
-  for (const ConvShape& s : {ConvShape{64, 60, 80, 64, 3, 3, 1, 1, 0}, ConvShape{3, 5, 1400, 9, 3, 3, 1, 1, 0},
-                             ConvShape{1024, 15, 20, 512, 3, 3, 1, 1, 0}, ConvShape{7, 3, 3, 5, 3, 3, 1, 0, 0}})
+  for (const ConvShape& s : kFilteredShapes)
     for (const int batch : {1, 5})
       for (const std::size_t scratch : {std::size_t{16 * 1024}, std::size_t{128 * 1024}}) {
         const ConvGeometry g = forward_pass(s).geometry;
@@ -188,8 +193,7 @@ TEST(Conv, BackwardWeightsAreFilteredWhereABatchIsLargeEnough) {
 
 TEST(Conv, WinogradBlocksOfBackwardWeightsFitTheirScratchAndCoverAllTiles) {
   int fitted = 0;
-  for (const ConvShape& s : {ConvShape{64, 60, 80, 64, 3, 3, 1, 1, 0}, ConvShape{3, 5, 1400, 9, 3, 3, 1, 1, 0},
-                             ConvShape{1024, 15, 20, 512, 3, 3, 1, 1, 0}, ConvShape{7, 3, 3, 5, 3, 3, 1, 0, 0}})
+  for (const ConvShape& s : kFilteredShapes)
     for (const int batch : {1, 5})
       for (const std::size_t scratch : {std::size_t{16 * 1024}, std::size_t{128 * 1024}}) {
         const ConvGeometry g = forward_pass(s).geometry;
