@@ -192,8 +192,8 @@ class Check {
     same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
               fmt::format("{} in {}, passes off", name_, text(precision)));
     const std::set<std::string> seen = names_of(launched_variants(precision));
-    const Device& device = precision == Precision::Single ? devices_.single : *devices_.with_doubles;
-    const bool fits = case_.local_elements * real_size(precision) <= device.info().local_memory / 8 * 7;
+    const std::size_t room = device_of(devices_, precision).info().local_memory / 8 * 7;
+    const bool fits = case_.local_elements * real_size(precision) <= room;
     for (const std::string& kernel : case_.kernels)
       if (fits && !seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);
 
