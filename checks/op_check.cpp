@@ -192,7 +192,7 @@ class Check {
     same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
               fmt::format("{} in {}, passes off", name_, text(precision)));
     const std::set<std::string> seen = names_of(launched_variants(precision));
-    const std::size_t room = device_of(devices_, precision).info().local_memory / 8 * 7;
+    const std::size_t room = device_of(devices_, precision).info().local_room();
     const bool fits = case_.local_elements * real_size(precision) <= room;
     for (const std::string& kernel : case_.kernels)
       if (fits && !seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);

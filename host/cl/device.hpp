@@ -30,6 +30,8 @@ struct DeviceInfo {
   int float_width = 0;                                           // floats of a vector, as the driver says
   std::size_t max_group = 0;                                     // work-items
   std::size_t memory = 0, max_allocation = 0, local_memory = 0;  // bytes
+  /// What a kernel may ask of the local memory, in bytes: an eighth is left to the driver's own use.
+  std::size_t local_room() const { return local_memory / 8 * 7; }
 };
 
 /// Devices of every platform; a platform that is empty or fails to answer is passed over.

@@ -53,8 +53,7 @@ NetLaunch net_launch(Launch& l, long rays, int width, int numbers, int most) {
   const int group = row_group(l.device);
   if (group == 1)
     return {net_defines(l.device), lane_range(l.device, rays, kCpuVectors), Arg::local(real_size(l.precision))};
-  // An eighth is left to the driver's own use of local memory.
-  const std::size_t each = size(numbers) * real_size(l.precision), room = l.device.info().local_memory / 8 * 7;
+  const std::size_t each = size(numbers) * real_size(l.precision), room = l.device.info().local_room();
   int carried = std::min(most, group);
   while (carried > kLeastRays && (size(carried) * each > room || panels(width) * carried / kLeastRays > group))
     carried /= 2;

@@ -17,10 +17,9 @@ bool on_gpu(const Launch& l, ConvKernels kernels) {
   return kernels == ConvKernels::Gpu || (kernels == ConvKernels::ByPlan && !l.device.info().cpu);
 }
 
-// An eighth is left to the driver's own use of local memory.
 std::size_t scratch(const Launch& l, const ConvSpec& spec) {
   const std::size_t wanted = spec.scratch > 0 ? static_cast<std::size_t>(spec.scratch) : scratch_elements;
-  return std::min(wanted, l.device.info().local_memory / 8 * 7 / real_size(l.precision));
+  return std::min(wanted, l.device.info().local_room() / real_size(l.precision));
 }
 
 std::size_t blocks(long count, int size) { return static_cast<std::size_t>((count + size - 1) / size); }

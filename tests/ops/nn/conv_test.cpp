@@ -155,6 +155,12 @@ constexpr ConvShape kFilteredShapes[]{{64, 60, 80, 64, 3, 3, 1, 1, 0},
                                       {1024, 15, 20, 512, 3, 3, 1, 1, 0},
                                       {7, 3, 3, 5, 3, 3, 1, 0, 0}};
 
+void expect_all_tiles_covered(const WinogradBlocking& b, const ConvGeometry& g, int batch) {
+  EXPECT_GE(b.positions, b.band_rows * b.band_columns);
+  EXPECT_GE(b.bands_x * b.band_columns, (g.grid_w + 1) / 2);
+  EXPECT_GE(b.bands() / b.bands_x * b.band_rows, batch * ((g.grid_h + 1) / 2));
+}
+
 TEST(Conv, WinogradBlocksFitTheirScratchAndCoverAllTiles) {
   int fitted = 0;
   for (const ConvShape& s : kFilteredShapes)
@@ -167,9 +173,7 @@ TEST(Conv, WinogradBlocksFitTheirScratchAndCoverAllTiles) {
         EXPECT_LE(b->elements(), scratch);
         EXPECT_EQ(b->chunk % conv_tile, 0);
         EXPECT_GE(b->channel_block, 1);
-        EXPECT_GE(b->positions, b->band_rows * b->band_columns);
-        EXPECT_GE(b->bands_x * b->band_columns, (g.grid_w + 1) / 2);
-        EXPECT_GE(b->bands() / b->bands_x * b->band_rows, batch * ((g.grid_h + 1) / 2));
+        expect_all_tiles_covered(*b, g, batch);
       }
   EXPECT_EQ(fitted, 16);
   EXPECT_FALSE(block_winograd(forward_pass({64, 60, 80, 64, 3, 3, 1, 1, 0}).geometry, 1, 2000, 2));
@@ -207,9 +211,7 @@ TEST(Conv, WinogradBlocksOfBackwardWeightsFitTheirScratchAndCoverAllTiles) {
         EXPECT_EQ(b->channel_block % conv_tile, 0);
         EXPECT_GE(b->channel_block, 1);
         EXPECT_GE(b->partials, 1);
-        EXPECT_GE(b->bands_x * b->band_columns, (g.grid_w + 1) / 2);
-        EXPECT_GE(b->positions, b->band_rows * b->band_columns);
-        EXPECT_GE(b->bands() / b->bands_x * b->band_rows, batch * ((g.grid_h + 1) / 2));
+        expect_all_tiles_covered(*b, g, batch);
         EXPECT_LE(b->partials, std::min(most_partials(g), b->bands()))
             << "a partial has a band, and room is for so many";
       }
