@@ -84,6 +84,14 @@ void TimedLayer::add_gradients(const SceneValues& values, const SceneLight& ligh
   outputs_ = {{"albedo", found[0]}, {"normal", found[1]}, {"material", found[2]}, {"radiance", found[3]}};
 }
 
+int TimedLayer::traces() const {
+  int count = 0;
+  for (const Step& step : executor_->plan().steps)
+    if (step.body)
+      for (const Step& inner : step.body->steps) count += inner.node->op->name() == "ssrt";
+  return count;
+}
+
 double TimedLayer::run(std::uint32_t seed) {
   if (batches_ == 1) return seconds_of(device_, [&] { executor_->run(seed); });
   added_ = 0;

@@ -11,9 +11,9 @@ namespace clerestory {
 /// the channels of pixels that have a depth, and its gradient the sum of dL/dI dI over pixels.
 enum class LayerResult {
   Picture,
-  OneDraw,  // gradients with dL/dI and dI of the same samples: biased by their covariance
-  TwoDraws  // of independent samples: unbiased, as a product of independent factors is. At equal cost: the adjoint
-            // draws its rays again in any case
+  OneDraw,  // gradients with dL/dI and dI of the same samples: biased by their covariance. What rays meet is found once
+  TwoDraws  // of independent samples: unbiased, as a product of independent factors is; the adjoint traces rays of its
+            // own
 };
 
 class TimedLayer {
@@ -35,6 +35,8 @@ class TimedLayer {
   /// right whatever the points are and wherever the noise is from (dL/dI and dI, rays that meet in one pixel), and
   /// known to 1 / sqrt(2 (batches - 1)) of itself.
   std::map<std::string, std::vector<double>> standard_errors() const;
+  /// How often a run traces as many rays as the picture has samples.
+  int traces() const;
   /// Bytes of device memory that it held at most.
   std::size_t memory() const { return device_.memory_peak() - held_before_; }
 

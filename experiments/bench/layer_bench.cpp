@@ -84,7 +84,7 @@ RenderSettings settings_of(const LayerRow& row, Device& device) {
   return settings;
 }
 
-/// What kernels took in one run, slowest first. The adjoint draws and traces its rays again.
+/// What kernels took in one run, slowest first.
 std::vector<KernelProfile> kernels_of(Device& device, TimedLayer& layer) {
   device.set_profiling(true), device.reset_profile();
   layer.run(kSeed);
@@ -143,7 +143,7 @@ nlohmann::ordered_json bench_layer(Device& device, const BenchOptions& options) 
     const double seconds = best_of(runs), rays = static_cast<double>(scene.photo.pixels()) * row.samples;
     const std::vector<KernelProfile> kernels = kernels_of(device, layer);
     const double tracing = tracing_seconds(kernels);
-    const double traced = row.result == LayerResult::Picture ? rays : 2 * rays;
+    const double traced = rays * layer.traces();
     const std::size_t memory = layer.memory();
     if (!options.quiet)
       fmt::print("{:<44}{:>10.1f}{:>9.2f}{:>14.2f}{:>9.0f}\n", row.name(), seconds * 1e3, rays / seconds * 1e-6,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "host/graph/keep.hpp"
 #include "host/graph/layout.hpp"
 #include "host/graph/plan.hpp"
 #include "host/graph/recompute.hpp"
@@ -33,11 +34,14 @@ void choose_gemm(PlanOptions& options, const Device& device) {
 
 class Compiler {
  public:
-  Compiler(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options, bool updates)
+  Compiler(const Graph& graph, std::vector<Value> outputs, Device device, const PlanOptions& options, bool updates,
+           std::span<const Value> given = {})
       : graph_(graph) {
     plan_.graph = &graph, plan_.device = std::move(device), plan_.options = options, plan_.outputs = std::move(outputs);
     choose_gemm(plan_.options, plan_.device);
-    schedule_ = schedule_as_made(graph_, plan_.outputs, plan_.options.prune, updates);
+    schedule_ = schedule_as_made(graph_, plan_.outputs, plan_.options.prune, updates, inputs_for(given));
+    if (plan_.options.budget == 0 && plan_.options.keep > 0)
+      for (const std::string& line : keep_for_replays(schedule_, plan_.options, *plan_.made)) note("{}", line);
     list_leaves();
     compile_bodies();
     note("prune: {} of {} nodes run", schedule_.order.size() + schedule_.leaves.size(), graph_.nodes().size());
@@ -57,6 +61,18 @@ class Compiler {
     plan_.notes.push_back(fmt::format(text, std::forward<Args>(args)...));
   }
 
+  std::vector<Given> inputs_for(std::span<const Value> values) {
+    std::vector<Given> given;
+    for (const Value& v : values) {
+      Node& node = plan_.made->emplace_back();
+      node.id = static_cast<int>(graph_.nodes().size() + given.size()), node.graph = &v.graph();
+      node.outputs = {{v.shape(), v.type()}};
+      node.op = std::make_unique<const InputOp>(Body::given_name(given.size()), node.outputs[0]);
+      given.push_back({v, &node});
+    }
+    return given;
+  }
+
   void list_leaves() {
     for (const Node* leaf : schedule_.leaves) {
       if (dynamic_cast<const InputOp*>(leaf->op.get()))
@@ -68,14 +84,15 @@ class Compiler {
     }
   }
 
-  /// Bodies keep to no budget of their own.
+  /// Bodies keep to no budget of their own, and nothing.
   void compile_bodies() {
     PlanOptions options = plan_.options;
-    options.budget = 0;
+    options.budget = 0, options.keep = 0;
     for (const int t : schedule_.order) {
       const Node& node = *schedule_.tasks[static_cast<std::size_t>(t)].node;
       if (const Body body = node.op->body(); body.graph)
-        bodies_[t] = std::make_shared<const Plan>(compile(*body.graph, body.outputs, plan_.device, options));
+        bodies_[t] = std::make_shared<const Plan>(
+            Compiler(*body.graph, body.outputs, plan_.device, options, false, body.given).take());
     }
   }
 

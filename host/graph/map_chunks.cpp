@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/graph/plan.hpp"
+#include "host/graph/replay.hpp"
 
 namespace clerestory {
 namespace {
@@ -63,16 +64,25 @@ std::vector<Value> TakeOp::adjoint(const Node& node, std::span<const Value> g) c
   return {put_pixels(g[0], node.in_shape(0))};
 }
 
-Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs,
-                      const BuildBody& build);
+struct Beginning;
+Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs, const BuildBody& build,
+                      const Beginning& beginning);
 
-struct MapChunksOp : Op {
+/// A node whose body a body begins with, behind inputs of its own.
+struct Beginning {
+  const Node* node = nullptr;  // null: none
+  int behind = 0;              // nodes of the body that come before those of the other one
+};
+
+struct MapChunksOp : Op, Chunked {
   ChunkDomain domain;
   BuildBody build;
   std::shared_ptr<const Inner> inner;
+  Beginning begins;
+  std::vector<Value> kept, not_computed;  // values of the body: outputs and inputs behind the others
 
-  MapChunksOp(const ChunkDomain& d, BuildBody b, std::shared_ptr<const Inner> i)
-      : domain(d), build(std::move(b)), inner(std::move(i)) {
+  MapChunksOp(const ChunkDomain& d, BuildBody b, std::shared_ptr<const Inner> i, const Beginning& beginning)
+      : domain(d), build(std::move(b)), inner(std::move(i)), begins(beginning) {
     for (const ChunkOutput& o : inner->outputs) {
       const Shape& s = o.value.shape();
       if (!o.total && (s.n != 1 || s.h != domain.chunk_pixels || s.w != 1))
@@ -101,9 +111,37 @@ struct MapChunksOp : Op {
   }
 
   Body body() const override {
-    Body body{&inner->graph, {}, chunks()};
+    Body body{&inner->graph, {}, chunks(), not_computed};
     for (const ChunkOutput& o : inner->outputs) body.outputs.push_back(o.value);
+    body.outputs.insert(body.outputs.end(), kept.begin(), kept.end());
     return body;
+  }
+
+  const Node* replayed() const override { return begins.node; }
+
+  Value first_of(Value v) const override {
+    const Inner& first = *static_cast<const MapChunksOp&>(*begins.node->op).inner;
+    const int id = v.node->id - begins.behind;
+    if (id < static_cast<int>(first.inputs.size()) || id >= static_cast<int>(first.graph.nodes().size())) return {};
+    return first.graph.nodes()[static_cast<std::size_t>(id)].value(v.output);
+  }
+
+  Signature in_all_chunks(Value v) const override {
+    Shape s = v.shape();
+    s.n *= chunks();
+    return {s, v.type()};
+  }
+
+  std::unique_ptr<const Op> keeping(std::vector<Value> values) const override {
+    auto op = std::make_unique<MapChunksOp>(*this);
+    op->kept = std::move(values);
+    return op;
+  }
+
+  std::unique_ptr<const Op> given(std::vector<Value> values) const override {
+    auto op = std::make_unique<MapChunksOp>(*this);
+    op->not_computed = std::move(values);
+    return op;
   }
 
   void launch(Launch& l) const override {
@@ -115,12 +153,32 @@ struct MapChunksOp : Op {
         if (at++ % domain.every != 0) continue;
         const Chunk chunk{pixel, std::min(domain.chunk_pixels, pixels() - pixel), sample,
                           std::min(domain.chunk_samples, domain.samples - sample)};
+        const std::size_t read = inner->inputs.size() + inner->states.size();
+        for (std::size_t i = 0; i < not_computed.size(); ++i)
+          executor.bind(Body::given_name(i), of_chunk(l.inputs[read + i], not_computed[i], done));
         executor.run(l.seed, chunk);
         collect(l, executor, chunk);
+        for (std::size_t i = 0; i < kept.size(); ++i)
+          copy(l, executor.view(kept[i]), of_chunk(l.outputs[inner->outputs.size() + i], kept[i], done));
+        ++done;
         if (!l.after_chunk) continue;
         l.device.finish();
-        (*l.after_chunk)(++done, chunks());
+        (*l.after_chunk)(done, chunks());
       }
+  }
+
+  /// The part of a value's in_all_chunks() that a chunk has.
+  static TensorView of_chunk(const TensorView& all, const Value& v, int chunk) {
+    TensorView part = all.from(static_cast<std::uint64_t>(v.shape().count()) * static_cast<std::uint64_t>(chunk));
+    part.shape = v.shape();
+    return part;
+  }
+
+  /// Both are of one batch item each, or contiguous.
+  static void copy(Launch& l, const TensorView& from, const TensorView& to) {
+    const std::size_t size = from.type == Type::Int ? 4 : real_size(l.precision);
+    l.device.copy(from.buffer, to.buffer, size * static_cast<std::size_t>(to.shape.count()), from.offset * size,
+                  to.offset * size);
   }
 
   void collect(Launch& l, const Executor& executor, const Chunk& chunk) const {
@@ -152,6 +210,7 @@ struct MapChunksOp : Op {
       flops += count * (times - 1);              // the first is put there, others are added
       numbers += count * (2 + 3 * (times - 1));  // read and written; the sum so far is read, too
     }
+    for (const Value& v : kept) numbers += 2.0 * static_cast<double>(v.shape().count()) * chunks();
     return {flops, 4 * numbers};
   }
 
@@ -167,7 +226,7 @@ struct MapChunksOp : Op {
   }
 
   /// Another map_chunks over the same domain: it runs the body again from the same seeds, and adds up what every chunk
-  /// gives to the whole-map inputs and to states. Nothing of the forward pass is stored.
+  /// gives to the whole-map inputs and to states. Of the forward pass it is given what compile() finds worth keeping.
   std::vector<Value> adjoint_for(const std::vector<bool>& wanted, const Node& node,
                                  std::span<const Value> gradients) const override {
     Graph& graph = *node.graph;
@@ -182,6 +241,10 @@ struct MapChunksOp : Op {
                            reached, maps_count, wanted](Graph& g, std::span<const Value> in) {
       const std::span<const Value> maps = in.first(maps_count);
       const std::vector<ChunkOutput> forward = forward_body(g, maps);
+      if (g.nodes().size() != forward_inner->graph.nodes().size() + arrived.size())
+        throw Error(ErrorKind::Failed, "a body is another when it is built again", "map_chunks",
+                    fmt::format("{} nodes", g.nodes().size() - arrived.size()),
+                    fmt::format("{}", forward_inner->graph.nodes().size()));
       std::vector<Value> outputs, seeds;
       for (std::size_t i = 0; i < arrived.size(); ++i) {
         const ChunkOutput& o = forward[arrived[i]];
@@ -202,7 +265,8 @@ struct MapChunksOp : Op {
       return totals;
     };
     std::vector<Value> result(node.inputs.size());
-    const Value first = make_map_chunks(graph, domain, outer, backward);
+    const Beginning beginning{&node, static_cast<int>(arrived.size())};
+    const Value first = make_map_chunks(graph, domain, outer, backward, beginning);
     for (std::size_t i = 0; i < reached->size(); ++i) result[(*reached)[i]] = first.node->value(static_cast<int>(i));
     return result;
   }
@@ -210,8 +274,8 @@ struct MapChunksOp : Op {
 
 /// Runs the body once to learn what it reads. States that it uses become states of the outer graph, and inputs of the
 /// node behind the whole maps.
-Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs,
-                      const BuildBody& build) {
+Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector<Value>& inputs, const BuildBody& build,
+                      const Beginning& beginning) {
   const auto inner = std::make_shared<Inner>();
   for (std::size_t i = 0; i < inputs.size(); ++i)
     inner->inputs.push_back(inner->graph.input(Inner::input_name(i), inputs[i].shape(), inputs[i].type()));
@@ -222,7 +286,7 @@ Value make_map_chunks(Graph& graph, const ChunkDomain& domain, const std::vector
   std::vector<Value> outer = inputs;
   inner->states = inner->graph.states();
   for (const Value& s : inner->states) outer.push_back(same_state(graph, s));
-  return graph.make<MapChunksOp>(std::move(outer), domain, build, inner);
+  return graph.make<MapChunksOp>(std::move(outer), domain, build, inner, beginning);
 }
 
 }  // namespace
@@ -240,7 +304,7 @@ std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span
   if (domain.n < 1 || domain.height < 1 || domain.width < 1 || domain.samples < 1 || domain.chunk_pixels < 1 ||
       domain.chunk_samples < 1)
     throw Error(ErrorKind::Failed, "an empty domain", "map_chunks");
-  const Value first = make_map_chunks(graph, domain, {inputs.begin(), inputs.end()}, body);
+  const Value first = make_map_chunks(graph, domain, {inputs.begin(), inputs.end()}, body, {});
   std::vector<Value> outputs;
   for (std::size_t o = 0; o < first.node->outputs.size(); ++o)
     outputs.push_back(first.node->value(static_cast<int>(o)));

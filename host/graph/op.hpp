@@ -121,6 +121,9 @@ struct Body {
   const Graph* graph = nullptr;  // null: the op runs none
   std::vector<Value> outputs;
   int times = 0;
+  std::vector<Value> given{};  // are not computed: launch() binds them, as the executor's inputs of given_name()
+
+  static std::string given_name(std::size_t i) { return fmt::format("given{}", i); }
 };
 
 /// How the gradient of an output goes to an input.

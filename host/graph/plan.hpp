@@ -22,6 +22,9 @@ struct PlanOptions {
   /// again instead of being kept.
   std::size_t budget = 0;
   std::string budget_name = "memory";  // what its user calls it, for errors
+  /// Most bytes of what chunks found that are kept for their adjoint, all together, where no budget is set; what does
+  /// not fit is computed again, with the same bits. 0: all of it.
+  std::size_t keep = std::size_t{64} << 20;
 };
 
 /// The states of a model on one device: parameters, moments, running statistics. Shared by plans (training,
@@ -96,6 +99,7 @@ struct Plan {
   std::size_t arena_bytes = 0, alive_bytes = 0;
   std::string fullest;             // op of the step at which `alive_bytes` are needed
   std::vector<std::string> notes;  // what each pass did
+  std::shared_ptr<std::deque<Node>> made = std::make_shared<std::deque<Node>>();  // nodes of steps that are no graph's
   /// What a run needs, as compile() knows it: what an Executor and the states will have allocated, to the byte, where
   /// every input is fed and none is bound.
   PlanMemory memory() const;

@@ -73,20 +73,29 @@ std::vector<int> seen_states(const Schedule& s) {
   return states;
 }
 
-Schedule schedule_as_made(const Graph& graph, const std::vector<Value>& outputs, bool prune, bool updates) {
+Schedule schedule_as_made(const Graph& graph, const std::vector<Value>& outputs, bool prune, bool updates,
+                          std::span<const Given> given) {
   Schedule s;
   const std::size_t count = graph.nodes().size();
-  std::vector<bool> needed(count, !prune);
+  std::vector<bool> needed(count + given.size(), !prune);
+  std::map<TaskValue, TaskValue> instead;
+  for (const Given& g : given) instead[{g.value.node->id, g.value.output}] = {g.input->id, 0};
+  const auto read = [&](const Value& v) {
+    const TaskValue own{v.node->id, v.output};
+    const auto found = instead.find(own);
+    return found == instead.end() ? own : found->second;
+  };
   for (const Value& v : outputs) {
-    needed[index(v.node->id)] = true;
-    s.outputs.push_back({v.node->id, v.output});
+    s.outputs.push_back(read(v));
+    needed[index(s.outputs.back().task)] = true;
   }
   for (const Node& node : graph.nodes()) {
     if (!node.op->writes().empty()) needed[index(node.id)] = updates;
     Task& task = s.tasks.emplace_back();
     task.node = &node;
-    for (const Value& v : node.inputs) task.inputs.push_back({v.node->id, v.output});
+    for (const Value& v : node.inputs) task.inputs.push_back(read(v));
   }
+  for (const Given& g : given) s.tasks.push_back({g.input, {}});
   for (std::size_t id = count; id-- > 0;)
     if (needed[id])
       for (const TaskValue& v : s.tasks[id].inputs) needed[index(v.task)] = true;
@@ -98,6 +107,8 @@ Schedule schedule_as_made(const Graph& graph, const std::vector<Value>& outputs,
       else
         s.order.push_back(node.id);
     }
+  for (const Given& g : given)
+    if (needed[index(g.input->id)]) s.leaves.push_back(g.input);
   return s;
 }
 

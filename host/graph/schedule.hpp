@@ -20,7 +20,7 @@ struct Task {
 };
 
 struct Schedule {
-  std::vector<Task> tasks;          // the node of id i is task i; nodes that run once more come behind them
+  std::vector<Task> tasks;          // the node of id i is task i; what is given and what runs once more come behind
   std::vector<const Node*> leaves;  // inputs, states and constants that somebody reads
   std::vector<int> order;           // tasks that run; leaves do not
   std::vector<TaskValue> outputs;
@@ -38,8 +38,16 @@ std::size_t bytes_of(const Signature& s, Precision precision);
 /// By task: the state whose memory its output 0 is, as a state or as a view of one; -1 for others.
 std::vector<int> seen_states(const Schedule& schedule);
 
-/// Nodes that the outputs need, in the order in which they were made; updates of states last, if `updates`.
-Schedule schedule_as_made(const Graph& graph, const std::vector<Value>& outputs, bool prune, bool updates);
+/// A value that is not computed, and the node, an input, that stands for it.
+struct Given {
+  Value value;
+  const Node* input = nullptr;
+};
+
+/// Nodes that the outputs need, in the order in which they were made; updates of states last, if `updates`. The k-th of
+/// `given` is a task behind those of the graph's nodes.
+Schedule schedule_as_made(const Graph& graph, const std::vector<Value>& outputs, bool prune, bool updates,
+                          std::span<const Given> given = {});
 
 /// The same, but of what can run the node that was made last runs first: a branch of the graph runs forward, and
 /// backward as soon as its loss is known, before the next branch begins; an update runs when nobody reads what it

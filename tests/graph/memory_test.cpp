@@ -6,6 +6,7 @@
 
 #include "host/graph/map_chunks.hpp"
 #include "host/graph/plan.hpp"
+#include "host/graph/replay.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/adam.hpp"
 #include "host/ops/nn/batch_norm.hpp"
@@ -249,6 +250,33 @@ TEST(Memory, OfBodiesIsCounted) {
   const PlanMemory memory = compile(g, outputs, device()).memory();
   const std::size_t chunk = 8 * 1024 * 4;
   EXPECT_GE(memory.bodies, 2 * 2 * chunk + 2 * 8 * 4);  // forward and backward: two values and a constant each
+}
+
+/// y = x + x, which has no gradient and is worth keeping.
+struct DoubledOp : NotDifferentiable, WorthKeeping {
+  std::string name() const override { return "doubled"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[0].shape()}}; }
+  Slope slope(int, int) const override { return Slope::Detached; }
+  void launch(Launch& l) const override {
+    const int count = static_cast<int>(l.in(0).shape.count());
+    l.run("tensor/accumulate.cl", "accumulate", Range::of(static_cast<std::size_t>(count)), l.in(0), l.in(0), l.out(),
+          count);
+  }
+};
+
+TEST(Memory, OfWhatChunksKeepForTheirAdjointIsCounted) {
+  Graph g;
+  const Value x = g.input("x", {1, 3, 64, 64});
+  const ChunkDomain domain{1, 64, 64, 1, 512, 1};
+  const Value y = map_chunks(g, domain, std::span(&x, 1), [&](Graph& inner, std::span<const Value> in) {
+    const Value tile = take_pixels(in[0], domain.chunk_pixels);
+    return std::vector<ChunkOutput>{{multiply(tile, inner.make<DoubledOp>({tile}))}};
+  })[0];
+  const std::vector<Value> outputs{y, gradient(sum(y), std::span(&x, 1))[0]};
+  const std::map<std::string, Tensor> feeds{{"x", numbered(x.shape(), 5)}};
+  const std::size_t kept = 3 * 64 * 64 * 4, again = allocated(g, outputs, feeds, {.keep = 0}, false);
+  EXPECT_LE(allocated(g, outputs, feeds, {}, false), again + kept + 3 * 512 * 4);  // a chunk's part until it is copied
+  EXPECT_EQ(allocated(g, outputs, feeds, {.keep = kept - 1}, false), again);
 }
 
 TEST(Memory, IsExplained) {

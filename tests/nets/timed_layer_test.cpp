@@ -85,5 +85,16 @@ TEST(TimedLayer, BatchesAreEqualPartsAndOneHasNoSpread) {
   for (std::size_t i = 0; i < sum.size(); ++i) ASSERT_NEAR(parts.values().at("picture")[i], sum[i], 1e-12 * sum[i]);
 }
 
+TEST(TimedLayer, TracesTheRaysOfOneDrawOnce) {
+  const Scene scene = corner();
+  RenderSettings settings;
+  settings.spp = 16;
+  const Device device = device_for(Precision::Single);
+  const auto traces = [&](LayerResult result) { return TimedLayer(device, scene, settings, result).traces(); };
+  EXPECT_EQ(traces(LayerResult::Picture), 1);
+  EXPECT_EQ(traces(LayerResult::OneDraw), 1);
+  EXPECT_EQ(traces(LayerResult::TwoDraws), 2);
+}
+
 }  // namespace
 }  // namespace clerestory

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "host/graph/replay.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/light/depth_pyramid.hpp"
 #include "host/ops/light/normal_pyramid.hpp"
@@ -24,7 +25,7 @@ void expect(const Value& value, const Shape& shape, const char* what) {
 }
 
 // Inputs: pyramid, camera, range, directions, [points, skip], [normal, boxes].
-struct SsrtOp : NotDifferentiable {
+struct SsrtOp : NotDifferentiable, WorthKeeping {
   Shape depth;
   SsrtOptions options;
   Origins origins;

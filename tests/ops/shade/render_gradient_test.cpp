@@ -87,6 +87,50 @@ TEST_P(EqualSeeds, GiveTheGradientOfTheEstimate) {
 INSTANTIATE_TEST_SUITE_P(RenderGradient, EqualSeeds, testing::Bool(),
                          [](const auto& guided) { return guided.param ? "guided" : "by_surfaces"; });
 
+/// The layer of two walls under light = image: picture and gradients of one run, and how often ssrt was launched in it.
+struct Traced {
+  std::vector<std::vector<double>> values;
+  long launches = 0;
+};
+Traced traced(RenderSpec spec, Precision precision, std::size_t keep) {
+  const Tensors t = wall(6, 4, 0.4, 0.3, 2);
+  Graph graph;
+  Values v;
+  for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+  const Surfaces surfaces{v["albedo"], v["normal"], v["material"]};
+  const Value radiance = render(graph, spec, {v["depth"], surfaces}, v["camera"], v["range"],
+                                std::vector{v["image"], v["ambient"]}, image_answers)
+                             .radiance;
+  std::vector<Value> outputs{radiance};
+  const Value slope = graph.constant(random_tensor(radiance.shape(), 9));
+  for (const Value& g : gradient(std::vector{radiance}, std::vector{slope},
+                                 std::vector{v["albedo"], v["normal"], v["material"], v["image"], v["ambient"]}))
+    outputs.push_back(g);
+  Device device = test_device(precision);
+  Executor executor(compile(graph, outputs, device, {.precision = precision, .keep = keep}));
+  for (const auto& [name, tensor] : t) executor.feed(name, tensor);
+  device.set_profiling(true), device.reset_profile();
+  executor.run(3);
+  Traced result;
+  for (const KernelProfile& kernel : device.profile())
+    if (kernel.kernel == "light/ssrt.cl:ssrt") result.launches += kernel.launches;
+  device.set_profiling(false);
+  for (const Value& o : outputs) result.values.push_back(executor.fetch(o).real);
+  return result;
+}
+
+// In one chunk, in chunks of 5 of the 48 pixels, and in such of one pixel and 16 of its samples.
+TEST(RenderGradient, HasTheSameBitsWhereTheAdjointTracesNothing) {
+  for (const Precision precision : {Precision::Single, Precision::Double})
+    for (const auto& [chunk_rays, chunks] : {std::pair{1 << 18, 1}, {240, 10}, {16, 144}}) {
+      const RenderSpec spec{.spp = 40, .chunk_rays = chunk_rays};
+      const Traced again = traced(spec, precision, 0), kept = traced(spec, precision, std::size_t{1} << 20);
+      EXPECT_EQ(kept.values, again.values);
+      EXPECT_EQ(again.launches, 2 * chunks);
+      EXPECT_EQ(kept.launches, chunks);
+    }
+}
+
 /// One way to move what the picture depends on: a channel of an input, or all of them.
 struct Move {
   std::string name, input;
