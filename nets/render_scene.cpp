@@ -7,7 +7,6 @@
 #include "host/graph/plan.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/light/image_light.hpp"
-#include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/shade/render.hpp"
 #include "nets/known_lamps.hpp"
@@ -17,7 +16,7 @@
 namespace clerestory {
 
 Value photograph_radiance(Value photo, Value ambient, const SsrtHits& hits) {
-  return mix_light(image_light(photo, ambient, hits.pixel), constant_light(ambient, hits.u, photo), hits.u);
+  return image_light(photo, ambient, hits.pixel, hits.u);
 }
 
 std::array<double, 3> ambient_of(const Scene& scene) { return ambient_of(scene.photo, scene.material.plane(2)); }

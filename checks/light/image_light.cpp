@@ -57,6 +57,26 @@ OP_CASES(image_light) {
   hit.reference = [](const Tensors& t) {
     return seen(t, [&](int p, int s) { return t.at("hit").integer[static_cast<std::size_t>(p * 16 + s)]; });
   };
+  OpCase unsure{.stem = "image_light",
+                .label = "unsure_hits",
+                .kernels = {"unsure_light", "unsure_share", "sum_segments", "row_sums", "picture_sums"},
+                .inputs = inputs()};
+  unsure.inputs["u"] = random_tensor({1, 1, kRows, 16}, 5, 0, 1);
+  unsure.differentiate = {"image", "ambient"};
+  unsure.build = [](Graph&, const Values& v) {
+    return std::vector<Value>{image_light(v.at("image"), v.at("ambient"), v.at("hit"), v.at("u"))};
+  };
+  unsure.reference = [hits = hit.reference](const Tensors& t) {
+    Tensor near = hits(t)[0];
+    for (int p = 0; p < kRows; ++p)
+      for (int s = 0; s < 16; ++s)
+        for (int c = 0; c < 3; ++c) {
+          const double u = t.at("u").at(0, 0, p, s);
+          const double far = t.at("ambient").at(p / (kHeight * kWidth), c, 0, 0);
+          near.at(0, c, p, s) += u * (far - near.at(0, c, p, s));
+        }
+    return std::vector<Tensor>{near};
+  };
   OpCase constant{.stem = "image_light",
                   .label = "constant",
                   .kernels = {"constant_light", "row_sums", "picture_sums"},
@@ -92,7 +112,7 @@ OP_CASES(image_light) {
           radiance.at(0, c, p, s) = t.at("ambient").at(std::min(p / (kHeight * kWidth), kBatch - 1), c, 0, 0);
     return std::vector<Tensor>{radiance};
   };
-  std::vector<OpCase> cases{hit, constant, panorama, listed};
+  std::vector<OpCase> cases{hit, unsure, constant, panorama, listed};
   for (OpCase& c : cases) {
     c.roundings = 8;
     c.step = 1e-2, c.gradient_tolerance = 1e-10;   // linear: a difference is exact but for rounding

@@ -10,19 +10,41 @@
   const int n = min((first_pixel + p) / (w * h), items - 1); \
   const ulong ray = RAY(p, s);
 
+#define CHANNELS(c) _Pragma("unroll") for (int c = 0; c < 3; ++c)  // or PoCL leaves rays unvectorised
+
 // The photograph's radiance at the pixel that a ray hits, ambient on a miss. hit: pixel y * w + x, or -1.
 kernel void image_light(IN(image), IN(ambient), IN_INT(hit), OUT(radiance), CHUNK_ARGS, const int items, const int w,
                         const int h) {
   SAMPLE_OF_WORK_ITEM
   const int at = AT(hit, 0)[ray];
-  for (int c = 0; c < 3; ++c)
-    AT(radiance, 0)[c * RAY_PLANE + ray] = at < 0 ? AT(ambient, n)[c] : AT(image, n)[c * w * h + at];
+  CHANNELS(c) AT(radiance, 0)[c * RAY_PLANE + ray] = at < 0 ? AT(ambient, n)[c] : AT(image, n)[c * w * h + at];
+}
+
+// The same where a hit is sure to 1 - u alone (as mix_light.cl has it): (1 - u) image + u ambient.
+kernel void unsure_light(IN(image), IN(ambient), IN_INT(hit), IN(u), OUT(radiance), CHUNK_ARGS, const int items,
+                         const int w, const int h) {
+  SAMPLE_OF_WORK_ITEM
+  const int at = AT(hit, 0)[ray];
+  const real share = AT(u, 0)[ray];
+  CHANNELS(c) {
+    const real far = AT(ambient, n)[c];
+    AT(radiance, 0)[c * RAY_PLANE + ray] =
+        at < 0 ? far : (R(1) - share) * AT(image, n)[c * w * h + at] + share * far;
+  }
+}
+
+// What of the gradient g goes to the image, or to the ambient.
+kernel void unsure_share(IN(g), IN_INT(hit), IN(u), OUT(y), CHUNK_ARGS, const int ambient) {
+  RAY_OF_WORK_ITEM
+  const real far = AT(hit, 0)[ray] < 0 ? R(1) : AT(u, 0)[ray];
+  const real share = ambient ? far : R(1) - far;
+  CHANNELS(c) AT(y, 0)[c * RAY_PLANE + ray] = share * AT(g, 0)[c * RAY_PLANE + ray];
 }
 
 // The same radiance from everywhere.
 kernel void constant_light(IN(ambient), OUT(radiance), CHUNK_ARGS, const int items, const int w, const int h) {
   SAMPLE_OF_WORK_ITEM
-  for (int c = 0; c < 3; ++c) AT(radiance, 0)[c * RAY_PLANE + ray] = AT(ambient, n)[c];
+  CHANNELS(c) AT(radiance, 0)[c * RAY_PLANE + ray] = AT(ambient, n)[c];
 }
 
 // The transpose of the ambient: a row of rays sums what those of them bring that saw it, then each picture its rows,

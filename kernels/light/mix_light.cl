@@ -2,10 +2,12 @@
 // near, far, y {1, 3, pixels, samples}, u {1, 1, pixels, samples} (kernels/lib/chunk.clh).
 #include "lib/chunk.clh"
 
+#define CHANNELS(c) _Pragma("unroll") for (int c = 0; c < 3; ++c)  // or PoCL leaves rays unvectorised
+
 kernel void mix_light(IN(near), IN(far), IN(u), OUT(y), CHUNK_ARGS) {
   RAY_OF_WORK_ITEM
   const real share = AT(u, 0)[ray];
-  for (int c = 0; c < 3; ++c) {
+  CHANNELS(c) {
     const ulong at = c * RAY_PLANE + ray;
     AT(y, 0)[at] = (R(1) - share) * AT(near, 0)[at] + share * AT(far, 0)[at];
   }
@@ -16,8 +18,7 @@ kernel void mix_light_adjoint(IN(near), IN(far), IN(u), IN(dy), OUT(d_near), OUT
   RAY_OF_WORK_ITEM
   const real share = AT(u, 0)[ray];
   real sum = R(0);
-#pragma unroll  // or PoCL leaves rays unvectorised, at thirteen times the seconds
-  for (int c = 0; c < 3; ++c) {
+  CHANNELS(c) {
     const ulong at = c * RAY_PLANE + ray;
     const real g = AT(dy, 0)[at];
     AT(d_near, 0)[at] = (R(1) - share) * g;

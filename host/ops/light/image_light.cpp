@@ -17,6 +17,13 @@ void check_light(const Value& image, const Value& ambient, const char* op) {
                 Shape{s.n, 3, 1, 1}.text());
 }
 
+void check_hits(const Value& image, const Value& ambient, const Value& hit_pixel) {
+  check_light(image, ambient, "image_light");
+  if (image.shape().c != 3 || hit_pixel.type() != Type::Int)
+    throw Error(ErrorKind::Failed, "a picture of 3 channels and pixel indices are wanted", "image_light",
+                image.shape().text());
+}
+
 /// What the kernels share: rays in the last input, radiance out.
 struct LightOp : Op {
   std::string kernel;
@@ -70,6 +77,31 @@ struct ImageLightOp : LightOp {
   }
   void launch(Launch& l) const override { run(l, l.in(0), l.in(1), l.in(2)); }
 };
+/// Of the gradient of rays that are unsure of their hit, the image's part or the ambient's. Inputs: gradient, hits, u.
+struct UnsureShareOp : NotDifferentiable {
+  bool ambient;
+  explicit UnsureShareOp(bool a) : ambient(a) {}
+  std::string name() const override { return "unsure_share"; }
+  std::vector<Signature> infer(std::span<const Value> in) const override { return {{in[0].shape()}}; }
+  void launch(Launch& l) const override {
+    const RayTile t = ray_tile(l, l.out().shape);
+    l.run_with(row_defines(l.device), kFile, "unsure_share", ray_range(t), l.in(0), l.in(1), l.in(2), l.out(),
+               t.first_pixel, t.pixels, t.first_sample, t.samples, t.pixel_capacity, t.sample_capacity,
+               static_cast<int>(ambient));
+  }
+};
+
+struct UnsureLightOp : LightOp {
+  using LightOp::LightOp;
+  Slope slope(int input, int) const override { return input < 2 ? Slope::Adjoint : Slope::None; }
+  std::vector<Value> adjoint(const Node& node, std::span<const Value> g) const override {
+    const Value hit = node.inputs[2], u = node.inputs[3];
+    const auto share = [&](bool ambient) { return node.graph->make<UnsureShareOp>({g[0], hit, u}, ambient); };
+    return {
+        scatter_rays(share(false), hit, picture), node.graph->make<AmbientAdjointOp>({share(true)}, picture), {}, {}};
+  }
+  void launch(Launch& l) const override { run(l, l.in(0), l.in(1), l.in(2), l.in(3)); }
+};
 struct ConstantLightOp : LightOp {
   using LightOp::LightOp;
   Slope slope(int input, int) const override {
@@ -84,11 +116,16 @@ struct ConstantLightOp : LightOp {
 }  // namespace
 
 Value image_light(Value image, Value ambient, Value hit_pixel) {
-  check_light(image, ambient, "image_light");
-  if (image.shape().c != 3 || hit_pixel.type() != Type::Int)
-    throw Error(ErrorKind::Failed, "a picture of 3 channels and pixel indices are wanted", "image_light",
-                image.shape().text());
+  check_hits(image, ambient, hit_pixel);
   return image.graph().make<ImageLightOp>({image, ambient, hit_pixel}, "image_light", image.shape());
+}
+
+Value image_light(Value image, Value ambient, Value hit_pixel, Value u) {
+  check_hits(image, ambient, hit_pixel);
+  if (u.type() != Type::Real || !(u.shape() == hit_pixel.shape()))
+    throw Error(ErrorKind::Failed, "the uncertainty is of other rays", "image_light", u.shape().text(),
+                hit_pixel.shape().text());
+  return image.graph().make<UnsureLightOp>({image, ambient, hit_pixel, u}, "unsure_light", image.shape());
 }
 
 Value constant_light(Value ambient, Value rays, Value image) {

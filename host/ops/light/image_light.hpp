@@ -7,6 +7,9 @@ namespace clerestory {
 /// The photograph `image` {n, 3, h, w} at the pixel a ray hits (SsrtHits::pixel), `ambient` {n, 3, 1, 1} on a miss.
 /// Both have gradients, summed in a fixed order.
 Value image_light(Value image, Value ambient, Value hit_pixel);
+/// (1 - u) times that and u times the ambient: mix_light() with constant_light(), in one pass. u {1, 1, pixels,
+/// samples}, SsrtHits::u, has no gradient.
+Value image_light(Value image, Value ambient, Value hit_pixel, Value u);
 /// `ambient` from everywhere. `rays`: any tensor of the rays, for its shape; `image`: one of the picture's maps, for
 /// its size. The ambient has a gradient.
 Value constant_light(Value ambient, Value rays, Value image);

@@ -74,7 +74,10 @@ TEST(ImageLight, RefusesWhatDoesNotFit) {
   Graph g;
   const Value image = g.input("image", {1, 3, 4, 4}), ambient = g.input("ambient", {1, 3, 1, 1});
   EXPECT_THROW(image_light(image, ambient, g.input("real", {1, 1, 16, 16})), Error);
-  EXPECT_THROW(image_light(image, image, g.input("hit", {1, 1, 16, 16}, Type::Int)), Error);
+  const Value hit = g.input("hit", {1, 1, 16, 16}, Type::Int);
+  EXPECT_THROW(image_light(image, image, hit), Error);
+  EXPECT_THROW(image_light(image, ambient, hit, hit), Error);
+  EXPECT_THROW(image_light(image, ambient, hit, g.input("u", {1, 1, 15, 16})), Error);
   EXPECT_THROW(panorama_light(image, ambient, ambient, g.input("rays", {1, 3, 16, 16})), Error);
 }
 
