@@ -61,7 +61,7 @@ TEST_F(MomentsTest, ACheckpointCountsTheStepsOfLegsBeforeIt) {
   TensorFile file;
   file.metadata = {{"kind", "checkpoint"}, {"step", "5"}};
   EXPECT_EQ(stored_moments(file, "test").steps, 5);
-  file.metadata[kEarlierSteps] = "7";
+  file.metadata.insert({kEarlierSteps, "7"});
   EXPECT_EQ(stored_moments(file, "test").steps, 12);
 }
 
