@@ -240,11 +240,12 @@ struct MapChunksOp : Op, Chunked {
     const auto backward = [forward_body = build, forward_inner = inner, capacity = domain.chunk_pixels, arrived,
                            reached, maps_count, wanted](Graph& g, std::span<const Value> in) {
       const std::span<const Value> maps = in.first(maps_count);
+      const std::size_t before = g.nodes().size();
       const std::vector<ChunkOutput> forward = forward_body(g, maps);
-      if (g.nodes().size() != forward_inner->graph.nodes().size() + arrived.size())
+      const std::size_t nodes = g.nodes().size() - before, first = forward_inner->graph.nodes().size() - maps_count;
+      if (nodes != first)
         throw Error(ErrorKind::Failed, "a body is another when it is built again", "map_chunks",
-                    fmt::format("{} nodes", g.nodes().size() - arrived.size()),
-                    fmt::format("{}", forward_inner->graph.nodes().size()));
+                    fmt::format("{} nodes", nodes), fmt::format("{}", first));
       std::vector<Value> outputs, seeds;
       for (std::size_t i = 0; i < arrived.size(); ++i) {
         const ChunkOutput& o = forward[arrived[i]];
