@@ -21,6 +21,8 @@ struct OpCase {
   std::vector<std::string> kernels = {};
   /// Reals of local memory (seven eighths of a device's) that they need: others stand in where there is less.
   std::size_t local_elements = 0;
+  /// Work-items of a group that they need.
+  std::size_t group = 1;
   /// Those it is seen to launch under --gemm clblast, of an op that then has another body.
   std::vector<std::string> product_kernels = {};
   Tensors inputs = {};

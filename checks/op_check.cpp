@@ -422,6 +422,10 @@ std::vector<Bodies> bodies_of(const OpCase& c) {
   return all;
 }
 
+bool has_groups_for(const Device& device, const OpCase& c, Bodies bodies) {
+  return device.info().max_group >= (bodies == Bodies::InGroups ? std::size_t{kGroup} : c.group);
+}
+
 void OpFindings::add(const OpFindings& other) {
   faults.insert(faults.end(), other.faults.begin(), other.faults.end());
   value_error = worse(value_error, other.value_error);

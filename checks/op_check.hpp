@@ -27,6 +27,8 @@ CheckedDevices checked_devices(const Device& device);
 enum class Bodies { OfDevice, InGroups, InTiles, ByProducts };
 /// Those that the kernels of the case have.
 std::vector<Bodies> bodies_of(const OpCase& op_case);
+/// False where they need groups of more work-items than the device has.
+bool has_groups_for(const Device& device, const OpCase& op_case, Bodies bodies);
 
 struct OpFindings {
   std::vector<std::string> faults;  // each names the case

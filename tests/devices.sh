@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # Gets every driver that can be had without its hardware and asks `clerestory check` of each: PoCL, Intel's runtime for
-# CPUs with its widest and with narrower vectors, Oclgrind (memory, races, wrong calls), Mesa's rusticl. Nothing is
-# installed where programs would find it but Oclgrind and libclc; drivers lie in FOLDER and are named by OCL_ICD_VENDORS.
+# CPUs with its widest and with narrower vectors, Oclgrind (memory, races, wrong calls), Mesa's rusticl; and PoCL once
+# more as a device that has the least of everything. Nothing is installed where programs would find it but Oclgrind and
+# libclc; drivers lie in FOLDER and are named by OCL_ICD_VENDORS.
 # Results: FOLDER/DRIVER.json, and devices.md and devices.html of all of them.
-#   usage: bash tests/devices.sh [--quick] [--report FILE.md] [FOLDER [DRIVER...]]     drivers: pocl intel intel_avx2 oclgrind rusticl
+#   usage: bash tests/devices.sh [--quick] [--report FILE.md] [FOLDER [DRIVER...]]
+#   drivers: pocl pocl_less intel intel_avx2 oclgrind rusticl
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../experiments/setup.sh"
 quick=() report=
@@ -13,7 +15,7 @@ done
 folder=${1-$(mktemp -d)}
 [ $# -eq 0 ] || shift
 drivers=("$@")
-[ ${#drivers[@]} -gt 0 ] || drivers=(pocl intel intel_avx2 oclgrind rusticl)
+[ ${#drivers[@]} -gt 0 ] || drivers=(pocl pocl_less intel intel_avx2 oclgrind rusticl)
 packages+=(oclgrind libclc-15 python3-venv)
 install_packages
 mkdir -p "$folder"
@@ -51,6 +53,10 @@ check() { # NAME [VARIABLE=VALUE...]: 1 says that kernels fail there; whether th
   [ "$status" -le 1 ] || exit "$status"
 }
 check_pocl() { icd pocl "$(cat /etc/OpenCL/vendors/pocl.icd)" && check pocl; }
+check_pocl_less() {
+  icd pocl_less "$(cat /etc/OpenCL/vendors/pocl.icd)"
+  check pocl_less CLERESTORY_PRETEND=max_group=1,no_fp64,no_unified_memory,max_allocation=16,memory=64
+}
 check_intel() { get_intel intel && check intel LD_LIBRARY_PATH="$folder/intel/lib"; }
 check_intel_avx2() {
   get_intel intel_avx2

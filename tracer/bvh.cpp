@@ -13,6 +13,7 @@ namespace clerestory {
 namespace {
 
 constexpr int kMostWidth = 16;
+constexpr std::size_t kShortGroup = 64;  // work-items that share a short stack's local memory: kernels/trace/bvh.clh
 // Of a walk with a short stack: levels of its trail, and nodes or leaves that an entry can name.
 constexpr int kMostLevels = 32, kMostNamed = 1 << 25;
 
@@ -155,6 +156,8 @@ int append_leaves(Bvh& bvh, const std::vector<Triangle>& triangles, const std::v
   return first;
 }
 
+bool BvhForm::fits(const Device& device) const { return width == 16 || device.info().max_group >= kShortGroup; }
+
 Defines BvhForm::defines() const {
   if (width == 16) return {};
   return {{"BVH_WIDTH", std::to_string(width)}, {"BVH_STACK", std::to_string(stack)}};
@@ -162,7 +165,9 @@ Defines BvhForm::defines() const {
 
 Range BvhForm::range(std::size_t x, std::size_t y) const {
   if (width == 16) return Range::of2(x, y, 1);
-  return y > 1 ? Range::of2(x, y, 8, 8) : Range::of(x, 64);
+  Range range = y > 1 ? Range::of2(x, y, 8, 8) : Range::of(x, kShortGroup);
+  range.together = true;
+  return range;
 }
 
 Bvh build_bvh(const std::vector<Triangle>& triangles, const BvhForm& form) {

@@ -16,8 +16,12 @@ struct BvhForm {
 
   static BvhForm wide() { return {16, 192}; }
   static BvhForm short_stack(int entries = 8) { return {4, entries}; }
-  static BvhForm of(const Device& device) { return device.info().cpu ? wide() : short_stack(); }
+  static BvhForm of(const Device& device) {
+    return device.info().cpu || !short_stack().fits(device) ? wide() : short_stack();
+  }
 
+  /// Whether the device has groups of so many work-items.
+  bool fits(const Device& device) const;
   /// Of programs that walk such a hierarchy.
   Defines defines() const;
   /// A launch of such a program over a grid.

@@ -17,13 +17,14 @@ struct Named {
   std::string name;
   ConvKernels kernels;
   std::vector<std::string> forward, backward;
+  std::size_t group = 1;
 };
 
 const std::vector<Named>& all_kernels() {
   static const std::vector<Named> all{
       {"cpu", ConvKernels::Cpu, {"conv_pack_weights", "conv_cpu"}, {"conv_bias_gradient"}},
       {"winograd", ConvKernels::Winograd, {"conv_winograd_weights", "conv_winograd"}, {"conv_bias_gradient"}},
-      {"gpu", ConvKernels::Gpu, {"conv_pack_weights", "conv_gpu"}, {"conv_weights_gpu", "conv_bias_gradient"}},
+      {"gpu", ConvKernels::Gpu, {"conv_pack_weights", "conv_gpu"}, {"conv_weights_gpu", "conv_bias_gradient"}, 128},
       {"clblast", ConvKernels::Clblast, {"conv_fill_bias"}, {"conv_bias_gradient"}}};
   return all;
 }
@@ -85,7 +86,7 @@ bool is_for(const Named& k, const Sizes& s) {
 OpCase forward_case(const Sizes& s, const Named& k) {
   OpCase c;
   c.stem = "conv", c.label = s.label + "_" + k.name;
-  c.kernels = k.forward;
+  c.kernels = k.forward, c.group = k.group;
   c.inputs = inputs(s);
   c.build = [=](Graph&, const Values& v) -> std::vector<Value> { return {build(s, k.kernels, v)}; };
   c.reference = [=](const Tensors& in) -> std::vector<Tensor> { return {forward(s, in)}; };
@@ -110,7 +111,7 @@ std::vector<std::string> backward_kernels(const Sizes& s, const Named& k) {
 OpCase backward_case(const Sizes& s, const Named& k) {
   OpCase c;
   c.stem = "conv", c.label = s.label + "_gradients_" + k.name;
-  c.kernels = backward_kernels(s, k);
+  c.kernels = backward_kernels(s, k), c.group = k.group;
   if (k.kernels == ConvKernels::Winograd) c.local_elements = 10'000;
   c.inputs = inputs(s);
   c.inputs["dy"] = integers(s.y(), 4);
@@ -130,7 +131,7 @@ OpCase normalised_case(const Sizes& s, const Named& k, bool relu, std::vector<st
   constexpr double epsilon = 1e-5;
   OpCase c;
   c.stem = "conv", c.label = s.label + "_normalised_" + k.name;
-  c.kernels = std::move(launched);
+  c.kernels = std::move(launched), c.group = k.group;
   const Shape per_channel{1, s.x.c, 1, 1};
   c.inputs = {{"x", random_tensor(s.x, 1)},
               {"w", random_tensor(s.w, 2)},

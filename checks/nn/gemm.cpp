@@ -28,6 +28,7 @@ OpCase product_case(const Product& p, const std::string& name, ConvKernels kerne
   OpCase c;
   c.stem = "gemm", c.label = p.label + "_" + name;
   c.kernels = std::move(launched);
+  if (kernels == ConvKernels::Gpu) c.group = 128;
   c.inputs["a"] = integers(p.transpose_a ? shape(p, p.depth, p.rows) : shape(p, p.rows, p.depth), 1);
   c.inputs["b"] = integers(p.transpose_b ? shape(p, p.columns, p.depth) : shape(p, p.depth, p.columns), 2);
   if (p.bias) c.inputs["bias"] = integers({1, p.columns, 1, 1}, 3);

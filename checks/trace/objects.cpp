@@ -114,7 +114,8 @@ KERNEL_CHECK(objects) {
   return {.stem = "objects",
           .kernels = {"meet_objects"},
           .run = [](const CheckedDevices& devices, OpFindings& findings, bool) {
-            for (const BvhForm& form : {BvhForm::wide(), BvhForm::short_stack()}) check(devices.single, form, findings);
+            for (const BvhForm& form : {BvhForm::wide(), BvhForm::short_stack()})
+              if (form.fits(devices.single)) check(devices.single, form, findings);
           }};
 }
 

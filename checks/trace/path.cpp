@@ -215,6 +215,7 @@ KERNEL_CHECK(path) {
               hits(scene, reference, findings, what, quick), light(scene, reference, findings, what, quick);
             };
             for (const BvhForm& form : {BvhForm::wide(), BvhForm::short_stack()}) {
+              if (!form.fits(devices.single)) continue;
               in(devices.single, Precision::Single, form, "float");
               if (devices.with_doubles) in(*devices.with_doubles, Precision::Double, form, "double");
               twins(devices, world, form, findings, quick), twins(devices, textured(world), form, findings, quick);

@@ -75,9 +75,9 @@ std::vector<std::string> kernels_of(const OpCase& c) {
   return kernels;
 }
 
-/// All cases in all bodies of their kernels, and the kernels that are no op's. `only` empty: of all stems. Quick: the
-/// first case of each stem in each body.
-std::vector<CheckToRun> checks_to_run(const Options& options) {
+/// All cases in all bodies of their kernels that the device can run, and the kernels that are no op's. `only` empty: of
+/// all stems. Quick: the first case of each stem in each body.
+std::vector<CheckToRun> checks_to_run(const Options& options, const Device& device) {
   std::vector<CheckToRun> chosen;
   std::set<std::pair<std::string, Bodies>> seen;
   const auto wanted = [&](const std::string& stem) {
@@ -86,7 +86,7 @@ std::vector<CheckToRun> checks_to_run(const Options& options) {
   for (const OpCase& c : declared_cases()) {
     if (!wanted(c.stem)) continue;
     for (const Bodies bodies : bodies_of(c))
-      if (seen.emplace(c.stem, bodies).second || !options.quick)
+      if (has_groups_for(device, c, bodies) && (seen.emplace(c.stem, bodies).second || !options.quick))
         chosen.push_back(
             {c.stem, kernels_of(c), [&c, bodies](const CheckedDevices& d) { return check_op(c, d, bodies); }});
   }
@@ -201,7 +201,7 @@ std::string check_json(const Reports& reports, const CheckedDevices& devices) {
 }
 
 void check_ops(const CheckedDevices& devices, const Options& options, const CommonOptions& common) {
-  Reports reports = check_all(checks_to_run(options), devices);
+  Reports reports = check_all(checks_to_run(options, devices.single), devices);
   if (options.only.empty() && !options.quick) expect_all_listed(devices, reports);
   if (!common.json || !common.json->empty())
     std::fputs(

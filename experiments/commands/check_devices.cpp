@@ -81,13 +81,16 @@ std::string last_line(const std::string& text) {
   return last;
 }
 
+/// `less`: what the device is pretended to be without, CLERESTORY_PRETEND.
 Json info_json(const DeviceInfo& info) {
+  const char* less = std::getenv("CLERESTORY_PRETEND");
   return {{"index", info.index},
           {"name", info.name},
           {"platform", info.platform},
           {"driver", info.driver},
           {"compute_units", info.compute_units},
-          {"fp64", info.fp64}};
+          {"fp64", info.fp64},
+          {"less", less != nullptr ? less : ""}};
 }
 
 /// Makes the verdict on one device:
@@ -243,8 +246,10 @@ std::string totals_text(const Totals& t) {
 }
 
 std::string label_of(const Json& verdict) {
-  return fmt::format("{} ({})", verdict.at("device").at("name").get<std::string>(),
-                     verdict.at("device").at("platform").get<std::string>());
+  const Json& device = verdict.at("device");
+  const std::string less = device.value("less", "");
+  return fmt::format("{} ({}){}", device.at("name").get<std::string>(), device.at("platform").get<std::string>(),
+                     less.empty() ? "" : " with " + less);
 }
 
 /// The largest of a column, with the kernel that has it.

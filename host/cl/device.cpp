@@ -338,6 +338,21 @@ Kernel Device::kernel(std::string_view file, std::string_view name, const Define
       .first->second;
 }
 
+namespace {
+
+using Sizes = std::array<std::size_t, 3>;
+
+/// The local size, halved along its longest side until a group has at most so many work-items.
+Sizes at_most(Sizes local, std::size_t items) {
+  while (local[0] * local[1] * local[2] > items) {
+    std::size_t& longest = *std::ranges::max_element(local);
+    longest = (longest + 1) / 2;
+  }
+  return local;
+}
+
+}  // namespace
+
 void Device::launch_with(const Kernel& kernel, const Range& range, const std::vector<Arg>& args) {
   State& s = *state_;
   if (!kernel) throw Error(ErrorKind::Failed, "launching a kernel that was never made");
@@ -345,20 +360,22 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
   if (args.size() != k.arguments)
     throw Error(ErrorKind::Failed, "wrong number of kernel arguments", k.label, std::to_string(args.size()),
                 std::to_string(k.arguments));
-  std::array<std::size_t, 3> global{};
+  if (std::ranges::count(range.local, 0u) > 0)
+    throw Error(ErrorKind::Failed, "local size of zero", k.label, describe_sizes(range.local));
+  const std::size_t most = s.found.info.max_group;
+  const Sizes local = range.together ? range.local : at_most(range.local, most);
+  Sizes global{};
   cl_uint dimensions = 1;
   for (cl_uint d = 0; d < 3; ++d) {
-    if (range.local[d] == 0) throw Error(ErrorKind::Failed, "local size of zero", k.label, describe_sizes(range.local));
     if (range.global[d] == 0) return;  // nothing to compute
-    global[d] = (range.global[d] + range.local[d] - 1) / range.local[d] * range.local[d];
+    global[d] = (range.global[d] + local[d] - 1) / local[d] * local[d];
     if (global[d] > 1) dimensions = d + 1;
   }
   const auto launching = [&] {
-    return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global), describe_sizes(range.local));
+    return fmt::format("kernel {}, global {}, local {}", k.label, describe_sizes(global), describe_sizes(local));
   };
   // The driver says so too, but knows of no smaller group that is pretended.
-  if (range.local[0] * range.local[1] * range.local[2] > s.found.info.max_group)
-    s.check(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel", launching);
+  if (local[0] * local[1] * local[2] > most) s.check(CL_INVALID_WORK_GROUP_SIZE, "clEnqueueNDRangeKernel", launching);
   if (std::exchange(k.first, false)) {
     s.builder->add_first_launch(seconds_of(*this, [&] { launch_with(kernel, range, args); }));
     return;
@@ -369,8 +386,8 @@ void Device::launch_with(const Kernel& kernel, const Range& range, const std::ve
             [&] { return fmt::format("argument {} ({} bytes) of kernel {}", i, args[i].size(), k.label); });
   cl_event event = nullptr;
   ++s.launches;
-  s.check(clEnqueueNDRangeKernel(s.queue(), k.kernel(), dimensions, nullptr, global.data(), range.local.data(), 0,
-                                 nullptr, s.profiling ? &event : nullptr),
+  s.check(clEnqueueNDRangeKernel(s.queue(), k.kernel(), dimensions, nullptr, global.data(), local.data(), 0, nullptr,
+                                 s.profiling ? &event : nullptr),
           "clEnqueueNDRangeKernel", launching);
   s.last_launched = &k.label;
   if (s.profiling) s.profiler.add(k.label, event);

@@ -74,6 +74,9 @@ class Kernel {
 struct Range {
   std::array<std::size_t, 3> global{1, 1, 1};
   std::array<std::size_t, 3> local{1, 1, 1};
+  /// Work-items of a group work together: `local` is what the kernel was built for. Otherwise it is a wish, and a
+  /// device with smaller groups takes smaller ones.
+  bool together = false;
   static Range of(std::size_t count, std::size_t local = 64) { return {{count, 1, 1}, {local, 1, 1}}; }
   static Range of2(std::size_t x, std::size_t y, std::size_t local_x = 64, std::size_t local_y = 1) {
     return {{x, y, 1}, {local_x, local_y, 1}};

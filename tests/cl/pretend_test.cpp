@@ -76,11 +76,24 @@ TEST_F(PretendTest, GroupsThatAreTooLargeNameKernelAndSizes) {
   const Buffer buffer = device.allocate(256);
   device.zero(buffer, 256);
   const Kernel add = device.kernel("test.cl", "add");
-  const std::string said = message_of([&] { device.launch(add, Range::of(64, 32), buffer); }, ErrorKind::Device);
+  const auto launch = [&](std::size_t local) { device.launch(add, Range{{64, 1, 1}, {local, 1, 1}, true}, buffer); };
+  const std::string said = message_of([&] { launch(32); }, ErrorKind::Device);
   EXPECT_THAT(said, HasSubstr("CL_INVALID_WORK_GROUP_SIZE"));
   EXPECT_THAT(said, HasSubstr("kernel test.cl:add, global 64x1x1, local 32x1x1"));
-  device.launch(add, Range::of(64, 16), buffer);
+  launch(16);
   device.finish();
+}
+
+TEST_F(PretendTest, GroupsThatDoNotWorkTogetherAreAsSmallAsTheDeviceWants) {
+  for (const auto& [most, items] : {std::pair{1, 90}, {7, 92}, {24, 96}, {4096, 96}}) {
+    Device device = open(fmt::format("max_group={}", most));
+    const Buffer buffer = device.allocate(400);
+    device.zero(buffer, 400);
+    device.launch(device.kernel("test.cl", "add"), Range::of(90, 32), buffer);
+    std::vector<int> counts(100);
+    device.read(buffer, counts.data(), 400);
+    for (int i = 0; i < 100; ++i) EXPECT_EQ(counts[static_cast<std::size_t>(i)], i < items) << most << " " << i;
+  }
 }
 
 TEST_F(PretendTest, BuffersThatAreTooLargeAreRefused) {

@@ -27,7 +27,8 @@ std::size_t blocks(long count, int size) { return static_cast<std::size_t>((coun
 Range gpu_range(int outputs, long columns, int layers) {
   constexpr std::size_t x = gpu_columns / gpu_each, y = gpu_rows / gpu_each;
   return {{blocks(columns, gpu_columns) * x, blocks(outputs, gpu_rows) * y, static_cast<std::size_t>(layers)},
-          {x, y, 1}};
+          {x, y, 1},
+          true};
 }
 
 }  // namespace

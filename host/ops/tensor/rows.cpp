@@ -32,7 +32,7 @@ Defines row_defines(const Device& device, Defines more) {
 
 Range row_range(const Device& device, long x, long y, long z) {
   const int group = row_group(device);
-  return {{size(x * group), size(y), size(z)}, {size(group), 1, 1}};
+  return {{size(x * group), size(y), size(z)}, {size(group), 1, 1}, true};
 }
 
 Range lane_range(const Device& device, long count, int vectors) {
