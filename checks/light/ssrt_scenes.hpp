@@ -1,8 +1,9 @@
-// Small scenes and directions for rays through the screen.
+// Small scenes and rays through the screen, and how far behind what they hit brute force finds them.
 #pragma once
 #include <cmath>
 #include <random>
 
+#include "checks/light/brute_force.hpp"
 #include "host/ops/light/ssrt.hpp"
 
 namespace clerestory::ssrt_scenes {
@@ -67,6 +68,40 @@ struct Scene {
 
 inline Scene scene_of(int n, int h, int w, unsigned seed) {
   return {small_camera(w, h), landscape(n, h, w, seed), random_normals(n, h, w, seed + 1)};
+}
+
+struct Rays {
+  Tensor directions, points, skip;  // points and skip empty: from the pixels' own surfaces
+};
+
+/// Origins anywhere: in the room, behind the camera, outside of the frustum, behind the surfaces.
+inline Rays rays_from_anywhere(int rows, unsigned seed, int pixels) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Rays rays{directions(rows, seed + 1), Tensor(Shape{1, 3, rows, 16}), {}};
+  std::vector<int> skip;
+  for (int p = 0; p < rows; ++p)
+    for (int k = 0; k < 16; ++k) {
+      const Vec3 o{4 * unit(random), 4 * unit(random), -2.5 + 4 * unit(random)};
+      for (int c = 0; c < 3; ++c) rays.points.at(0, c, p, k) = static_cast<float>(o[c]);
+      skip.push_back(k % 2 ? -1 : static_cast<int>(random() % static_cast<unsigned>(pixels)));
+    }
+  rays.skip = Tensor::of_int({1, 1, rows, 16}, skip);
+  return rays;
+}
+
+/// How far behind the surface it hits a ray is, as `delta` counts it. Window depth is what a projection to n = the
+/// nearest and f = the farthest depth of the picture leaves in the depth buffer: (1/n - 1/z) / (1/n - 1/f).
+inline double gap_of(const BruteForce::Hit& hit, const Tensor& depth, int item, DeltaDepth delta) {
+  if (hit.pixel < 0) return 0;
+  if (delta == DeltaDepth::Linear) return hit.delta / depth_range(depth).at(item, 0, 0, 0);
+  double n = INFINITY, f = 0;
+  for (long i = item * depth.shape.plane(); i < (item + 1) * depth.shape.plane(); ++i) {
+    const double z = depth.real[static_cast<std::size_t>(i)];
+    if (z > 0) n = std::min(n, z), f = std::max(f, z);
+  }
+  const auto window = [&](double z) { return (1 / n - 1 / z) / (1 / n - 1 / f); };
+  return std::max(0.0, window(hit.enters) - window(hit.seen));
 }
 
 }  // namespace clerestory::ssrt_scenes

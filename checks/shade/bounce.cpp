@@ -6,11 +6,13 @@
 
 #include "checks/op_case.hpp"
 #include "checks/shade/hash_reference.hpp"
-#include "checks/shade/surface_reference.hpp"
+#include "checks/shade/sampler_reference.hpp"
 #include "host/math/frames.hpp"
 
 namespace clerestory {
 namespace {
+
+using namespace sampler_reference;
 
 constexpr int kRows = 12, kSamples = 16, kObjects = 3, kNumber = 2;
 
@@ -37,18 +39,6 @@ Tensors inputs() {
   return t;
 }
 
-/// Where `v` turns lead from the azimuth opposite to the view's.
-double azimuth_of(const Vec3& wo, double v) { return std::atan2(-wo.y, -wo.x) + 2 * M_PI * v; }
-
-/// Dupuy and Benyoub 2023, as in their listing: cosine of the cap by (1 - u)(1 + w.z) - w.z.
-Vec3 visible_normal(const Vec3& wo, double alpha, double u, double v) {
-  const Vec3 w = glm::normalize(Vec3(alpha * wo.x, alpha * wo.y, wo.z));
-  const double z = (1 - u) * (1 + w.z) - w.z, r = std::sqrt(std::max(0.0, 1 - z * z));
-  const double azimuth = azimuth_of(wo, v);
-  const Vec3 h = Vec3(r * std::cos(azimuth), r * std::sin(azimuth), z) + w;
-  return glm::normalize(Vec3(alpha * h.x, alpha * h.y, h.z));
-}
-
 std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
   Tensor next(Shape{1, 3, kRows, kSamples}), weight = next, specular = next, widest(Shape{1, 1, kRows, kSamples});
   for (int p = 0; p < kRows; ++p)
@@ -65,12 +55,7 @@ std::vector<Tensor> reference(const Tensors& t, std::uint32_t seed) {
       if (wo.z <= 0) continue;
       const std::array<double, 4> u = hashed(seed ^ kSalt, static_cast<unsigned>(p), static_cast<unsigned>(s), kNumber);
       const double chance = surface.specular_probability(wo);
-      const double azimuth = azimuth_of(wo, u[1]);
-      Vec3 wi{std::sqrt(u[0]) * std::cos(azimuth), std::sqrt(u[0]) * std::sin(azimuth), std::sqrt(1 - u[0])};
-      if (u[2] < chance) {
-        const Vec3 h = visible_normal(wo, surface.alpha(), u[0], u[1]);
-        wi = 2 * glm::dot(wo, h) * h - wo;
-      }
+      const Vec3 wi = drawn(kCaps, surface, wo, chance, u[0], u[1], u[2]);
       if (wi.z <= 0) continue;
       const Vec3 towards = frame.from_local(wi), worth = surface.f_cos(wo, wi) / surface.pdf(0, wo, wi, chance);
       for (int c = 0; c < 3; ++c) next.at(0, c, p, s) = towards[c], weight.at(0, c, p, s) = worth[c];

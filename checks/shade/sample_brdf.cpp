@@ -6,8 +6,8 @@
 #include "checks/op_case.hpp"
 #include "checks/shade/light_guide_reference.hpp"
 #include "checks/shade/sample_brdf_reference.hpp"
+#include "checks/shade/sampler_reference.hpp"
 #include "checks/shade/sobol_reference.hpp"
-#include "checks/shade/surface_reference.hpp"
 #include "host/math/frames.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 
@@ -15,6 +15,7 @@ namespace clerestory {
 namespace {
 
 using namespace sample_brdf_reference;
+using namespace sampler_reference;
 
 struct Drawn {
   Vec3 local;
@@ -43,7 +44,7 @@ std::vector<Tensor> reference(const Tensors& t, bool li_frame, Draw draw, Weigh 
       const Drawn d = draw(p, s);
       if (d.local.z <= 0) continue;
       const Vec3 wi = frame.from_local(d.local);
-      const Weighed w = weigh(p, frame.to_local(view), d.local, view, wi);
+      const Weighed w = weigh(p, view, wi);
       for (int c = 0; c < 3; ++c) {
         direction.at(0, c, p, s) = wi[c], weight.at(0, c, p, s) = w.f_cos[c] / d.pdf;
         specular.at(0, c, p, s) = w.share[c];
@@ -54,47 +55,52 @@ std::vector<Tensor> reference(const Tensors& t, bool li_frame, Draw draw, Weigh 
   return {direction, weight, pdf, status, specular, lobe};
 }
 
-OpCase sample_case(const std::string& label, SamplingOptions options, bool detached) {
-  options.lobes = true;
-  OpCase c{.stem = "sample_brdf", .label = label, .kernels = {"sample_brdf"}, .inputs = maps(20)};
-  if (detached)
-    for (const auto& [name, tensor] : maps(40))
-      if (name == "normal" || name == "albedo" || name == "material") c.inputs["e_" + name] = tensor;
-  c.build = [=](Graph&, const Values& v) {
-    const Surfaces sampling{v.at("albedo"), v.at("normal"), v.at("material")};
-    const Surfaces evaluation = detached ? Surfaces{v.at("e_albedo"), v.at("e_normal"), v.at("e_material")} : sampling;
-    const Value guide = v.count("guide") ? v.at("guide") : Value{};
-    const BrdfSamples s = sample_brdf(v.at("depth"), v.at("camera"), sampling, evaluation, kRows, 16, options, guide);
-    return std::vector<Value>{s.direction, s.weight, s.pdf, s.status, s.lobes.specular, s.lobes.density};
-  };
-  c.roundings = 100;  // directions through frames, a density, five factors of f and their squares
-  c.no_gradient = "detached: see the cases of gradients";
-  return c;
+/// Outputs of the op: with lobes six, else four.
+std::vector<Value> outputs_of(const BrdfSamples& s) {
+  std::vector<Value> outputs{s.direction, s.weight, s.pdf, s.status};
+  if (s.lobes) outputs.insert(outputs.end(), {s.lobes.specular, s.lobes.density});
+  return outputs;
 }
 
-Drawn grid(int, int s) { return {hemisphere_direction(s / 16, s % 16), 1 / (128 * hemisphere_weight(s / 16))}; }
+Surfaces surfaces(const Values& v, const std::string& prefix = "") {
+  return {v.at(prefix + "albedo"), v.at(prefix + "normal"), v.at(prefix + "material")};
+}
 
-/// Directions drawn evenly over the hemisphere by points of `key`, worth what the evaluation maps say; with "guide"
-/// some of them as its rows say.
-std::vector<Tensor> uniform_reference(const Tensors& t, unsigned key, bool sobol) {
+BrdfSamples drawn_samples(const Values& v, const Surfaces& evaluation, const SamplingOptions& options) {
+  return sample_brdf(v.at("depth"), v.at("camera"), surfaces(v), evaluation, kRows, 16, options,
+                     v.count("guide") ? v.at("guide") : Value{});
+}
+
+/// Directions drawn by points of `key`, worth what the evaluation maps say; with "guide" some of them as its rows say.
+std::vector<Tensor> drawn_reference(const Tensors& t, const SamplingOptions& options, unsigned key) {
   const bool guided = t.count("guide") > 0;
+  const std::string prefix = t.count("e_normal") ? "e_" : "";
+  const bool by_grid = options.sampler == Sampler::Grid8x16;
   const auto draw = [&](int p, int s) {
+    if (by_grid) return Drawn{hemisphere_direction(s / 16, s % 16), 1 / (128 * hemisphere_weight(s / 16))};
     const auto pixel = static_cast<unsigned>(p), sample = static_cast<unsigned>(s);
-    const Point4 bits = sobol ? scrambled_sobol_reference(key, pixel, sample, 0) : hashed_bits(key, pixel, sample, 0);
-    const double u = unit_of(bits[0]), v = unit_of(bits[1]), r = std::sqrt(u * (2 - u));
-    Drawn drawn{{r * std::cos(2 * M_PI * v), r * std::sin(2 * M_PI * v), 1 - u}, 0.5 / M_PI};
-    if (!guided) return drawn;
-    const Tensor& rows = t.at("guide");
+    const Point4 bits = options.points == Points::Sobol ? scrambled_sobol_reference(key, pixel, sample, 0)
+                                                        : hashed_bits(key, pixel, sample, 0);
+    const double u = unit_of(bits[0]), v = unit_of(bits[1]), w = unit_of(bits[2]);
+    const SurfaceReference surface = surface_of(t, "", p);
     const Frame frame = frame_around(glm::normalize(pixel_of(t.at("normal"), p)));
-    const double w = unit_of(bits[2]), chance = rows.at(p, 0, 0, 0);
-    if (w < chance) drawn.local = frame.to_local(light_guide_reference::guided_direction(rows, p, u, v, w));
-    drawn.pdf = (1 - chance) * drawn.pdf + light_guide_reference::guide_density(rows, p, frame.from_local(drawn.local));
-    return drawn;
+    const Vec3 wo = frame.to_local(-camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5));
+    const int sampler = static_cast<int>(options.sampler);
+    const double p_lobe = surface.specular_probability(wo), aimed = guided ? t.at("guide").at(p, 0, 0, 0) : 0;
+    const Vec3 local = w < aimed ? frame.to_local(light_guide_reference::guided_direction(t.at("guide"), p, u, v, w))
+                                 : drawn(sampler, surface, wo, p_lobe, u, v, (w - aimed) / (1 - aimed));
+    double pdf = (1 - aimed) * surface.pdf(sampler, wo, local, p_lobe);
+    if (guided) pdf += light_guide_reference::guide_density(t.at("guide"), p, frame.from_local(local));
+    return Drawn{local, pdf};
   };
-  return reference(t, false, draw, [&](int p, const Vec3&, const Vec3&, const Vec3& view, const Vec3& towards) {
-    const Frame e = frame_around(glm::normalize(pixel_of(t.at("e_normal"), p)));
-    return weigh_ours(surface_of(t, "e_", p), e.to_local(view), e.to_local(towards));
+  std::vector<Tensor> all = reference(t, by_grid, draw, [&](int p, const Vec3& view, const Vec3& towards) {
+    const Frame e = frame_around(glm::normalize(pixel_of(t.at(prefix + "normal"), p)));
+    const SurfaceReference surface = surface_of(t, prefix, p);
+    const Vec3 wo = e.to_local(view), wi = e.to_local(towards);
+    return options.brdf == BrdfModel::Li2020 ? weigh_li2020(surface, wo, wi) : weigh_ours(surface, wo, wi);
   });
+  if (!options.lobes) all.resize(4);
+  return all;
 }
 
 /// Every lobe along the coordinate axis that is next to its own: unit to the last digit when inputs are rounded to
@@ -109,50 +115,109 @@ Tensor with_exact_axes(Tensor rows) {
   return rows;
 }
 
+/// One build of the kernel.
+struct Variant {
+  SamplingOptions options;
+  bool detached = false, guided = false;
+
+  std::string label() const {
+    static const char* const samplers[]{"caps",   "hemisphere", "bounded", "ndf",
+                                        "cosine", "uniform",    "grid",    "ndf_roughness"};
+    std::string text = samplers[static_cast<int>(options.sampler)];
+    if (options.points == Points::Sobol && options.sampler != Sampler::Grid8x16) text += "_sobol";
+    if (options.brdf == BrdfModel::Li2020) text += "_li2020";
+    if (options.lobes) text += "_lobes";
+    if (detached) text += "_detached";
+    if (guided) text += "_guided";
+    return text;
+  }
+};
+
+OpCase samples_case(const Variant& variant) {
+  OpCase c{.stem = "sample_brdf", .label = variant.label(), .kernels = {"sample_brdf"}, .inputs = maps(20)};
+  if (variant.detached)
+    for (const auto& [name, tensor] : maps(40))
+      if (name == "normal" || name == "albedo" || name == "material") c.inputs["e_" + name] = tensor;
+  if (variant.guided) {
+    c.inputs["lamps"] = light_guide_reference::lamps();
+    c.inputs["guide"] = with_exact_axes(light_guide_reference::guide_rows(c.inputs));
+    c.inputs.erase("lamps");
+  }
+  c.build = [variant](Graph&, const Values& v) {
+    return outputs_of(drawn_samples(v, surfaces(v, variant.detached ? "e_" : ""), variant.options));
+  };
+  c.reference = [options = variant.options, key = c.seed ^ 0x62726466u](const Tensors& t) {
+    return drawn_reference(t, options, key);
+  };
+  c.roundings = 100;  // directions through frames, a density, five factors of f and their squares
+  c.no_gradient = "see the cases of gradients";
+  return c;
+}
+
+/// To evaluation maps of their own, against differences.
+OpCase gradients_case(Variant variant) {
+  variant.detached = true;
+  OpCase c = samples_case(variant);
+  c.label = "gradients_" + c.label;
+  c.kernels = {"sample_brdf", "sample_brdf_adjoint"};
+  for (const char* name : {"e_normal", "e_albedo", "e_material"}) c.inputs[name] = same_twice(0.4)[name];
+  if (variant.options.lobes) {  // the specular part: the share alone is steep where both are little
+    c.build = [build = c.build](Graph& g, const Values& v) {
+      std::vector<Value> outputs = build(g, v);
+      outputs[4] = multiply(outputs[1], outputs[4]);
+      return outputs;
+    };
+    c.reference = [of_shares = c.reference](const Tensors& t) {
+      std::vector<Tensor> outputs = of_shares(t);
+      for (std::size_t i = 0; i < outputs[4].real.size(); ++i) outputs[4].real[i] *= outputs[1].real[i];
+      return outputs;
+    };
+  }
+  c.no_gradient = {};
+  c.differentiate = {"e_normal", "e_albedo", "e_material"};
+  c.gradient_tolerance = 1e-6;  // third slopes: 1e4 of the first where the lobe is narrow, times step^2
+  return c;
+}
+
+/// To the maps that draw, which differences would move with what is drawn: as to equal ones that only evaluate.
+OpCase gradients_of_drawing_case(const Variant& variant) {
+  OpCase c = samples_case(variant);
+  c.label = "gradients_of_drawing_" + c.label;
+  c.kernels = {"sample_brdf", "sample_brdf_adjoint"};
+  for (const char* name : {"normal", "albedo", "material"}) c.inputs[std::string("e_") + name] = c.inputs.at(name);
+  c.inputs["d_weight"] = random_tensor({1, 3, kRows, 16}, 60);
+  c.build = [variant](Graph&, const Values& v) {
+    const auto gradients = [&](const Surfaces& evaluation) {
+      const BrdfSamples s = drawn_samples(v, evaluation, variant.options);
+      std::vector<Value> of{s.weight}, cotangents{v.at("d_weight")};
+      if (s.lobes) of.push_back(multiply(s.weight, s.lobes.specular)), cotangents.push_back(v.at("d_weight"));
+      return gradient(of, cotangents, std::vector{evaluation.normal, evaluation.albedo, evaluation.material});
+    };
+    std::vector<Value> own = gradients(surfaces(v)), others = gradients(surfaces(v, "e_")), apart;
+    for (std::size_t i = 0; i < own.size(); ++i) apart.push_back(subtract(own[i], others[i]));
+    return apart;
+  };
+  c.reference = [](const Tensors& t) {
+    return std::vector<Tensor>{Tensor(t.at("normal").shape), Tensor(t.at("albedo").shape),
+                               Tensor(t.at("material").shape)};
+  };
+  c.magnitude = 100;  // of a pixel's gradients: 16 samples, whose weights have slopes of ten
+  c.no_gradient = "gradients are not differentiated again";
+  return c;
+}
+
 OP_CASES(sample_brdf) {
-  OpCase ours = sample_case("grid", {.sampler = Sampler::Grid8x16}, false);
-  ours.reference = [](const Tensors& t) {
-    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) {
-      return weigh_ours(surface_of(t, "", p), wo, wi);
-    });
-  };
-  OpCase theirs = sample_case("grid_li2020", {.sampler = Sampler::Grid8x16, .brdf = BrdfModel::Li2020}, false);
-  theirs.reference = [](const Tensors& t) {
-    return reference(t, true, grid, [&](int p, const Vec3& wo, const Vec3& wi, const Vec3&, const Vec3&) {
-      return weigh_li2020(surface_of(t, "", p), wo, wi);
-    });
-  };
-  const auto uniform = [](bool sobol) {
-    OpCase c = sample_case(sobol ? "uniform_sobol" : "uniform_detached",
-                           {.sampler = Sampler::Uniform, .points = sobol ? Points::Sobol : Points::Independent}, true);
-    c.reference = [sobol, key = c.seed ^ 0x62726466u](const Tensors& t) { return uniform_reference(t, key, sobol); };
-    return c;
-  };
-  const OpCase detached = uniform(false);
-  OpCase guided = uniform(false);
-  guided.label = "guided";
-  guided.inputs["lamps"] = light_guide_reference::lamps();
-  guided.inputs["guide"] = with_exact_axes(light_guide_reference::guide_rows(guided.inputs));
-  guided.inputs.erase("lamps");
-  OpCase gradients = guided;
-  gradients.label = "gradients";
-  gradients.kernels = {"sample_brdf", "sample_brdf_adjoint"};
-  for (const char* name : {"normal", "albedo"}) gradients.inputs[std::string("e_") + name] = same_twice(0.4)[name];
-  gradients.inputs["e_material"] = same_twice(0.4)["material"];
-  gradients.build = [build = guided.build](Graph& g, const Values& v) {
-    std::vector<Value> outputs = build(g, v);
-    outputs[4] = multiply(outputs[1], outputs[4]);  // the specular part: the share alone is steep where both are little
-    return outputs;
-  };
-  gradients.reference = [of_shares = guided.reference](const Tensors& t) {
-    std::vector<Tensor> outputs = of_shares(t);
-    for (std::size_t i = 0; i < outputs[4].real.size(); ++i) outputs[4].real[i] *= outputs[1].real[i];
-    return outputs;
-  };
-  gradients.no_gradient = {};
-  gradients.differentiate = {"e_normal", "e_albedo", "e_material"};
-  gradients.gradient_tolerance = 1e-6;  // third slopes: 1e4 of the first where the lobe is narrow, times step^2
-  return {ours, theirs, detached, uniform(true), guided, gradients};
+  constexpr Points independent = Points::Independent, sobol = Points::Sobol;
+  const SamplingOptions grid{.sampler = Sampler::Grid8x16, .lobes = true},
+      uniform{.sampler = Sampler::Uniform, .points = independent, .lobes = true};
+  SamplingOptions theirs = grid, uniform_sobol = uniform;
+  theirs.brdf = BrdfModel::Li2020, uniform_sobol.points = sobol;
+  return {samples_case({grid}),
+          samples_case({theirs}),
+          samples_case({uniform, true}),
+          samples_case({uniform_sobol, true}),
+          samples_case({uniform, true, true}),
+          gradients_case({uniform, true, true})};
 }
 
 }  // namespace

@@ -19,10 +19,6 @@ namespace {
 
 using namespace ssrt_scenes;
 
-struct Rays {
-  Tensor directions, points, skip;  // points and skip empty: from the pixels' own surfaces
-};
-
 std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions& options, bool facing,
                         Precision precision) {
   Graph g;
@@ -42,20 +38,6 @@ std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions&
                              g.input("range", {scene.depth.shape.n, 3, 1, 1}),
                              g.input("directions", rays.directions.shape), origins, options);
   return evaluate(g, {hits.pixel, hits.delta, hits.u}, test_device(precision), feeds, {.precision = precision});
-}
-
-/// How far behind the surface it hits a ray is, as `delta` counts it. Window depth is what a projection to n = the
-/// nearest and f = the farthest depth of the picture leaves in the depth buffer: (1/n - 1/z) / (1/n - 1/f).
-double gap_of(const BruteForce::Hit& hit, const Tensor& depth, int item, DeltaDepth delta) {
-  if (hit.pixel < 0) return 0;
-  if (delta == DeltaDepth::Linear) return hit.delta / depth_range(depth).at(item, 0, 0, 0);
-  double n = INFINITY, f = 0;
-  for (long i = item * depth.shape.plane(); i < (item + 1) * depth.shape.plane(); ++i) {
-    const double z = depth.real[static_cast<std::size_t>(i)];
-    if (z > 0) n = std::min(n, z), f = std::max(f, z);
-  }
-  const auto window = [&](double z) { return (1 / n - 1 / z) / (1 / n - 1 / f); };
-  return std::max(0.0, window(hit.enters) - window(hit.seen));
 }
 
 /// Counts of a comparison with brute force.
@@ -177,22 +159,6 @@ TEST(Ssrt, HitsCellsThatItGrazesAndCellsWithoutANormal) {
   none.normal = Tensor(scene.normal.shape);
   EXPECT_EQ(run(none, rays, {}, true, Precision::Single)[0].integer,
             run(none, rays, {}, false, Precision::Single)[0].integer);
-}
-
-/// Origins anywhere: in the room, behind the camera, outside of the frustum, behind the surfaces.
-Rays rays_from_anywhere(int rows, unsigned seed, int pixels) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  Rays rays{directions(rows, seed + 1), Tensor(Shape{1, 3, rows, 16}), {}};
-  std::vector<int> skip;
-  for (int p = 0; p < rows; ++p)
-    for (int k = 0; k < 16; ++k) {
-      const Vec3 o{4 * unit(random), 4 * unit(random), -2.5 + 4 * unit(random)};
-      for (int c = 0; c < 3; ++c) rays.points.at(0, c, p, k) = static_cast<float>(o[c]);
-      skip.push_back(k % 2 ? -1 : static_cast<int>(random() % static_cast<unsigned>(pixels)));
-    }
-  rays.skip = Tensor::of_int({1, 1, rows, 16}, skip);
-  return rays;
 }
 
 TEST(Ssrt, EqualsBruteForceFromAnywhere) {
