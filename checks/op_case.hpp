@@ -47,6 +47,8 @@ struct OpCase {
   int differences = 150;             // elements of each input that are moved (all when it has fewer)
 
   std::uint32_t seed = 1;  // of the run
+  /// False for one more build of kernels that other cases and tests run: `clerestory check` alone runs it.
+  bool in_tests = true;
 
   std::string name() const { return stem + "/" + label; }
 };

@@ -120,6 +120,8 @@ OP_CASES(light_ssrt) {
       cases.push_back(rays_case({From::Map, facing, {.solver = solver}}));
       cases.push_back(rays_case({From::Surfaces, facing, {.solver = solver, .thickness = 0.3}}));
     }
+  for (const int lanes : {1, 4, 8}) cases.push_back(rays_case({From::Surfaces, true, {.lanes = lanes}}));
+  for (std::size_t i = 1; i < cases.size(); ++i) cases[i].in_tests = false;  // their own are larger
   return cases;
 }
 

@@ -206,18 +206,54 @@ OpCase gradients_of_drawing_case(const Variant& variant) {
   return c;
 }
 
+constexpr std::array kSamplers{Sampler::VndfCaps, Sampler::VndfHemisphere, Sampler::VndfBounded, Sampler::Ndf,
+                               Sampler::Cosine,   Sampler::Uniform,        Sampler::NdfRoughness};
+constexpr Points kIndependent = Points::Independent, kSobol = Points::Sobol;
+
+SamplingOptions drawing(Sampler sampler, Points points, bool lobes, BrdfModel brdf = BrdfModel::Ggx) {
+  return {.sampler = sampler, .points = points, .brdf = brdf, .lobes = lobes};
+}
+
+/// The other builds that programs launch.
+std::vector<OpCase> other_cases() {
+  std::vector<OpCase> cases;
+  for (const Sampler sampler : kSamplers)
+    for (const Points points : {kIndependent, kSobol})
+      for (const bool lobes : {false, true}) cases.push_back(samples_case({drawing(sampler, points, lobes)}));
+  for (const BrdfModel brdf : {BrdfModel::Ggx, BrdfModel::Li2020})
+    cases.push_back(samples_case({drawing(Sampler::Grid8x16, kIndependent, false, brdf)}));
+  cases.push_back(samples_case({drawing(Sampler::VndfCaps, kIndependent, false, BrdfModel::Li2020)}));
+  cases.push_back(samples_case({drawing(Sampler::VndfCaps, kSobol, true, BrdfModel::Li2020)}));
+  for (const bool lobes : {false, true}) {
+    for (const Points points : {kIndependent, kSobol}) {
+      const SamplingOptions caps = drawing(Sampler::VndfCaps, points, lobes);
+      cases.push_back(samples_case({caps, false, true}));
+      cases.push_back(gradients_case({caps}));
+    }
+    cases.push_back(gradients_of_drawing_case({drawing(Sampler::VndfCaps, kSobol, lobes), false, true}));
+    for (const Sampler sampler : kSamplers)
+      cases.push_back(gradients_of_drawing_case({drawing(sampler, kSobol, lobes)}));
+  }
+  for (const Sampler sampler : kSamplers)
+    if (sampler != Sampler::VndfCaps)
+      cases.push_back(samples_case({drawing(sampler, kIndependent, false), false, true}));
+  cases.push_back(gradients_case({drawing(Sampler::VndfCaps, kSobol, false), true, true}));
+  cases.push_back(gradients_of_drawing_case({drawing(Sampler::VndfCaps, kIndependent, false)}));
+  for (OpCase& c : cases) c.in_tests = false;
+  return cases;
+}
+
 OP_CASES(sample_brdf) {
-  constexpr Points independent = Points::Independent, sobol = Points::Sobol;
-  const SamplingOptions grid{.sampler = Sampler::Grid8x16, .lobes = true},
-      uniform{.sampler = Sampler::Uniform, .points = independent, .lobes = true};
-  SamplingOptions theirs = grid, uniform_sobol = uniform;
-  theirs.brdf = BrdfModel::Li2020, uniform_sobol.points = sobol;
-  return {samples_case({grid}),
-          samples_case({theirs}),
-          samples_case({uniform, true}),
-          samples_case({uniform_sobol, true}),
-          samples_case({uniform, true, true}),
-          gradients_case({uniform, true, true})};
+  const SamplingOptions grid = drawing(Sampler::Grid8x16, kIndependent, true),
+                        uniform = drawing(Sampler::Uniform, kIndependent, true);
+  std::vector<OpCase> cases{samples_case({grid}),
+                            samples_case({drawing(Sampler::Grid8x16, kIndependent, true, BrdfModel::Li2020)}),
+                            samples_case({uniform, true}),
+                            samples_case({drawing(Sampler::Uniform, kSobol, true), true}),
+                            samples_case({uniform, true, true}),
+                            gradients_case({uniform, true, true})};
+  std::ranges::move(other_cases(), std::back_inserter(cases));
+  return cases;
 }
 
 }  // namespace

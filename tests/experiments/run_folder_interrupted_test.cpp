@@ -56,6 +56,23 @@ TEST_P(RunFolderInterrupted, WhileKernelsAreBuilt) {
                fs::exists(folder_ / ".new.partial"));
 }
 
+// Wherever it is lost, from the first launch on until work ends before that.
+TEST_F(RunFolder, ALostDeviceEndsWithThreeAndLeavesNothing) {
+  put(said_, "");
+  const std::vector<std::string> before = files_below(folder_.path());
+  int lost = 0;
+  for (int launches = 0;; launches = 2 * launches + 1, ++lost) {
+    const std::string less = "lost_after=" + std::to_string(launches);
+    const int code = start(taken_apart(photo(), folder_ / "new"), {{}, {{"CLERESTORY_PRETEND", less}}});
+    if (code == 0) break;
+    ASSERT_EQ(code, 3) << less << ": " << said();
+    EXPECT_THAT(said(), HasSubstr("CL_DEVICE_NOT_AVAILABLE"));
+    EXPECT_EQ(files_below(folder_.path()), before) << less;
+  }
+  EXPECT_GT(lost, 3);
+  EXPECT_TRUE(fs::exists(folder_ / "new/rerender.exr"));
+}
+
 // What nohup starts goes on when its terminal is gone, and so does what writes to a reader that left.
 TEST_F(RunFolder, NoTerminalAndNoReaderAreNeeded) {
   std::string command = "trap '' HUP; { ";
