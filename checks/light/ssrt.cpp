@@ -84,7 +84,7 @@ std::vector<Tensor> reference(const Variant& v, const Tensors& t) {
       const Vec3 direction{d.at(0, 0, p, k), d.at(0, 1, p, k), d.at(0, 2, p, k)};
       const BruteForce::Hit hit = start ? brute.trace(start->first, direction, start->second) : BruteForce::Hit{};
       pixel.push_back(hit.pixel);
-      delta.at(0, 0, p, k) = gap_of(hit, depth, 0, v.options.delta);
+      delta.at(0, 0, p, k) = gap_of(hit, t.at("range"), 0, v.options.delta);
       if (start && direction != Vec3(0)) u.at(0, 0, p, k) = hit.pixel < 0 ? 1 : std::tanh(10 * delta.at(0, 0, p, k));
     }
   return {Tensor::of_int({1, 1, kPixels, 16}, pixel), delta, u};

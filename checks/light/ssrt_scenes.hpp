@@ -91,15 +91,12 @@ inline Rays rays_from_anywhere(int rows, unsigned seed, int pixels) {
 }
 
 /// How far behind the surface it hits a ray is, as `delta` counts it. Window depth is what a projection to n = the
-/// nearest and f = the farthest depth of the picture leaves in the depth buffer: (1/n - 1/z) / (1/n - 1/f).
-inline double gap_of(const BruteForce::Hit& hit, const Tensor& depth, int item, DeltaDepth delta) {
+/// nearest and f = the farthest depth of the picture leaves in the depth buffer: (1/n - 1/z) / (1/n - 1/f). `range` by
+/// depth_range().
+inline double gap_of(const BruteForce::Hit& hit, const Tensor& range, int item, DeltaDepth delta) {
   if (hit.pixel < 0) return 0;
-  if (delta == DeltaDepth::Linear) return hit.delta / depth_range(depth).at(item, 0, 0, 0);
-  double n = INFINITY, f = 0;
-  for (long i = item * depth.shape.plane(); i < (item + 1) * depth.shape.plane(); ++i) {
-    const double z = depth.real[static_cast<std::size_t>(i)];
-    if (z > 0) n = std::min(n, z), f = std::max(f, z);
-  }
+  if (delta == DeltaDepth::Linear) return hit.delta / range.at(item, 0, 0, 0);
+  const double n = range.at(item, 1, 0, 0), f = range.at(item, 2, 0, 0);
   const auto window = [&](double z) { return (1 / n - 1 / z) / (1 / n - 1 / f); };
   return std::max(0.0, window(hit.enters) - window(hit.seen));
 }

@@ -49,6 +49,7 @@ Comparison compare(const Scene& scene, const Rays& rays, const SsrtOptions& opti
   const std::vector<Tensor> got = run(scene, rays, options, facing, precision);
   const Shape& s = scene.depth.shape;
   BruteForce reference{scene.camera, &scene.depth, facing ? &scene.normal : nullptr, 0, options.thickness};
+  const Tensor range = depth_range(scene.depth);
   Comparison result;
   const bool own = rays.points.real.empty(),
              map = !own && rays.points.shape.w == s.w && rays.points.shape.h == s.h && rays.points.shape.n == s.n;
@@ -79,7 +80,7 @@ Comparison compare(const Scene& scene, const Rays& rays, const SsrtOptions& opti
       const int pixel_got = got[0].integer[static_cast<std::size_t>(p * 16 + k)];
       ++result.rays;
       result.hits += want.pixel >= 0;
-      const double gap = gap_of(want, scene.depth, n, options.delta);
+      const double gap = gap_of(want, range, n, options.delta);
       const double delta = got[1].at(0, 0, p, k), u = got[2].at(0, 0, p, k);
       // Depth where the ray enters: relative to the deepest thing there is, amplified where a ray almost passes the
       // eye.
