@@ -103,6 +103,7 @@ std::vector<std::string> list_rooms(const fs::path& root, const std::string& spl
   std::vector<std::string> rooms;
   std::set<std::string> seen;
   int number = 0;
+  std::error_code no_folder;  // also of a name that is too long for one
   for (std::string line; std::getline(lines, line);) {
     ++number;
     line = trimmed(std::move(line));
@@ -112,7 +113,7 @@ std::vector<std::string> list_rooms(const fs::path& root, const std::string& spl
       fault = "is no name of a room";
     else if (!seen.insert(line).second)
       fault = "the room is listed twice";
-    else if (!fs::is_directory(root / line))
+    else if (!fs::is_directory(root / line, no_folder))
       fault = "the room has no folder";
     if (fault == nullptr) {
       rooms.push_back(line);
