@@ -14,8 +14,8 @@ constexpr int max_nesting = 100;
 void check_nesting(std::string_view text, const std::string& where);
 
 /// Throws usage_error naming `where` and the line of a letter beyond ASCII outside of quotes and comments, or behind a
-/// backslash in double quotes. TOML allows none there, and toml++ 3.3 runs into undefined behaviour at some (is_non_ascii_horizontal_whitespace, U+00A1 to
-/// U+0499).
+/// backslash in double quotes. TOML allows none there, and toml++ 3.3 runs into undefined behaviour at some
+/// (is_non_ascii_horizontal_whitespace, U+00A1 to U+0499).
 void check_ascii(std::string_view text, const std::string& where);
 
 }  // namespace clerestory
