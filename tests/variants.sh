@@ -15,12 +15,14 @@ clerestory=build/clerestory
 for suite in graph ops nets tracer experiments; do
   build/tests/test_$suite --gtest_brief=1 || { echo "test_$suite fails: nothing is listed" >&2; exit 1; }
 done
-$clerestory invert assets/real/office/rgb.png --camera assets/real/office/camera.json --out "$work/office" --spp 1 --quiet
-$clerestory insert "$work/office" --at 330,400 --radius 0.2 --spp 1 --quiet
-$clerestory edit "$work/office" --mask assets/real/office/floor.png --roughness 0.1 --spp 1 --quiet
+$clerestory invert assets/real/office/rgb.png --camera assets/real/office/camera.json --out "$work/office" --spp 2 --quiet
+$clerestory insert "$work/office" --at 330,400 --radius 0.2 --spp 2 --quiet
+$clerestory edit "$work/office" --mask assets/real/office/floor.png --roughness 0.1 --spp 2 --quiet
 $clerestory light "$work/office" --at 330,400 --quiet
-$clerestory generate --out "$work/rooms" --rooms 2 --views 2 --spp 1 --seed 1 --size 64x48 --quiet
-$clerestory train experiments/configs/mgnet_lite.toml "data.train=[$work/rooms]" "run.root=$work/runs" train.steps=2 --quiet
+for split in train val; do
+  $clerestory generate --out "$work/$split" --rooms 1 --views 2 --spp 1 --seed 1 --split $split --size 64x48 --quiet
+done
+$clerestory train experiments/configs/mgnet_lite.toml "data.train=[$work/train]" "data.validation=[$work/val]" "run.root=$work/runs" train.steps=2 --quiet
 $clerestory bench peak gemm conv mlp light --json="$work/bench.json" --quiet
 
 # What tests alone launch is left out.

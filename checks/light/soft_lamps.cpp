@@ -81,7 +81,7 @@ constexpr double kRoundings = 200;
 
 OP_CASES(soft_lamps) {
   auto many = add_case("rays", rays(3, 16, 5, false, 0.3, 1.5), kRoundings);
-  many.kernels.push_back("weigh_lamps");
+  many.kernels.insert(many.kernels.end(), {"weigh_lamps", "add_lamps_adjoint"});
   auto rows = add_case("rows", rays(5, 32, 17, true, 0.3, 1.5), kRoundings);
   // Needle-sharp: nearly every ray misses, to 0 exactly; huge: every point lies inside.
   auto sharp = add_case("sharp", rays(4, 16, 3, false, 1e-3, 2e-3), 4 * kRoundings);
@@ -101,6 +101,7 @@ OP_CASES(soft_lamps) {
   // No surface asks: all of every lamp.
   auto nobody = add_case("nobody", rays(3, 16, 4, false, 0.3, 1.5), kRoundings);
   nobody.inputs.erase("lobe"), nobody.inputs.erase("specular");
+  nobody.kernels.push_back("weigh_lamps");
   // In the middle of the lamp, and straight at it: a chord of 0.
   Tensors in = rays(2, 16, 2, true, 0.5, 0.6);
   for (int c = 0; c < 3; ++c) {
