@@ -62,7 +62,7 @@ check_intel_avx2() {
   get_intel intel_avx2
   check intel_avx2 LD_LIBRARY_PATH="$folder/intel/lib" CL_CONFIG_CPU_TARGET_ARCH=core-avx2
 }
-# A simulator, a thousand times slower: the first case of each op. Oclgrind adds up the local memory of a program's kernels.
+# A simulator, a thousand times slower: the smallest case of each kernel. Oclgrind adds up the local memory of a program's kernels.
 check_oclgrind() {
   icd oclgrind /usr/lib/oclgrind/liboclgrind-rt-icd.so
   rm -f "$folder/oclgrind.log"
