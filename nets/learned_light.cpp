@@ -145,16 +145,17 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
   light.traces = in_view;
   if (values.near.grid) light.shared_answers = static_cast<double>(values.near.grid.shape().plane());
   light.states = in_precision(nets.states, settings.precision);
-  // To look an answer up costs no more than to list who looks.
-  const bool lists = settings.leave_out.contains(Saving::SmallShares) && !values.near.grid;
-  light.radiance = [values, sizes, in_view, exposure, lists](const AskedRays& rays, std::span<const Value> in,
-                                                             RayCounts* counts) {
+  // To look an answer up costs no more than to list who looks. All else is listed, for a tile may have fewer rays than
+  // it has room for.
+  const bool lists = !values.near.grid, saves = settings.leave_out.contains(Saving::SmallShares);
+  light.radiance = [values, sizes, in_view, exposure, lists, saves](const AskedRays& rays, std::span<const Value> in,
+                                                                    RayCounts* counts) {
     const LearnedValues here = values.inside(in);
     const Value direction = rays.direction;
     const auto listed = [&](const char* name, LightPart part) {
       if (!lists) return RayList{};
-      const RayList list = select_rays(rays.hits.u, rays.hits.pixel, direction, part, kLeastShare);
-      if (counts) counts->emplace_back(name, list.count);
+      const RayList list = select_rays(rays.hits.u, rays.hits.pixel, direction, part, saves ? kLeastShare : kEveryRay);
+      if (counts && saves) counts->emplace_back(name, list.count);
       return list;
     };
     const RayList uncertain = in_view ? listed("out of view", LightPart::OutOfView) : RayList{};

@@ -60,16 +60,18 @@ static_assert(kLeastShare == 1e-3);  // as kSavings says
 Saved small_shares(const RenderSettings& settings, const Rendering& r) {
   const double near = rays_answered(r, "in view"), far = rays_answered(r, "out of view");
   const double in_view = seconds_of_kernels(r, "light/ask_mlp"),
-               out_of_view = seconds_of_kernels(r, "light/ask_shells") + seconds_of_kernels(r, "light/ask_field"),
-               lists = seconds_of_kernels(r, "light/select_rays");
-  const auto rest = [&](double seconds, double asked) { return asked > 0 ? seconds * (r.rays / asked - 1) : 0; };
+               out_of_view = seconds_of_kernels(r, "light/ask_shells") + seconds_of_kernels(r, "light/ask_field");
+  // All hits would be asked for in view, and all rays out of view.
+  const auto rest = [&](double seconds, double asked, double all) {
+    return asked > 0 ? seconds * (all / asked - 1) : 0;
+  };
   const LightSizes& sizes = settings.nets->sizes;
   return {Saving::SmallShares,
           fmt::format("in view {:.1f} % of the rays are asked for, out of view {:.1f} %", percent(near, r.rays),
                       percent(far, r.rays)),
-          2 * r.rays - near - far,
-          (r.rays - near) * in_view_flops(sizes.in_view) + (r.rays - far) * out_of_view_flops(sizes.out_of_view),
-          std::max(rest(in_view, near) + rest(out_of_view, far) - lists, 0.0)};
+          r.hits + r.rays - near - far,
+          (r.hits - near) * in_view_flops(sizes.in_view) + (r.rays - far) * out_of_view_flops(sizes.out_of_view),
+          std::max(rest(in_view, near, r.hits) + rest(out_of_view, far, r.rays), 0.0)};
 }
 
 /// How long the re-render of a part of the rays takes: what is done once, and each chunk of rays.

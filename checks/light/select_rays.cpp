@@ -30,6 +30,8 @@ OP_CASES(select_rays) {
   return {select_case("in_view", rays_like_ssrt(7, 48), LightPart::InView, 0),
           select_case("out_of_view", rays_like_ssrt(7, 48), LightPart::OutOfView, 0),
           select_case("with_a_share_left_out", rays_like_ssrt(7, 48), LightPart::InView, 0.25),
+          select_case("every_ray_in_view", rays_like_ssrt(7, 48), LightPart::InView, kEveryRay),
+          select_case("every_ray_out_of_view", rays_like_ssrt(7, 48), LightPart::OutOfView, kEveryRay),
           select_case("many_blocks", rays_like_ssrt(4500, 16), LightPart::OutOfView, 0.25),
           select_case("all_certain", certain, LightPart::OutOfView, 0),
           select_case("no_rays", none, LightPart::InView, 0),

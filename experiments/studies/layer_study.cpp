@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "experiments/applications/light_choice.hpp"
 #include "experiments/studies/strip.hpp"
 #include "experiments/studies/study_run.hpp"
 #include "host/io/datasets.hpp"
@@ -19,9 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Samples a pixel are the settings' own; at equal time, those that take as long as the grid.
 struct Method {
   std::string name, label;
   RenderSettings settings;
+  bool equal_time = false;
 };
 
 /// Error of one picture against the truth, over pixels of a kind.
@@ -56,6 +59,9 @@ class LayerStudy : public StudyRun {
  private:
   /// One record a render; its step is the number of renders done.
   void measure() override {
+    ours_.light = config_.text("study.light"), ours_.thickness = config_.real("study.thickness");
+    choose_sampler(ours_);
+    use_light(ours_);
     const std::vector<fs::path> views = make_views(view_options());
     for (const MetricRecord& r : records_) step_ = std::max(step_, r.step);
     const std::vector<Method> methods = this->methods();
@@ -64,24 +70,27 @@ class LayerStudy : public StudyRun {
     for (std::size_t v = 0; v < views.size(); ++v) run_view(v, views[v], methods, progress);
   }
 
+  /// The estimator of `clerestory invert`, and that of Zhu et al. 2022: hemisphere visible normals, independent points.
   std::vector<Method> methods() const {
     std::vector<Method> list;
-    RenderSettings grid;
+    RenderSettings grid = ours_, paper = ours_;
     grid.sampler = "grid8x16", grid.spp = 128;
+    paper.sampler = "vndf_hemisphere", paper.points = "independent";
     list.push_back({"grid", "grid 8x16, our BRDF", grid});
     grid.brdf = "li2020";
     list.push_back({"li2020", "grid 8x16, BRDF of Li et al.", grid});
-    for (const std::int64_t spp : config_.integers("study.spp")) {
-      RenderSettings ours;
-      ours.spp = static_cast<int>(spp);
-      list.push_back({fmt::format("ours{}", spp), fmt::format("Monte Carlo, {} samples", spp), ours});
+    for (const Method& who : {Method{"ours", "ours", ours_}, Method{"paper", "the paper's", paper}}) {
+      for (const std::int64_t spp : config_.integers("study.spp")) {
+        list.push_back(
+            {fmt::format("{}{}", who.name, spp), fmt::format("{}, {} samples", who.label, spp), who.settings});
+        list.back().settings.spp = static_cast<int>(spp);
+      }
+      list.push_back({who.name + "_equal", who.label + ", equal time to the grid", who.settings, true});
     }
-    list.push_back({"equal", "Monte Carlo, equal time to the grid", {}});
     return list;
   }
 
   Rendering render(const Scene& scene, RenderSettings settings, std::uint32_t seed) {
-    settings.light = config_.text("study.light"), settings.thickness = config_.real("study.thickness");
     settings.seed = seed;
     stop_if_interrupted("study");
     return render_scene(device_, scene, settings);
@@ -94,28 +103,35 @@ class LayerStudy : public StudyRun {
     return best;
   }
 
-  void run_view(std::size_t v, const fs::path& view, const std::vector<Method>& methods, Progress& progress) {
+  /// Samples that take as long as `seconds`, if time is a straight line through those of 64 and 128.
+  int samples_in(double seconds, const Scene& scene, RenderSettings settings) {
+    settings.spp = 64;
+    const double of_64 = seconds_of(scene, settings);
+    settings.spp = 128;
+    const double of_128 = std::max(seconds_of(scene, settings), 1.01 * of_64);
+    return std::max(2, static_cast<int>(std::lround(64 + 64 * (seconds - of_64) / (of_128 - of_64))));
+  }
+
+  void run_view(std::size_t v, const fs::path& view, std::vector<Method> methods, Progress& progress) {
     const std::int64_t seeds = config_.integer("study.seeds");
     const std::int64_t of_view = static_cast<std::int64_t>(methods.size()) * seeds,
                        first = static_cast<std::int64_t>(v) * of_view;
     if (step_ >= first + of_view) return;
     const Scene scene = scene_of(read_view(view), view.string());
-    RenderSettings reference;
+    RenderSettings reference = ours_;
+    reference.points = "independent", reference.sharing = Sharing::Never;  // nothing in common with what it judges
     reference.spp = static_cast<int>(config_.integer("study.truth_spp"));
     const Image truth = render(scene, reference, 0x7fffffff).radiance;
-    RenderSettings ours;
-    ours.spp = 64;
-    const double per_sample = seconds_of(scene, ours) / 64, of_grid = seconds_of(scene, methods[0].settings);
-    const int equal = std::max(2, static_cast<int>(std::lround(of_grid / per_sample)));
+    const double of_grid = seconds_of(scene, methods[0].settings);
+    for (Method& m : methods)
+      if (m.equal_time) m.settings.spp = samples_in(of_grid, scene, m.settings);
 
     std::vector<StripPicture> strip{{"photograph", scene.photo}, {"truth", truth}};  // then three methods
     for (std::size_t m = 0; m < methods.size(); ++m)
       for (std::int64_t s = 0; s < seeds; ++s) {
         const std::int64_t step = first + static_cast<std::int64_t>(m) * seeds + s + 1;
         if (step <= step_) continue;
-        RenderSettings settings = methods[m].settings;
-        if (methods[m].name == "equal") settings.spp = equal;
-        const Rendering r = render(scene, settings, static_cast<std::uint32_t>(s + 1));
+        const Rendering r = render(scene, methods[m].settings, static_cast<std::uint32_t>(s + 1));
         const Errors e = errors_of(scene, r.radiance, truth, config_.real("study.glossy_below"));
         const std::string at = methods[m].name + "/";
         MetricRecord record{step,
@@ -123,9 +139,9 @@ class LayerStudy : public StudyRun {
                             {{at + "glossy", e.glossy},
                              {at + "rough", e.rough},
                              {at + "seconds", r.seconds},
-                             {at + "samples", static_cast<double>(settings.spp)}}};
+                             {at + "samples", static_cast<double>(methods[m].settings.spp)}}};
         add_record(std::move(record));
-        if (s == 0 && (methods[m].name == "grid" || methods[m].name == "li2020" || methods[m].name == "equal"))
+        if (s == 0 && (methods[m].name == "grid" || methods[m].equal_time))
           strip.push_back({methods[m].label, r.radiance});
         progress.advance();
       }
@@ -149,33 +165,47 @@ class LayerStudy : public StudyRun {
   void conclude() override {
     Table table;
     table.title = "Error against time";
-    table.columns = {{"method", "", Best::None, 3},
-                     {"samples", "a pixel", Best::None, 3},
-                     {"glossy", "relMSE", Best::Lowest, 3},
-                     {"rough", "relMSE", Best::Lowest, 3},
-                     {"time", "s a view", Best::None, 3}};
+    table.note = fmt::format(
+        "{} rooms of one view, true maps, {}x{}, light = {}, {} seeds. Ours: {}, {} points; the paper's: hemisphere "
+        "visible normals, independent points. Glossy: roughness below {}; error: mean over views of relMSE (eps 0.01) "
+        "over pixels that do not emit, beside {} samples of the same light, whose noise is in it. Times ours: glossy "
+        "error over that of ours at equal time",
+        config_.integer("data.rooms"), config_.integer("data.width"), config_.integer("data.height"), ours_.light,
+        config_.integer("study.seeds"), ours_.sampler, ours_.points, config_.real("study.glossy_below"),
+        config_.integer("study.truth_spp"));
+    table.columns = {{"method", "", Best::None, 3},         {"samples", "a pixel", Best::None, 3},
+                     {"glossy", "relMSE", Best::Lowest, 3}, {"rough", "relMSE", Best::Lowest, 3},
+                     {"time", "s a view", Best::None, 3},   {"times ours", "glossy", Best::None, 3}};
+    const double ours_at_equal_time = over_seeds("ours_equal/glossy").mean;
+    for (const Method& m : methods()) {
+      const Measure g = over_seeds(m.name + "/glossy");
+      const bool as_long = m.equal_time || m.name == "grid" || m.name == "li2020";
+      table.add({m.label, over_seeds(m.name + "/samples"), g, over_seeds(m.name + "/rough"),
+                 over_seeds(m.name + "/seconds"), as_long ? Cell(Measure{g.mean / ours_at_equal_time}) : Cell()});
+    }
+    write_table("layer", table);
+    draw();
+  }
+
+  void draw() const {
     Plot plot;
     plot.title = "Error against time", plot.x_label = "seconds a view", plot.y_label = "relMSE",
     plot.log_x = plot.log_y = true;
-    Series glossy = series("Monte Carlo, glossy", Stroke::LinePoints),
-           rough = series("Monte Carlo, rough", Stroke::LinePoints);
-    Series grid_glossy = series("grid, glossy", Stroke::Points), grid_rough = series("grid, rough", Stroke::Points);
-    for (const Method& m : methods()) {
-      const Measure g = over_seeds(m.name + "/glossy"), r = over_seeds(m.name + "/rough"),
-                    t = over_seeds(m.name + "/seconds");
-      table.add({m.label, over_seeds(m.name + "/samples"), g, r, t});
-      const bool ours = m.name.rfind("ours", 0) == 0;
-      if (!ours && m.name != "grid") continue;
-      for (Series* s : {ours ? &glossy : &grid_glossy, ours ? &rough : &grid_rough}) {
-        const Measure& e = s == &glossy || s == &grid_glossy ? g : r;
-        s->x.push_back(t.mean), s->y.push_back(e.mean), s->error.push_back(e.deviation);
+    for (const char* kind : {"glossy", "rough"})
+      for (const char* who : {"ours", "paper", "grid"}) {
+        Series s =
+            series(fmt::format("{}, {}", who, kind), who == std::string("grid") ? Stroke::Points : Stroke::LinePoints);
+        for (const Method& m : methods()) {
+          if (m.equal_time || m.name.rfind(who, 0) != 0) continue;
+          const Measure e = over_seeds(m.name + "/" + kind);
+          s.x.push_back(over_seeds(m.name + "/seconds").mean), s.y.push_back(e.mean), s.error.push_back(e.deviation);
+        }
+        plot.series.push_back(std::move(s));
       }
-    }
-    plot.series = {glossy, rough, grid_glossy, grid_rough};
     write_plot(run_.artifact("error_time.svg"), plot);
-    write_table("layer", table);
   }
 
+  RenderSettings ours_;
   std::int64_t step_ = 0;
 };
 
@@ -185,7 +215,7 @@ void add_layer_keys(Schema& schema) {
   schema.integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
-      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama"});
+      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama", "net"});
 }
 
 std::string run_layer_study(const Config& config, const std::vector<std::string>& command) {

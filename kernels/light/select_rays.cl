@@ -4,7 +4,7 @@
 //
 // u {1, 1, pixels, samples}, hit Int {1, 1, ...}: pixel or -1, direction {1, 3, ...} (kernels/lib/chunk.clh). A ray is
 // wanted when it lies inside the chunk, has a direction other than (0, 0, 0), and
-//   in view (out_of_view = 0): hit >= 0 and u < 1 - epsilon;   out of view: u > epsilon.
+//   in view (out_of_view = 0): hit >= 0 and u < 1 - epsilon;   out of view: u > epsilon (-1: every u).
 // list Int: the wanted rays' numbers p * samples + s, then -1 for as many as are not wanted; count Int {1, 1, 1, 1}.
 #include "lib/chunk.clh"
 #include "lib/scan.clh"

@@ -221,7 +221,8 @@ TEST_F(DeviceTest, WrongArgumentsNameTheKernel) {
 TEST_F(DeviceTest, ALaunchThatFailsNamesKernelAndSizes) {
   const Buffer x = device.allocate(64);
   const Kernel kernel = device.kernel("test.cl", "add");
-  const std::string message = message_of<Error>([&] { device.launch(kernel, Range::of(10, 1 << 20), x); });
+  const Range together{{10, 1, 1}, {1 << 20, 1, 1}, true};
+  const std::string message = message_of<Error>([&] { device.launch(kernel, together, x); });
   EXPECT_THAT(message, HasSubstr("clEnqueueNDRangeKernel failed with CL_INVALID_WORK_GROUP_SIZE"));
   EXPECT_THAT(message, HasSubstr("kernel test.cl:add, global 1048576x1x1, local 1048576x1x1"));
   EXPECT_THAT(message, HasSubstr(device.info().name));

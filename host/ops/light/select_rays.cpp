@@ -52,7 +52,7 @@ struct SelectRaysOp : NotDifferentiable {
 }  // namespace
 
 RayList select_rays(Value u, Value hit, Value direction, LightPart part, double epsilon) {
-  if (!(epsilon >= 0 && epsilon < 1))
+  if (!((epsilon >= 0 && epsilon < 1) || epsilon == kEveryRay))
     throw Error(ErrorKind::Failed, "the share that may be left out is no share", "select_rays",
                 fmt::format("{}", epsilon), "at least 0 and below 1");
   const Value rays = u.graph().make<SelectRaysOp>({u, hit, direction}, part, epsilon);

@@ -15,10 +15,12 @@ struct RayList {
 /// InView: the ray hits a pixel and u < 1 - epsilon. OutOfView: u > epsilon. A share of Eq. 6 (Zhu et al. 2022) of at
 /// most epsilon is thus left out; with epsilon 0 only shares that are 0 are.
 enum class LightPart { InView, OutOfView };
+/// For epsilon: every ray is listed, in view if it hits.
+inline constexpr double kEveryRay = -1;
 
 /// u {1, 1, P, S} and hit Int {1, 1, P, S} as ssrt() gives them, direction {1, 3, P, S}: (0, 0, 0) is no ray and never
-/// listed, nor are rays beyond the chunk. 0 <= epsilon < 1. Counted per block, summed, placed: same list run to run and
-/// on any device. No gradient: the list is discrete.
+/// listed, nor are rays beyond the chunk. 0 <= epsilon < 1, or kEveryRay. Counted per block, summed, placed: same list
+/// run to run and on any device. No gradient: the list is discrete.
 RayList select_rays(Value u, Value hit, Value direction, LightPart part, double epsilon);
 
 /// For ops that ask listed rays. Throws Error unless list and count are a RayList's of rays of this shape.
