@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
 
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/studies/strip.hpp"

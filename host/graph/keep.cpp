@@ -9,8 +9,6 @@
 namespace clerestory {
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 const Chunked* chunked(const Node& node) { return dynamic_cast<const Chunked*>(node.op.get()); }
 
 /// What a replaying body reads of nodes that are worth keeping; what it would compute for those alone is not looked at.

@@ -10,7 +10,6 @@ namespace {
 constexpr int kForever = std::numeric_limits<int>::max();
 constexpr std::size_t kAlignment = 256;  // bytes: beyond any device's need, and a multiple of every vector
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 std::size_t aligned(std::size_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
 
 class Builder {

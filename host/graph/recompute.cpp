@@ -13,8 +13,6 @@ constexpr int kForever = std::numeric_limits<int>::max();
 constexpr double kBalance = 20;         // flops that take as long as moving a byte: 300 GFLOP/s beside 15 GB/s
 constexpr std::size_t kMostAgain = 24;  // tasks for one piece of memory
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 double work_of(const Node& node) {
   if (node.op->view_offset(node) >= 0 || node.op->gathers_inputs()) return 0;
   const Cost cost = node.op->cost(node);

@@ -9,8 +9,6 @@
 namespace clerestory {
 namespace {
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
-
 /// By task: the tasks that have to run before it. Beside those whose outputs it reads: whoever reads a state reads it
 /// before it is written by an update that came later, and after one that came earlier.
 std::vector<std::vector<int>> predecessors(const Schedule& s) {

@@ -7,6 +7,8 @@
 
 namespace clerestory {
 
+inline std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
 /// One output of a task.
 struct TaskValue {
   int task = 0, output = 0;
