@@ -192,8 +192,7 @@ class Check {
     same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
               fmt::format("{} in {}, passes off", name_, text(precision)));
     const std::set<std::string> seen = names_of(launched_variants(precision));
-    const std::size_t room = device_of(devices_, precision).info().local_room();
-    const bool fits = case_.local_elements * real_size(precision) <= room;
+    const bool fits = has_local_memory_for(device_of(devices_, precision), case_, precision);
     for (const std::string& kernel : case_.kernels)
       if (fits && !seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);
 
@@ -424,6 +423,10 @@ std::vector<Bodies> bodies_of(const OpCase& c) {
 
 bool has_groups_for(const Device& device, const OpCase& c, Bodies bodies) {
   return device.info().max_group >= (bodies == Bodies::InGroups ? std::size_t{kGroup} : c.group);
+}
+
+bool has_local_memory_for(const Device& device, const OpCase& c, Precision precision) {
+  return c.local_elements * real_size(precision) <= device.info().local_room();
 }
 
 void OpFindings::add(const OpFindings& other) {

@@ -29,6 +29,8 @@ enum class Bodies { OfDevice, InGroups, InTiles, ByProducts };
 std::vector<Bodies> bodies_of(const OpCase& op_case);
 /// False where they need groups of more work-items than the device has.
 bool has_groups_for(const Device& device, const OpCase& op_case, Bodies bodies);
+/// False where its kernels need more local memory than the device has: others stand in for them.
+bool has_local_memory_for(const Device& device, const OpCase& op_case, Precision precision);
 
 struct OpFindings {
   std::vector<std::string> faults;  // each names the case

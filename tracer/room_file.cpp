@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 #include <hdf5.h>
+#include <zlib.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -19,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr int kFormat = 2;
 constexpr std::size_t kMaterialReals = sizeof(Material) / sizeof(float), kPoseReals = 12, kCameraReals = 20;
-constexpr hsize_t kChunk = 1 << 16;            // values that are compressed together
+constexpr hsize_t kChunk = 1 << 16;            // most values that are compressed together
 constexpr std::size_t kMost = 1u << 26;        // values of a column: a file that says more is damaged
 constexpr std::uint64_t kMostBytes = 1 << 28;  // of a file
 constexpr std::size_t kMostPacking = 2048;     // deflate packs 1032 to 1 at best
@@ -48,6 +50,9 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
+/// Values that are compressed together, of so many.
+hsize_t chunk_of(hsize_t count) { return std::clamp<hsize_t>(count, 1, kChunk); }
+
 /// How a number lies in files, and in memory.
 struct NumberType {
   hid_t stored, native;
@@ -73,7 +78,7 @@ class Writer {
 
   template <class T>
   void column(const char* name, const std::vector<T>& values) {
-    const hsize_t count = values.size(), chunk = std::clamp<hsize_t>(count, 1, kChunk);
+    const hsize_t count = values.size(), chunk = chunk_of(count);
     const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose), make(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     H5Pset_obj_track_times(make, false);
     if (count > 0) {
@@ -134,9 +139,17 @@ class Reader {
     if (static_cast<std::size_t>(count) * sizeof(T) / kMostPacking > bytes_.size())
       fail("a column claims more than the file can hold", fmt::format("{}: {}", name, count),
            fmt::format("what fits into {} bytes", bytes_.size()));
-    std::vector<T> values(static_cast<std::size_t>(count));
-    if (H5Dread(set, number_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
-      fail("a column is damaged", name, "the bytes that were written");
+    const Handle type(H5Dget_type(set), H5Tclose), made(H5Dget_create_plist(set), H5Pclose);
+    const auto total = static_cast<hsize_t>(count);
+    hsize_t chunk = 1;
+    if (H5Tequal(type, number_type<T>().stored) <= 0 ||
+        (total > 0 && (H5Pget_chunk(made, 1, &chunk) != 1 || chunk != chunk_of(total))))
+      fail("a column lies otherwise", name, "as `clerestory generate --write-rooms` writes it");
+    std::vector<T> values;
+    for (hsize_t at = 0; at < total; at += chunk) {
+      const std::vector<T> part = chunk_at<T>(set, at, static_cast<std::size_t>(chunk), name);
+      values.insert(values.end(), part.begin(), part.begin() + static_cast<long>(std::min(chunk, total - at)));
+    }
     if constexpr (std::is_floating_point_v<T>)
       if (!std::ranges::all_of(values, [](T v) { return std::isfinite(v); }))
         fail("a number is not finite", name, "finite numbers");
@@ -161,6 +174,27 @@ class Reader {
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
  private:
+  /// Not by H5Dread: HDF5 1.10 takes it for granted that a chunk inflates to all of its values.
+  template <class T>
+  std::vector<T> chunk_at(const Handle& set, hsize_t at, std::size_t count, const char* name) const {
+    static_assert(std::endian::native == std::endian::little, "as number_type() stores them");
+    const auto expect = [&](bool holds) {
+      if (!holds) fail("a column is damaged", name, "the bytes that were written");
+    };
+    hsize_t size = 0;
+    expect(H5Dget_chunk_storage_size(set, &at, &size) >= 0 && size > 0 && size <= bytes_.size());
+    std::vector<unsigned char> packed(static_cast<std::size_t>(size)), shuffled(count * sizeof(T));
+    std::uint32_t unfiltered = 0;
+    uLongf length = shuffled.size();
+    expect(H5Dread_chunk(set, H5P_DEFAULT, &at, &unfiltered, packed.data()) >= 0 && unfiltered == 0);
+    expect(uncompress(shuffled.data(), &length, packed.data(), packed.size()) == Z_OK && length == shuffled.size());
+    std::vector<T> values(count);
+    auto* bytes = reinterpret_cast<unsigned char*>(values.data());
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t b = 0; b < sizeof(T); ++b) bytes[i * sizeof(T) + b] = shuffled[b * count + i];
+    return values;
+  }
+
   fs::path path_;
   std::string bytes_;
   Handle access_;

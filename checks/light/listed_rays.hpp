@@ -1,6 +1,7 @@
 // Lists of rays, and a part of them, for kernels that hold a whole net.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <vector>
 
@@ -38,7 +39,10 @@ OpCase inference_case(const std::string& stem, const std::string& label, Tensors
     return std::vector<Value>{ask(v, list.empty() ? RayList{} : list_of(g, list, rays))};
   };
   c.reference = [=](const Tensors& t) { return std::vector<Tensor>{answer(t).first}; };
-  c.roundings = answer(c.inputs).second, c.magnitude = 1;
+  const auto [want, roundings] = answer(c.inputs);
+  c.magnitude = 1;
+  for (const double x : want.real) c.magnitude = std::max(c.magnitude, std::abs(x));
+  c.roundings = roundings / c.magnitude;  // which are of 1
   c.no_gradient = "for inference: throws";
   return c;
 }

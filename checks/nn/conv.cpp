@@ -180,6 +180,9 @@ OP_CASES(conv) {
       cases.push_back(normalised_case(s, k, s.label != "growth", both));
     }
   }
+  // Rows of weights a multiple of 4 KiB apart compete for the same cache sets: packed, where others are read as stored.
+  cases.push_back(normalised_case({"far_rows", {1, 1024, 2, 3}, {3, 1024, 1, 1}, 1, 0}, all_kernels()[0], true,
+                                  {"conv_pack_weights", "conv_cpu", "conv_weights_dot", "conv_bias_gradient"}));
   for (const Named& k : all_kernels())
     for (const Sizes& s : grid()) {
       const bool library = k.kernels == ConvKernels::Clblast;

@@ -94,7 +94,7 @@ Json info_json(const DeviceInfo& info) {
 }
 
 /// Makes the verdict on one device:
-/// {device, state: right | wrong | refused, why, kernels: [{kernel, cases, in_double, value_ulps, gradient_ulps,
+/// {device, quick, state: right | wrong | refused, why, kernels: [{kernel, cases, in_double, value_ulps, gradient_ulps,
 /// faults}], failures: [{kernel, fault, explained}], seconds}.
 class Verdict {
  public:
@@ -107,8 +107,8 @@ class Verdict {
     explain();
     Json kernels = Json::array();
     for (const auto& [name, kernel] : kernels_) kernels.push_back(kernel);
-    return {{"device", info_json(info_)}, {"state", state_},       {"why", why_},
-            {"kernels", kernels},         {"failures", failures_}, {"seconds", watch.seconds()}};
+    return {{"device", info_json(info_)}, {"quick", options_.quick}, {"state", state_},           {"why", why_},
+            {"kernels", kernels},         {"failures", failures_},   {"seconds", watch.seconds()}};
   }
 
  private:
@@ -245,6 +245,12 @@ std::string totals_text(const Totals& t) {
                      t.unexplained);
 }
 
+/// Right, wrong or refused, and what that goes by.
+std::string state_of(const Json& verdict) {
+  return verdict.at("state").get<std::string>() + (verdict.value("quick", false) ? ", smallest cases alone" : "") +
+         (verdict.value("kept", false) ? ", as checked before" : "");
+}
+
 std::string label_of(const Json& verdict) {
   const Json& device = verdict.at("device");
   const std::string less = device.value("less", "");
@@ -282,8 +288,7 @@ Table devices_table(const Json& all) {
       const double ulps = worst_of(verdict, column).first;
       return std::isnan(ulps) ? Cell() : Cell(Measure{ulps});
     };
-    table.add({label_of(verdict), verdict.at("device").at("driver").get<std::string>(),
-               verdict.at("state").get<std::string>() + (verdict.value("kept", false) ? ", as checked before" : ""),
+    table.add({label_of(verdict), verdict.at("device").at("driver").get<std::string>(), state_of(verdict),
                fmt::format("{}", verdict.at("kernels").size()), fmt::format("{}", doubles), worst("value_ulps"),
                worst("gradient_ulps"), fmt::format("{}", verdict.at("failures").size()), fmt::format("{}", explained)});
   }

@@ -11,7 +11,7 @@ namespace clerestory {
 struct DevicesOptions {
   std::vector<std::string> only;  // stems to check
   bool all = true;                // these are all there are
-  bool quick = false;             // the first case of each op
+  bool quick = false;             // the smallest case of each kernel
   bool again = false;             // without a look at kept verdicts
   std::vector<std::string> from;  // files that --json wrote
   std::filesystem::path report;   // .html or .md; empty: none

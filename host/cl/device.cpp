@@ -311,13 +311,12 @@ Kernel Device::State::make_kernel(std::string_view file, std::string_view name, 
   check(code, "clCreateKernel", [&] { return fmt::format("kernel {} of {}", name, file); });
   const std::size_t arguments = made.getInfo<CL_KERNEL_NUM_ARGS>();
   Kernel kernel;
-  kernel.state_ = std::make_shared<Kernel::State>(
-      Kernel::State{.kernel = std::move(made),
-                    .name = std::string(name),
-                    .label = fmt::format("{}:{}", file, name),
-                    .arguments = arguments,
-                    .first = first,
-                    .mark = {{std::string(file), std::string(name), defines}, precision}});
+  kernel.state_ = std::make_shared<Kernel::State>(Kernel::State{.kernel = std::move(made),
+                                                                .name = std::string(name),
+                                                                .label = fmt::format("{}:{}", file, name),
+                                                                .arguments = arguments,
+                                                                .first = first,
+                                                                .mark = {variant_of(file, name, defines), precision}});
   return kernel;
 }
 

@@ -35,6 +35,11 @@ void list_launch(const KernelVariant& variant) {
 
 }  // namespace
 
+KernelVariant variant_of(std::string_view file, std::string_view name, Defines defines) {
+  defines.erase("GROUP_RAYS");
+  return {std::string(file), std::string(name), std::move(defines)};
+}
+
 std::string text_of(const KernelVariant& variant) {
   std::string text = variant.file + ":" + variant.name;
   for (const auto& [name, value] : variant.defines) text += value.empty() ? " " + name : " " + name + "=" + value;

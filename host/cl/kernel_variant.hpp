@@ -13,6 +13,8 @@ struct KernelVariant {
   Defines defines;
   auto operator<=>(const KernelVariant&) const = default;
 };
+/// Without GROUP_RAYS, which follows from how much local memory a device has: each would add its own to the list.
+KernelVariant variant_of(std::string_view file, std::string_view name, Defines defines);
 /// "nn/conv_cpu.cl:conv_cpu TILE_ROWS=8 TILE_WIDTH=16", as checks/variants.txt lists them.
 std::string text_of(const KernelVariant& variant);
 

@@ -9,29 +9,26 @@ namespace clerestory {
 namespace {
 
 /// Where the text in quotes that begins at `at` ends: behind its last quote. Three quotes of a kind begin a text that
-/// three end, the last of a longer row (TOML); a backslash takes the next character with it, but not in single quotes:
-/// that is see_taken(i).
-template <class See>
-std::size_t end_of_quoted(std::string_view text, std::size_t at, const See& see_taken) {
+/// three end, the last of a longer row (TOML); a backslash takes the next character with it, but not in single quotes.
+std::size_t end_of_quoted(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const std::string three(3, quote);
   const std::string_view mark = text.substr(at, 3) == three ? std::string_view(three) : text.substr(at, 1);
   for (std::size_t i = at + mark.size(); i < text.size(); ++i) {
-    if (text[i] == '\\' && quote == '"') {
-      if (++i < text.size()) see_taken(i);
-    } else if (text.substr(i, mark.size()) == mark && (mark.size() == 1 || text.substr(i + 1, 3) != three)) {
+    if (text[i] == '\\' && quote == '"')
+      ++i;
+    else if (text.substr(i, mark.size()) == mark && (mark.size() == 1 || text.substr(i + 1, 3) != three))
       return i + mark.size();
-    }
   }
   return text.size();
 }
 
-/// Calls see(i) for the characters outside of quotes and comments, see_taken(i) for those behind backslashes in quotes.
-template <class See, class SeeTaken>
-void walk(std::string_view text, const See& see, const SeeTaken& see_taken) {
+/// Calls see(i) for the characters outside of quotes and comments.
+template <class See>
+void walk(std::string_view text, const See& see) {
   for (std::size_t i = 0; i < text.size(); ++i)
     if (text[i] == '"' || text[i] == '\'')
-      i = end_of_quoted(text, i, see_taken) - 1;
+      i = end_of_quoted(text, i) - 1;
     else if (text[i] == '#')
       i = std::min(text.find('\n', i), text.size()) - 1;
     else
@@ -63,24 +60,7 @@ void check_nesting(std::string_view text, const std::string& where) {
     if (depth + dots > max_nesting)
       throw usage_error("is nested too deep", line_of(where, text, i), fmt::format("more than {} levels", max_nesting));
   };
-  walk(text, see, [](std::size_t) {});
-}
-
-void check_ascii(std::string_view text, const std::string& where) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  const std::size_t first = text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
-  const auto is_ascii = [&](std::size_t i) { return i < first || static_cast<unsigned char>(text[i]) < 128; };
-  const auto see = [&](std::size_t i) {
-    if (!is_ascii(i))
-      throw usage_error("a letter beyond ASCII stands outside of quotes", line_of(where, text, i), {},
-                        "such a key or value in quotes");
-  };
-  const auto see_taken = [&](std::size_t i) {
-    if (!is_ascii(i))
-      throw usage_error("a letter beyond ASCII stands behind a backslash", line_of(where, text, i), {},
-                        "two backslashes, or single quotes");
-  };
-  walk(text, see, see_taken);
+  walk(text, see);
 }
 
 }  // namespace clerestory

@@ -1,5 +1,5 @@
-// `clerestory generate`, killed (kill -9) at several points of its work and run again each time, leaves what an
-// unbroken run leaves: the same files with the same bits, and no other.
+// `clerestory generate`, killed (kill -9) at several points of its work and run again each time, or shared out to
+// several devices at once, leaves what one unbroken run leaves: the same files with the same bits, and no other.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -13,18 +13,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct GenerateKilled : testing::Test {
-  ScratchFolder folder{"clerestory-generate-killed"};
+long pictures(const std::vector<std::string>& files) {
+  return std::ranges::count_if(files, [](const std::string& f) { return f.ends_with("_im.exr"); });
+}
+
+struct GenerateProgram : testing::Test {
+  ScratchFolder folder{"clerestory-generate-program"};
 
   // Many views: a busy machine that looks late still kills in the middle.
-  Program start(const std::string& out) const {
+  Program start(const std::string& out, const std::vector<std::string>& more = {}, const std::string& log = {},
+                const Surroundings& around = {}) const {
     const std::string assets = std::string(CLERESTORY_SOURCE_DIR) + "/assets";
     std::vector<std::string> line{"generate", "--rooms", "2", "--views", "10", "--size", "20x16", "--spp", "4"};
     for (const char* word : {"--light-spp", "1", "--probes", "1", "--seed", "5", "--balls", "--assets"}) {
       line.push_back(word);
     }
     line.insert(line.end(), {assets, "--out", (folder / out).string()});
-    return Program(line, folder / (out + ".txt"));
+    line.insert(line.end(), more.begin(), more.end());
+    return Program(line, folder / ((log.empty() ? out : log) + ".txt"), around);
   }
   std::string said(const std::string& out) const { return text_of(folder / (out + ".txt")); }
 
@@ -35,13 +41,17 @@ struct GenerateKilled : testing::Test {
     program.signal(SIGKILL);
     EXPECT_EQ(program.wait(), 128 + SIGKILL) << "it was done before it was killed: " << said(out);
   }
+
+  void expect_whole(const std::string& out) const {
+    const std::vector<std::string> files = files_below(folder / "whole");
+    EXPECT_EQ(pictures(files), 20);
+    ASSERT_EQ(files_below(folder / out), files);
+    for (const std::string& file : files)
+      EXPECT_TRUE(text_of(folder.path() / out / file) == text_of(folder.path() / "whole" / file)) << file << " differs";
+  }
 };
 
-long pictures(const std::vector<std::string>& files) {
-  return std::ranges::count_if(files, [](const std::string& f) { return f.ends_with("_im.exr"); });
-}
-
-TEST_F(GenerateKilled, EndsInTheSameBits) {
+TEST_F(GenerateProgram, KilledEndsInTheSameBits) {
   Program whole = start("whole");
   ASSERT_EQ(whole.wait(), 0) << said("whole");
 
@@ -57,12 +67,19 @@ TEST_F(GenerateKilled, EndsInTheSameBits) {
 
   Program last = start("broken");
   ASSERT_EQ(last.wait(), 0) << said("broken");
-  const std::vector<std::string> files = files_below(folder / "whole");
-  EXPECT_EQ(pictures(files), 20);
-  ASSERT_EQ(files_below(folder / "broken"), files);
-  for (const std::string& file : files)
-    EXPECT_TRUE(text_of(folder.path() / "broken" / file) == text_of(folder.path() / "whole" / file))
-        << file << " differs";
+  expect_whole("broken");
+}
+
+// Two of PoCL's, which share the cores: a program each, at the same time, into one folder.
+TEST_F(GenerateProgram, SeveralDevicesAtOnceMakeTheSame) {
+  Program whole = start("whole");
+  ASSERT_EQ(whole.wait(), 0) << said("whole");
+  const Surroundings two{{}, {{"POCL_DEVICES", "pthread pthread"}}};
+  Program first = start("parts", {"--device", "0", "--shard", "0/2"}, "first", two),
+          second = start("parts", {"--device", "1", "--shard", "1/2"}, "second", two);
+  EXPECT_EQ(first.wait(), 0) << said("first");
+  EXPECT_EQ(second.wait(), 0) << said("second");
+  expect_whole("parts");
 }
 
 }  // namespace
