@@ -272,6 +272,24 @@ TEST_F(CheckCommand, AMistakeInThePathTracerIsSeenInBothPrecisions) {
     EXPECT_THAT(text_of(found), HasSubstr(seen));
 }
 
+TEST_F(CheckCommand, OneKernelOfThePathTracerIsNamedAlone) {
+  // Maps that are wrong alike in float and in double, and the other eye of a picture.
+  for (const auto& [right, wrong, kernel] :
+       {std::tuple{"values[4] = at.material.albedo.x,", "values[4] = at.material.albedo.z,", "trace_maps"},
+        {"trace_samples(&scene, o, d, R(0)", "trace_samples(&scene, o, -d, R(0)", "trace_view"}}) {
+    const Surroundings changed = with_kernel("trace/path.cl", right, wrong);
+    EXPECT_EQ(check({"--only", "path", "-q", "--json=" + json.string()}, changed), 1) << text_of(log);
+    std::set<std::string> named;
+    const auto found = nlohmann::json::parse(text_of(json));
+    for (const auto& variant : found["kernels"])
+      if (!variant["faults"].empty()) {
+        const std::string text = variant["kernel"];
+        named.insert(text.substr(0, text.find(' ')));
+      }
+    EXPECT_EQ(named, std::set<std::string>{std::string("trace/path.cl:") + kernel});
+  }
+}
+
 TEST_F(CheckCommand, AReproducerSaysWhetherTheDeviceShowsItsFault) {
   const auto written = [&](const char* what) {
     std::ofstream(folder / "short.cl") << "kernel void reproduce(global int *wrong, const int many) { " << what << " }";
