@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cfloat>
+#include <regex>
 
 #include "host/error.hpp"
 
@@ -13,6 +14,16 @@ using Maker = KernelCheck (*)();
 std::vector<Maker>& makers() {
   static std::vector<Maker> all;
   return all;
+}
+
+/// Those that a fault names; all where it names none.
+std::set<std::string> suspects_of(const std::string& fault, const std::vector<std::string>& kernels) {
+  static const std::regex word("[A-Za-z0-9_]+");
+  const std::set<std::string> words(std::sregex_token_iterator(fault.begin(), fault.end(), word), {});
+  std::set<std::string> named;
+  for (const std::string& kernel : kernels)
+    if (words.contains(kernel)) named.insert(kernel);
+  return named.empty() ? std::set<std::string>(kernels.begin(), kernels.end()) : named;
 }
 
 }  // namespace
@@ -42,7 +53,7 @@ OpFindings check_kernels(const KernelCheck& check, const CheckedDevices& devices
   for (const std::string& kernel : check.kernels)
     if (std::ranges::find(findings.launched, kernel, &KernelVariant::name) == findings.launched.end())
       findings.faults.push_back(fmt::format("{} did not launch {}", check.stem, kernel));
-  if (!findings.faults.empty()) findings.suspects.insert(check.kernels.begin(), check.kernels.end());
+  for (const std::string& fault : findings.faults) findings.suspects.merge(suspects_of(fault, check.kernels));
   return findings;
 }
 

@@ -21,7 +21,8 @@ const std::vector<KernelCheck>& declared_kernel_checks();
 /// Before main().
 bool declare_kernel_check(KernelCheck (*make)());
 
-/// Errors of the device, and kernels that were not launched, are faults.
+/// Errors of the device, and kernels that were not launched, are faults. Suspects are the kernels that a fault names,
+/// all where it names none.
 OpFindings check_kernels(const KernelCheck& check, const CheckedDevices& devices, bool quick = false);
 
 /// Numbers of a kernel beside what they should be: one that is off by more than `roundings` epsilons of float of the

@@ -1,6 +1,7 @@
 #include "checks/op_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cfloat>
 #include <cstdlib>
 #include <random>
@@ -146,27 +147,22 @@ class Check {
     for (const Precision precision : precisions_of(devices_)) {
       const auto run_in_tile = [&](const std::string& name) {
         const InTile tile(device_of(devices_, precision), name);
-        std::vector<Tensor> values = run(precision, {.with_gradients = differentiates()})();
-        for (Tensor& t : run(precision, {.wrap = true, .with_gradients = differentiates()})())
-          values.push_back(std::move(t));
-        return values;
+        OpRun usual = run(precision, {.with_gradients = differentiates()});
+        outputs_ = usual.outputs().size() - case_.differentiate.size();
+        return std::array{usual(), run(precision, {.wrap = true, .with_gradients = differentiates()})()};
       };
-      const std::vector<Tensor> own = run_in_tile("auto");
-      for (const Tile& tile : tiles())
-        same_bits(run_in_tile(tile.name), own, fmt::format("{} in {}, tile {}", name_, text(precision), tile.name));
+      const auto own = run_in_tile("auto");
+      for (const Tile& tile : tiles()) {
+        const std::string what = fmt::format("{} in {}, tile {}", name_, text(precision), tile.name);
+        const auto in_tile = run_in_tile(tile.name);
+        same_bits(in_tile[0], own[0], what), same_bits(in_tile[1], own[1], what + ", as slices of bigger tensors");
+      }
     }
   }
 
  private:
-  struct Results {
-    std::size_t outputs = 0;
-    std::vector<Tensor> values;  // outputs, gradients, states
-  };
-
   bool differentiates() const { return !case_.differentiate.empty(); }
-  bool is_gradient(std::size_t i, std::size_t outputs) const {
-    return i >= outputs && i < outputs + case_.differentiate.size();
-  }
+  bool is_gradient(std::size_t i) const { return i >= outputs_ && i < outputs_ + case_.differentiate.size(); }
 
   template <class... Args>
   void fault(fmt::format_string<Args...> format, Args&&... args) {
@@ -180,30 +176,29 @@ class Check {
 
   /// Runs it twice, without passes and in slices: equal bits, and the kernels are launched.
   void run_in(Precision precision) {
-    Results& results = results_[precision];
+    std::vector<Tensor>& results = results_[precision];
     OpRun usual = run(precision, {.with_gradients = differentiates()});
-    results.outputs = usual.outputs().size() - case_.differentiate.size();
-    cotangents_ = usual.cotangents();
-    results.values = usual();
-    same_bits(usual(), results.values, fmt::format("{} in {}, second run", name_, text(precision)));
+    outputs_ = usual.outputs().size() - case_.differentiate.size(), cotangents_ = usual.cotangents();
+    results = usual();
+    same_bits(usual(), results, fmt::format("{} in {}, second run", name_, text(precision)));
 
     // With every pass off, views and concatenations are copied by their kernels.
     const PlanOptions off{.prune = false, .alias = false, .reuse = false, .reorder = false};
-    same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results.values,
+    same_bits(run(precision, {.options = off, .with_gradients = differentiates()})(), results,
               fmt::format("{} in {}, passes off", name_, text(precision)));
     const std::set<std::string> seen = names_of(launched_variants(precision));
     const bool fits = has_local_memory_for(device_of(devices_, precision), case_, precision);
     for (const std::string& kernel : case_.kernels)
       if (fits && !seen.count(kernel)) fault("{} in {} did not launch {}", name_, text(precision), kernel);
 
-    same_bits(run(precision, {.wrap = true, .with_gradients = differentiates()})(), results.values,
+    same_bits(run(precision, {.wrap = true, .with_gradients = differentiates()})(), results,
               fmt::format("{} in {}, as slices of bigger tensors", name_, text(precision)));
   }
 
-  std::vector<Tensor> without_gradients(const Results& results) const {
+  std::vector<Tensor> without_gradients(const std::vector<Tensor>& results) const {
     std::vector<Tensor> rest;
-    for (std::size_t i = 0; i < results.values.size(); ++i)
-      if (!is_gradient(i, results.outputs)) rest.push_back(results.values[i]);
+    for (std::size_t i = 0; i < results.size(); ++i)
+      if (!is_gradient(i)) rest.push_back(results[i]);
     return rest;
   }
 
@@ -228,16 +223,15 @@ class Check {
 
   void float_against_double() {
     const double gradient_roundings = case_.gradient_roundings > 0 ? case_.gradient_roundings : 4 * case_.roundings;
-    const std::vector<Tensor>&single = results_[Precision::Single].values, &twin = results_[Precision::Double].values;
-    const std::size_t outputs = results_[Precision::Double].outputs;
+    const std::vector<Tensor>&single = results_[Precision::Single], &twin = results_[Precision::Double];
     for (std::size_t i = 0; i < single.size(); ++i) {
-      const bool is_slope = is_gradient(i, outputs);
+      const bool is_slope = is_gradient(i);
       const double magnitude = !is_slope && case_.magnitude > 0 ? case_.magnitude : std::max(largest(twin[i]), 1e-30);
       const double roundings = is_slope ? gradient_roundings : case_.roundings;
       of_slopes_ = is_slope;
       const double share = close(single[i], twin[i], roundings * FLT_EPSILON * magnitude,
                                  fmt::format("{}, float against double, {} {}", name_, is_slope ? "gradient" : "output",
-                                             is_slope ? i - outputs : i));
+                                             is_slope ? i - outputs_ : i));
       of_slopes_ = false;
       findings_.twin_error = worse(findings_.twin_error, share);
       double& ulps = is_slope ? findings_.gradient_ulps : findings_.value_ulps;
@@ -277,10 +271,10 @@ class Check {
   /// The adjoint in double against central differences.
   void differences() {
     OpRun moving = run(Precision::Double);
-    const Results& results = results_[Precision::Double];
+    const std::vector<Tensor>& results = results_[Precision::Double];
     of_slopes_ = true;
     for (std::size_t d = 0; d < case_.differentiate.size(); ++d)
-      differences_by(case_.differentiate[d], results.values[results.outputs + d], d + 1, moving);
+      differences_by(case_.differentiate[d], results[outputs_ + d], d + 1, moving);
     of_slopes_ = false;
   }
 
@@ -361,23 +355,30 @@ class Check {
   void same_bits(const std::vector<Tensor>& a, const std::vector<Tensor>& b, const std::string& what) {
     if (a.size() != b.size()) return fault("{}: {} outputs instead of {}", what, a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
-      same_integers(a[i], b[i], fmt::format("{}, output {}", what, i));
-      if (a[i].real.size() != b[i].real.size()) {
-        fault("{}, output {}: {} numbers instead of {}", what, i, a[i].real.size(), b[i].real.size());
-        continue;
-      }
-      long differ = 0;
-      for (std::size_t k = 0; k < a[i].real.size(); ++k)
-        differ += !(a[i].real[k] == b[i].real[k] || (std::isnan(a[i].real[k]) && std::isnan(b[i].real[k])));
-      if (differ > 0) fault("{}, output {} of {}: {} elements differ", what, i, a[i].shape.text(), differ);
+      of_slopes_ = is_gradient(i);
+      same_bits_of(
+          a[i], b[i],
+          of_slopes_ ? fmt::format("{}, gradient {}", what, i - outputs_) : fmt::format("{}, output {}", what, i));
+      of_slopes_ = false;
     }
+  }
+
+  void same_bits_of(const Tensor& a, const Tensor& b, const std::string& what) {
+    same_integers(a, b, what);
+    if (a.real.size() != b.real.size())
+      return fault("{}: {} numbers instead of {}", what, a.real.size(), b.real.size());
+    long differ = 0;
+    for (std::size_t k = 0; k < a.real.size(); ++k)
+      differ += !(a.real[k] == b.real[k] || (std::isnan(a.real[k]) && std::isnan(b.real[k])));
+    if (differ > 0) fault("{} of {}: {} elements differ", what, a.shape.text(), differ);
   }
 
   const OpCase& case_;  // rounded to float
   const CheckedDevices& devices_;
   OpFindings& findings_;
   const std::string name_;
-  std::map<Precision, Results> results_;
+  std::map<Precision, std::vector<Tensor>> results_;  // outputs, gradients, states
+  std::size_t outputs_ = 0;                           // of them, in every run
   std::vector<Tensor> cotangents_;
   bool of_slopes_ = false;  // what is compared now is a gradient
   std::size_t slope_faults_ = 0, value_faults_ = 0;

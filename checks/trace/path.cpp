@@ -1,8 +1,9 @@
-// The path tracer's kernels: hits and light against an independent path tracer in plain C++, every answer in float
-// against the same kernels in double and the same random numbers, two runs bit for bit.
+// The path tracer's kernels: hits, maps, light and pictures against an independent path tracer in plain C++, every
+// answer in float against the same kernels in double and the same random numbers, two runs bit for bit.
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
+#include <map>
 
 #include "checks/kernel_check.hpp"
 #include "checks/trace/path_reference.hpp"
@@ -11,6 +12,8 @@
 
 namespace clerestory {
 namespace {
+
+using reference::V;
 
 // What rounding decides, a shadow's edge or a lobe, is a rate; other numbers agree by arithmetic: a ray that lands two
 // roundings beside its place sees a lamp a third of the room away turned by 4 epsilon times 3, over cosines of a tenth.
@@ -55,9 +58,9 @@ World textured(World world) {
   return world;
 }
 
-Camera camera_into_room(bool quick) {
-  Camera camera = quick ? Camera::from_fov(7, 5, 80)
-                        : Camera::from_fov(23, 17, 80);  // neither is a multiple of a work-group's size
+/// Widths and heights are no multiples of a work-group's size.
+Camera camera_into_room(int width, int height) {
+  Camera camera = Camera::from_fov(width, height, 80);
   look_at(camera, {1.5, 1.6, 1.7}, {-0.2, 0.8, -0.7});
   return camera;
 }
@@ -151,8 +154,8 @@ void light(TraceScene& scene, const reference::PathTracer& reference, OpFindings
   for (int i = 0; i < rays.count; ++i) {
     double sum[2] = {0, 0}, squares[2] = {0, 0};
     for (int k = 0; k < paths; ++k) {
-      const reference::V l = reference.radiance(rays.at(rays.points, i), glm::normalize(rays.at(rays.directions, i)),
-                                                query.max_depth, random);
+      const V l = reference.radiance(rays.at(rays.points, i), glm::normalize(rays.at(rays.directions, i)),
+                                     query.max_depth, random);
       double mine = 0;
       for (int c = 0; c < 3; ++c)
         mine += static_cast<double>(found[static_cast<std::size_t>((c * rays.count + i) * paths + k)]);
@@ -165,19 +168,96 @@ void light(TraceScene& scene, const reference::PathTracer& reference, OpFindings
     const double allowed = kSigmas * std::sqrt(variance) + 1e-3 * sum[1], error = std::abs(sum[0] - sum[1]);
     findings.value_error = worse(findings.value_error, std::isnan(error) ? INFINITY : error / allowed);
     if (!(error <= allowed))
-      findings.faults.push_back(
-          fmt::format("trace_rays in {}: ray {} brings {} instead of {} +- {}", precision, i, sum[0], sum[1], allowed));
+      findings.faults.push_back(fmt::format("mean_radiance of trace_rays in {}: ray {} brings {} instead of {} +- {}",
+                                            precision, i, sum[0], sum[1], allowed));
   }
+}
+
+V towards_pixel(const Camera& camera, std::size_t pixel) {
+  const auto width = static_cast<std::size_t>(camera.width);
+  return camera.direction_to_world(
+      camera.direction(static_cast<double>(pixel % width) + 0.5, static_cast<double>(pixel / width) + 0.5));
+}
+
+/// A picture by two scatterings, its mean and the variance of that in every pixel and channel.
+void picture(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings,
+             const std::string& precision, bool quick) {
+  const int paths = quick ? 30 : 1500;
+  const Camera camera = camera_into_room(quick ? 3 : 7, quick ? 2 : 5);
+  const TracePicture found = scene.picture(camera, paths, 9, 2), again = scene.picture(camera, paths, 10, 2);
+  double between = 0, told = 0;  // squared differences of the two, and what their variances promise
+  const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
+  Random random(47);
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    V sum(0), squares(0);
+    for (int k = 0; k < paths; ++k) {
+      const V l = reference.radiance(camera.position(), towards_pixel(camera, pixel), 2, random);
+      sum += l / static_cast<double>(paths), squares += l * l / static_cast<double>(paths);
+    }
+    for (int c = 0; c < 3; ++c) {
+      const double mine = static_cast<double>(found.mean.plane(c)[pixel]),
+                   other = static_cast<double>(again.mean.plane(c)[pixel]),
+                   own = static_cast<double>(found.variance.plane(c)[pixel]),
+                   plain = std::max(0.0, squares[c] - sum[c] * sum[c]) / paths;
+      between += (mine - other) * (mine - other), told += 2 * own;
+      // The kernel joins two ways to draw, so that its own variance, if it is right, is the smaller one.
+      const double variance = plain + std::min(own, plain);
+      const double allowed = kSigmas * std::sqrt(variance) + 1e-3 * sum[c], error = std::abs(mine - sum[c]);
+      findings.value_error = worse(findings.value_error, std::isnan(error) ? INFINITY : error / allowed);
+      if (!(error <= allowed))
+        findings.faults.push_back(fmt::format("trace_view in {}: channel {} of pixel {} is {} instead of {} +- {}",
+                                              precision, c, pixel, mine, sum[c], allowed));
+    }
+  }
+  // Of some hundred numbers, of which three channels go together: a factor of three is far beyond chance.
+  if (!quick && !(between < 3 * told && told < 3 * between))
+    findings.faults.push_back(
+        fmt::format("trace_view in {}: two pictures are {} apart, told {}", precision, between, told));
+}
+
+/// What lies under the centres of pixels.
+void maps(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings, const std::string& precision,
+          bool quick) {
+  const Camera camera = quick ? camera_into_room(7, 5) : camera_into_room(23, 17);
+  const TraceMaps found = scene.maps(camera);
+  std::map<std::string, std::pair<std::vector<double>, std::vector<double>>> got_want;
+  int other = 0;
+  for (std::size_t pixel = 0; pixel < found.triangle.size(); ++pixel) {
+    const V d = towards_pixel(camera, pixel);
+    const auto hit = reference.nearest(camera.position(), d, 1e30);
+    if (!hit || static_cast<std::size_t>(found.triangle[pixel]) != hit->facet) {
+      ++other;  // through an edge, within a rounding
+      continue;
+    }
+    const auto surface = reference.surface(*hit, d);
+    const auto compare = [&, pixel](const char* name, const Image& map, const V& want) {
+      for (int c = 0; c < map.channels; ++c)
+        got_want[name].first.push_back(static_cast<double>(map.plane(c)[pixel])),
+            got_want[name].second.push_back(want[c]);
+    };
+    compare("depth", found.depth, V(-hit->t * camera.direction_to_camera(d).z));
+    compare("normal", found.normal, camera.direction_to_camera(surface.normal));
+    compare("albedo", found.albedo, V(surface.material->color_a));
+    compare("roughness", found.roughness, V(surface.material->roughness_a));
+    compare("metallic", found.metallic, V(surface.material->metallic_a));
+    compare("emission", found.emission, surface.emission);
+    other += found.emitter[pixel] != surface.emitter;
+  }
+  if (other > kFewDecided / 3 + kDecided * static_cast<double>(found.triangle.size()))
+    findings.faults.push_back(fmt::format("trace_maps in {}: {} of {} pixels show another triangle or emitter",
+                                          precision, other, found.triangle.size()));
+  // As hits: normals and the sky are looked up where the ray lands.
+  for (const auto& [name, values] : got_want)
+    expect_close(findings, fmt::format("trace_maps in {}, {}", precision, name), values.first, values.second, 600);
 }
 
 struct Answers {
   std::vector<float> radiance, picture, maps;
   std::vector<int> triangles;
-  bool operator==(const Answers&) const = default;
 };
 
 Answers answers_of(TraceScene& scene, bool quick) {
-  const Camera camera = camera_into_room(quick);
+  const Camera camera = quick ? camera_into_room(7, 5) : camera_into_room(23, 17);
   const Rays rays = rays_in_room(quick ? 41 : 901);
   RadianceQuery query;
   query.seed = 12, query.max_depth = 3;
@@ -192,11 +272,14 @@ Answers answers_of(TraceScene& scene, bool quick) {
 void twins(const CheckedDevices& devices, const World& world, const BvhForm& form, OpFindings& findings, bool quick) {
   TraceScene scene(devices.single, world, Precision::Single, form);
   const Answers single = answers_of(scene, quick);
-  expect_same(findings, "trace_view, trace_rays or trace_maps", answers_of(scene, quick), single);
+  const Answers again = answers_of(scene, quick);
+  expect_same(findings, "mean_radiance of trace_rays", again.radiance, single.radiance);
+  expect_same(findings, "trace_view", again.picture, single.picture);
+  expect_same(findings, "trace_maps", std::pair(again.maps, again.triangles), std::pair(single.maps, single.triangles));
   if (!devices.with_doubles) return;
   TraceScene twin(*devices.with_doubles, world, Precision::Double, form);
   const Answers twins = answers_of(twin, quick);
-  expect_twins(findings, "trace_rays", single.radiance, twins.radiance, 3 * kRoundings);
+  expect_twins(findings, "mean_radiance of trace_rays", single.radiance, twins.radiance, 3 * kRoundings);
   expect_twins(findings, "trace_view", single.picture, twins.picture, 3 * 3 * kRoundings);
   expect_twins(findings, "trace_maps", single.maps, twins.maps, kRoundings);
 }
@@ -213,6 +296,7 @@ KERNEL_CHECK(path) {
               TraceScene scene(device, world, precision, form);
               const std::string what = fmt::format("{}, {} wide", name, form.width);
               hits(scene, reference, findings, what, quick), light(scene, reference, findings, what, quick);
+              picture(scene, reference, findings, what, quick), maps(scene, reference, findings, what, quick);
             };
             for (const BvhForm& form : {BvhForm::wide(), BvhForm::short_stack()}) {
               if (!form.fits(devices.single)) continue;

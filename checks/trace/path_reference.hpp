@@ -62,30 +62,42 @@ class PathTracer {
     return hit;
   }
 
+  /// What d meets there: the side that it sees, the shading normal on that side, and the radiance that it gives off
+  /// towards o.
+  struct Surface {
+    V face, normal;
+    const Material* material;
+    int emitter;  // -1: none, and seen from behind
+    V emission;
+  };
+  Surface surface(const Hit& hit, const V& d) const {
+    const Facet& facet = facets_[hit.facet];
+    const bool front = glm::dot(facet.normal, d) < 0;
+    Surface s{facet.normal, facet.normal, &world_.materials[static_cast<std::size_t>(facet.of->material)],
+              front ? facet.of->emitter : -1, front ? emitted(facet, d) : V(0)};
+    if (facet.of->smooth) {
+      const Vertex* v = facet.of->v;
+      s.normal = glm::normalize((1 - hit.u - hit.v) * V(v[0].normal) + hit.u * V(v[1].normal) + hit.v * V(v[2].normal));
+    }
+    if (!front) s.face = -s.face, s.normal = -s.normal;
+    return s;
+  }
+
   /// One path's estimate of the radiance that arrives at o from unit d, with at most `depth` scatterings.
   V radiance(V o, V d, int depth, Random& random) const {
     V sum(0), throughput(1);
     for (int vertex = 0;; ++vertex) {
       const std::optional<Hit> hit = nearest(o, d, 1e30);
       if (!hit) return sum;
-      const Facet& facet = facets_[hit->facet];
-      const bool front = glm::dot(facet.normal, d) < 0;
-      if (vertex == 0 && front) sum += emitted(facet, d);
+      const auto [face, normal, material, emitter, emission] = surface(*hit, d);
+      if (vertex == 0) sum += emission;
       if (vertex == depth) return sum;
-      const V face = front ? facet.normal : -facet.normal;
-      V normal = face;
-      if (facet.of->smooth) {
-        const Vertex* v = facet.of->v;
-        normal =
-            glm::normalize((1 - hit->u - hit->v) * V(v[0].normal) + hit->u * V(v[1].normal) + hit->v * V(v[2].normal));
-        if (!front) normal = -normal;
-      }
       const V across = glm::normalize(glm::cross(std::abs(normal.x) < 0.5 ? V(1, 0, 0) : V(0, 1, 0), normal));
       const glm::dmat3 frame(across, glm::cross(normal, across), normal);
       const V wo = glm::transpose(frame) * -d, start = o + hit->t * d + 1e-4 * face;
       if (wo.z <= 0) return sum;
-      const Material& m = world_.materials[static_cast<std::size_t>(facet.of->material)];
-      const Brdf brdf{V(m.color_a), static_cast<double>(m.roughness_a), static_cast<double>(m.metallic_a)};
+      const Brdf brdf{V(material->color_a), static_cast<double>(material->roughness_a),
+                      static_cast<double>(material->metallic_a)};
       sum += throughput * direct(brdf, frame, wo, start, random);
 
       const double u = unit(random), phi = 2 * std::numbers::pi * unit(random);

@@ -1,5 +1,7 @@
 #include "experiments/commands/check_devices.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -194,15 +196,27 @@ class Verdict {
 // --- Kept verdicts
 // ----------------------------------------------------------------------------------------------------
 
-/// All that a verdict hangs on: device, driver and compiler; this program and its kernels; what the environment says.
+/// What the environment says to drivers beside what provenance knows: to Intel's, Mesa's and Oclgrind.
+std::string words_to_drivers() {
+  std::set<std::string> words;
+  for (char** entry = environ; *entry; ++entry)
+    for (const char* start : {"CL_CONFIG_", "RUSTICL_", "OCLGRIND_"})
+      if (std::string word = *entry; word.starts_with(start)) words.insert(std::move(word));
+  return fmt::format("{}", fmt::join(words, "\n"));
+}
+
+/// All that a verdict hangs on: device, driver and compiler, of all devices where another runs the twins in double;
+/// this program, its kernels, the list of variants and the reproducers; what the environment says.
 std::string key_of(const DeviceInfo& info, const DevicesOptions& options) {
-  std::string key = fmt::format("{}\n{}\n{}\n{} {}\n", device_fingerprints().at(static_cast<std::size_t>(info.index)),
-                                file_hash("/proc/self/exe"), kernels_hash(), options.quick ? "quick" : "",
-                                fmt::join(options.only, ","));
+  const std::vector<std::string> fingerprints = device_fingerprints();
+  std::string key = fmt::format("{} {}\n{}\n{}\n{}\n{} {}\n", info.index,
+                                info.fp64 ? fingerprints.at(static_cast<std::size_t>(info.index))
+                                          : fmt::format("{}", fmt::join(fingerprints, "\n")),
+                                file_hash("/proc/self/exe"), kernels_hash(), fmt::join(listed_variants(), "\n"),
+                                options.quick ? "quick" : "", fmt::join(options.only, ","));
+  for (const Reproducer& r : reproducers()) key += r.file.filename().string() + " " + file_hash(r.file) + "\n";
   for (const auto& [name, value] : begin_provenance({}).environment) key += name + "=" + value + "\n";
-  for (const char* name : {"CL_CONFIG_CPU_TARGET_ARCH", "RUSTICL_ENABLE"})  // Intel's and Mesa's own
-    if (const char* value = std::getenv(name)) key += fmt::format("{}={}\n", name, value);
-  return key;
+  return key + words_to_drivers();
 }
 
 Json verdict_on(const DeviceInfo& info, const DevicesOptions& options) {
@@ -225,7 +239,7 @@ Json verdict_on(const DeviceInfo& info, const DevicesOptions& options) {
 
 struct Totals {
   std::set<std::string> kernels;
-  std::size_t devices = 0, failed = 0, unexplained = 0;
+  std::size_t devices = 0, refused = 0, failed = 0, unexplained = 0;
   std::vector<std::string> at_fault;  // devices that programs would use
 };
 
@@ -236,6 +250,7 @@ Totals totals_of(const Json& all) {
     for (const Json& kernel : verdict.at("kernels")) t.kernels.insert(kernel.at("kernel"));
     for (const Json& failure : verdict.at("failures")) ++t.failed, t.unexplained += failure.at("explained").is_null();
     if (verdict.at("state") == "wrong") t.at_fault.push_back(verdict.at("device").at("name"));
+    t.refused += verdict.at("state") == "refused";
   }
   return t;
 }
@@ -385,6 +400,9 @@ void conclude(const Json& all, const DevicesOptions& options, const CommonOption
   }
   if (!totals.at_fault.empty())
     throw Error(ErrorKind::Failed, fmt::format("kernels are wrong on {}", fmt::join(totals.at_fault, ", ")));
+  if (totals.refused == totals.devices)
+    throw Error(ErrorKind::Failed,
+                "no kernel was checked: every device is refused, by its driver's fault or by one of tensor/probe.cl");
 }
 
 Json read_result(const std::string& file) {

@@ -25,7 +25,7 @@ std::vector<std::string> listed_variants();
 /// Each device in a process of its own: drivers crash, and two compilers in one process may be one too many. Prints a
 /// table and "kernels K devices D failed F unexplained U": K variants were run on D devices; F pairs of variant and
 /// device failed, and devices that are refused or lost; U of them without a reproducer in checks/reproducers that shows
-/// its fault there. Throws ErrorKind::Failed when a device that programs would use fails.
+/// its fault there. Throws ErrorKind::Failed when a device that programs would use fails, or all are refused.
 void check_devices(const DevicesOptions& options, const CommonOptions& common);
 /// The same from files.
 void show_devices(const DevicesOptions& options, const CommonOptions& common);

@@ -142,6 +142,8 @@ std::string table_text(const Table& table) {
 std::string table_markdown(const Table& table) {
   const auto cell = [](std::string text, bool bold) {
     for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2) text.insert(at, "\\");
+    std::ranges::replace_if(
+        text, [](char c) { return c == '\n' || c == '\r'; }, ' ');  // would end the row
     return bold ? " **" + text + "** |" : " " + text + " |";
   };
   std::string text = table.title.empty() ? "" : "**" + table.title + "**\n\n";

@@ -220,6 +220,42 @@ TEST_F(CheckAll, OneSmallMistakeIsNamedByItsKernelAndForgottenWithIt) {
   EXPECT_THAT(text_of(results), HasSubstr("as checked before"));
 }
 
+TEST_F(CheckAll, AnAdjointThatTakesASliceForAWholeTensorIsNamed) {
+  // Right for tensors of their own: all that is seen is other bits in the gradient of a slice.
+  const Surroundings changed =
+      with_kernel("nn/unit_vector.cl", "(a - along * x)", "(a - along * (t_base + t_offset + n * 3 * plane)[i])");
+  EXPECT_EQ(check_all(changed), 1) << text_of(results);
+  EXPECT_THAT(text_of(results), HasSubstr(": nn/unit_vector.cl:unit_vector_adjoint: unit_vector/usual in float, as "
+                                          "slices of bigger tensors, gradient 0"));
+  EXPECT_THAT(text_of(results), Not(HasSubstr("nn/unit_vector.cl:unit_vector:")));
+}
+
+TEST_F(CheckAll, AReproducerThatComesLaterAndWordsToADriverMakeAVerdictAnew) {
+  Surroundings changed = with_kernel("nn/unit_vector.cl", "? R(1e-6) :", "? R(1e-5) :");
+  EXPECT_EQ(check_all(changed), 1) << text_of(log);
+  EXPECT_THAT(last_line_of(results), HasSubstr("unexplained 1"));
+  changed.environment["OCLGRIND_DATA_RACES"] = "1";
+  EXPECT_EQ(check_all(changed), 1);
+  EXPECT_THAT(text_of(results), Not(HasSubstr("as checked before")));
+  changed.folder = folder / "work";  // what lies there comes before the program's own
+  fs::create_directories(changed.folder / "checks/reproducers");
+  fs::copy(fs::path(CLERESTORY_SOURCE_DIR) / "checks/variants.txt", changed.folder / "checks");
+  std::ofstream(changed.folder / "checks/reproducers/always.cl")
+      << "// device: " << list_devices().at(0).platform << "\n// kernels: nn/unit_vector.cl\n"
+      << "kernel void reproduce(global int *wrong, const int many) { wrong[get_global_id(0)] = many; }\n";
+  EXPECT_EQ(check_all(changed), 1);
+  EXPECT_THAT(last_line_of(results), HasSubstr("unexplained 0")) << text_of(results);
+  EXPECT_EQ(check_all(changed), 1);
+  EXPECT_THAT(text_of(results), HasSubstr("as checked before"));
+}
+
+TEST_F(CheckAll, WhereEveryDeviceIsRefusedNothingIsRight) {
+  const Surroundings changed = with_kernel("tensor/probe.cl", "vstore16(sin(v)", "vstore16(cos(v)");
+  EXPECT_EQ(check_all(changed), 1) << text_of(results);
+  EXPECT_THAT(text_of(log), HasSubstr("tensor/probe.cl"));
+  EXPECT_THAT(text_of(results), HasSubstr("sin of 0.01 gives "));
+}
+
 TEST_F(CheckAll, AKernelThatDoesNotBuildIsNamed) {
   const Surroundings changed = with_kernel("nn/unit_vector.cl", "kernel void", "no kernel void");
   EXPECT_EQ(check_all(changed), 1);
@@ -234,6 +270,24 @@ TEST_F(CheckCommand, AMistakeInThePathTracerIsSeenInBothPrecisions) {
   EXPECT_THAT(text_of(log), HasSubstr("one op is wrong: path"));
   for (const char* seen : {"trace_rays in float, 16 wide: ray ", "trace_rays in double, 16 wide: ray "})
     EXPECT_THAT(text_of(found), HasSubstr(seen));
+}
+
+TEST_F(CheckCommand, OneKernelOfThePathTracerIsNamedAlone) {
+  // Maps that are wrong alike in float and in double, and the other eye of a picture.
+  for (const auto& [right, wrong, kernel] :
+       {std::tuple{"values[4] = at.material.albedo.x,", "values[4] = at.material.albedo.z,", "trace_maps"},
+        {"trace_samples(&scene, o, d, R(0)", "trace_samples(&scene, o, -d, R(0)", "trace_view"}}) {
+    const Surroundings changed = with_kernel("trace/path.cl", right, wrong);
+    EXPECT_EQ(check({"--only", "path", "-q", "--json=" + json.string()}, changed), 1) << text_of(log);
+    std::set<std::string> named;
+    const auto found = nlohmann::json::parse(text_of(json));
+    for (const auto& variant : found["kernels"])
+      if (!variant["faults"].empty()) {
+        const std::string text = variant["kernel"];
+        named.insert(text.substr(0, text.find(' ')));
+      }
+    EXPECT_EQ(named, std::set<std::string>{std::string("trace/path.cl:") + kernel});
+  }
 }
 
 TEST_F(CheckCommand, AReproducerSaysWhetherTheDeviceShowsItsFault) {

@@ -78,6 +78,9 @@ TEST(TableTest, MarkdownEscapesAndSetsBold) {
       << text;
   EXPECT_NE(text.find("| grid\\|8x16 | 0.0123"), std::string::npos) << text;
   EXPECT_NE(text.find("**31.6 ± 0.2**"), std::string::npos) << text;
+  Table log{"", {{"fault", ""}}, {}};
+  log.add({std::string("two\r\nlines")});
+  EXPECT_EQ(table_markdown(log), "| fault |\n|---|\n| two  lines |\n");
 }
 
 TEST(TableTest, JsonRoundTrip) {
