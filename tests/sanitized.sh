@@ -18,7 +18,8 @@ esac
 ninja -C $folder "${suites[@]/#/test_}"
 export LSAN_OPTIONS=suppressions=$root/tests/leaks.supp:print_suppressions=0
 export UBSAN_OPTIONS=print_stacktrace=1
-export TSAN_OPTIONS=suppressions=$root/tests/threads.supp:print_suppressions=0
+# A test forks and catches interrupts, which takes a thread, in the child.
+export TSAN_OPTIONS=suppressions=$root/tests/threads.supp:print_suppressions=0:die_after_fork=0
 said=$(mktemp)
 trap 'rm -f "$said"' EXIT
 
