@@ -57,7 +57,7 @@ check() { # NAME [VARIABLE=VALUE...]: 1 says that kernels fail there; whether th
 check_pocl() { icd pocl "$(cat /etc/OpenCL/vendors/pocl.icd)" && check pocl; }
 check_pocl_less() {
   icd pocl_less "$(cat /etc/OpenCL/vendors/pocl.icd)"
-  check pocl_less CLERESTORY_PRETEND=max_group=1,no_fp64,no_unified_memory,max_allocation=16,memory=64
+  check pocl_less CLERESTORY_PRETEND=max_group=1,no_fp64,no_unified_memory,max_allocation=32,memory=64 # MiB, the least that OpenCL asks for
 }
 check_intel() { get_intel intel && check intel LD_LIBRARY_PATH="$folder/intel/lib"; }
 check_intel_avx2() {

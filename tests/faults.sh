@@ -57,7 +57,7 @@ tensors_hash() { # file
 }
 # A study's errors, but for what it renders in a given time.
 errors_hash() { # run
-  grep -v '"equal/' "$1/metrics.jsonl" | sed 's/"[a-z0-9/]*seconds":[^,]*,//g' | sha256sum | cut -d' ' -f1
+  grep -v 'equal/' "$1/metrics.jsonl" | sed 's/"[a-z0-9/]*seconds":[^,]*,//g' | sha256sum | cut -d' ' -f1
 }
 results_of() { # command, folder
   local file

@@ -110,7 +110,9 @@ class Loader {
 
   void load_file(const std::filesystem::path& path) {
     const std::string name = path.string();
-    const std::filesystem::path real = std::filesystem::weakly_canonical(path);
+    std::error_code error;
+    const std::filesystem::path real = std::filesystem::weakly_canonical(path, error);
+    if (error) throw usage_error("cannot be opened: " + error.message(), name);
     if (std::ranges::find(open_, real) != open_.end()) throw usage_error("extends itself: " + chain(real), name);
     if (++files_ > kMostFiles)  // files that extend each other twice over are read again each time
       throw usage_error("extends too many files", name, fmt::format("{}", files_),

@@ -104,8 +104,10 @@ void keep_geometry(Json& json) {
 // What a file names is read from its own folder or one below it, whatever dots, escapes and links say.
 void check_beside(const std::filesystem::path& named, const std::filesystem::path& mesh) {
   namespace fs = std::filesystem;
+  std::error_code error;
   const fs::path home = fs::weakly_canonical(mesh.has_parent_path() ? mesh.parent_path() : "."),
-                 real = fs::weakly_canonical(named);
+                 real = fs::weakly_canonical(named, error);
+  if (error) throw usage_error("names a file that cannot be opened: " + error.message(), mesh.string(), named.string());
   if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
     throw usage_error("names a file outside its folder", mesh.string(), named.string(), "one in " + home.string());
 }
