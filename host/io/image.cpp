@@ -119,11 +119,20 @@ std::string failure_of(OIIO::ImageInput& input, bool read) {
   return message;
 }
 
+/// OpenImageIO 2.4 reads before the first byte where a damaged OpenEXR file points there.
+class Bytes : public OIIO::Filesystem::IOMemReader {
+ public:
+  explicit Bytes(const std::string& bytes) : IOMemReader(bytes.data(), bytes.size()) {}
+  std::size_t pread(void* to, std::size_t size, std::int64_t offset) override {
+    return offset < 0 ? 0 : IOMemReader::pread(to, size, offset);
+  }
+};
+
 Decoded decode(const std::filesystem::path& path) {
   const std::string where = path.string();
   std::string bytes = read_file(path);
   const Format format = format_of(bytes, where);
-  OIIO::Filesystem::IOMemReader reader(bytes.data(), bytes.size());
+  Bytes reader(bytes);
   const auto input = OIIO::ImageInput::create(format.plugin);
   if (!input) throw Error(ErrorKind::Failed, "no decoder for " + std::string(format.name), where);
   input->set_ioproxy(&reader);
