@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Gets every driver that can be had without its hardware and asks `clerestory check` of each: PoCL, Intel's runtime for
-# CPUs with its widest and with narrower vectors and as of 2024, Oclgrind (memory, races, wrong calls), Mesa's rusticl; and PoCL once
+# CPUs with its widest and with narrower vectors, Oclgrind (memory, races, wrong calls), Mesa's rusticl; and PoCL once
 # more as a device that has the least of everything. Nothing is installed where programs would find it but Oclgrind and
 # libclc; drivers lie in FOLDER and are named by OCL_ICD_VENDORS.
 # Results: FOLDER/DRIVER.json, and devices.md and devices.html of all of them.
 #   usage: bash tests/devices.sh [--quick] [--report FILE.md] [FOLDER [DRIVER...]]
-#   drivers: pocl pocl_less intel intel_avx2 intel_2024 oclgrind rusticl
+#   drivers: pocl pocl_less intel intel_avx2 oclgrind rusticl
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../experiments/setup.sh"
 quick=() report=
@@ -15,7 +15,7 @@ done
 folder=${1-$(mktemp -d)}
 [ $# -eq 0 ] || shift
 drivers=("$@")
-[ ${#drivers[@]} -gt 0 ] || drivers=(pocl pocl_less intel intel_avx2 intel_2024 oclgrind rusticl)
+[ ${#drivers[@]} -gt 0 ] || drivers=(pocl pocl_less intel intel_avx2 oclgrind rusticl)
 packages+=(oclgrind libclc-15 python3-venv)
 install_packages
 mkdir -p "$folder"
@@ -27,13 +27,12 @@ icd() { # NAME LIBRARY: a folder for OCL_ICD_VENDORS that has this driver alone
   mkdir -p "$folder/icd/$1"
   echo "$2" >"$folder/icd/$1/$1.icd"
 }
-get_intel() { # NAME [VERSION]: the newest, or this one
-  local venv=$folder/intel${2-}
-  [ -e "$venv/lib/libintelocl.so" ] || {
-    python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet "intel-opencl-rt${2+==$2}" "intel-cmplr-lib-rt${2+==$2}"
+get_intel() {
+  [ -e "$folder/intel/lib/libintelocl.so" ] || {
+    python3 -m venv "$folder/intel"
+    "$folder/intel/bin/pip" install --quiet intel-opencl-rt intel-cmplr-lib-rt
   }
-  icd "$1" "$venv/lib/libintelocl.so"
+  icd "$1" "$folder/intel/lib/libintelocl.so"
 }
 get_mesa() { # unpacked, not installed: its .icd files would show it to every program
   mkdir -p "$folder/debs"
@@ -59,16 +58,12 @@ check_pocl_less() {
   icd pocl_less "$(cat /etc/OpenCL/vendors/pocl.icd)"
   check pocl_less CLERESTORY_PRETEND=max_group=1,no_fp64,no_unified_memory,max_allocation=32,memory=64 # MiB, the least that OpenCL asks for
 }
+# The vectoriser of 2025.0 to 2026.2 loses lanes of GPUs' tracer, which CPUs do not get: with
+# CL_CONFIG_CPU_VECTORIZER_MODE=1 it is right. No short kernel was found yet that shows it, so it counts as unexplained.
 check_intel() { get_intel intel && check intel LD_LIBRARY_PATH="$folder/intel/lib"; }
 check_intel_avx2() {
   get_intel intel_avx2
   check intel_avx2 LD_LIBRARY_PATH="$folder/intel/lib" CL_CONFIG_CPU_TARGET_ARCH=core-avx2
-}
-# From 2025.0 on (2026.2 is the last that was tried) the runtime's vectoriser loses lanes of GPUs' tracer, which CPUs do
-# not get; with CL_CONFIG_CPU_VECTORIZER_MODE=1, and in this release, it is right.
-check_intel_2024() {
-  get_intel intel_2024 2024.2.1
-  check intel_2024 LD_LIBRARY_PATH="$folder/intel2024.2.1/lib"
 }
 # A simulator, a thousand times slower: the smallest case of each kernel, with memory, races and calls looked at. What
 # Debian's 21.10 needs: to stand in place of the loader, through which its clCreateCommandQueueWithProperties calls
