@@ -19,6 +19,8 @@ namespace {
 constexpr std::uint64_t largest_compression = 2048;
 // DWA keeps a black picture in some hundred bytes for 256 lines.
 constexpr std::uint64_t largest_dwa_compression = 1 << 18;
+// Decoders take memory for up to 256 rows at once, however few there are.
+constexpr int longest_side = 1 << 16;
 
 struct Format {
   const char* plugin;  // OpenImageIO's name
@@ -49,6 +51,8 @@ void check_header(const OIIO::ImageSpec& spec, std::uint64_t file_bytes, const s
     throw usage_error("the picture has no pixels", where, size);
   if (spec.deep) throw usage_error("deep pictures are not read", where);
   if (spec.depth > 1) throw usage_error("volumes are not read", where);
+  if (std::max(spec.width, spec.height) > longest_side)
+    throw usage_error("the picture is too large", where, size, fmt::format("sides of at most {} pixels", longest_side));
   // Each factor is below 2^31 and the first product is checked before the second is formed: no overflow.
   const auto pixels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
   const auto channels = static_cast<std::uint64_t>(spec.nchannels);
