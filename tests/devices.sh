@@ -56,7 +56,8 @@ check() { # NAME [VARIABLE=VALUE...]: 1 says that kernels fail there; whether th
 check_pocl() { icd pocl "$(cat /etc/OpenCL/vendors/pocl.icd)" && check pocl; }
 check_pocl_less() {
   icd pocl_less "$(cat /etc/OpenCL/vendors/pocl.icd)"
-  check pocl_less CLERESTORY_PRETEND=max_group=1,no_fp64,no_unified_memory,max_allocation=32,memory=64 # MiB, the least that OpenCL asks for
+  # MiB: a largest piece of 32 is the least that OpenCL allows.
+  check pocl_less CLERESTORY_PRETEND=max_group=1,no_fp64,no_unified_memory,max_allocation=32,memory=64
 }
 # The vectoriser of 2025.0 to 2026.2 loses lanes of GPUs' tracer, which CPUs do not get: with
 # CL_CONFIG_CPU_VECTORIZER_MODE=1 it is right. No short kernel was found yet that shows it, so it counts as unexplained.
@@ -68,7 +69,8 @@ check_intel_avx2() {
 # A simulator, a thousand times slower: the smallest case of each kernel, with memory, races and calls looked at. What
 # Debian's 21.10 needs: to stand in place of the loader, through which its clCreateCommandQueueWithProperties calls
 # itself for ever; no optimisation, for it does not know llvm.experimental.noalias.scope.decl; a min(int16, int) that does
-# not read beyond the int, where there are packets; and local memory for all kernels of a program together, since it adds them up.
+# not read beyond the int, where there are packets; and local memory for all kernels of a program together, since it adds
+# them up.
 check_oclgrind() {
   local quick=(--quick --again) # what it finds stands in its log, not in a verdict that was kept
   {

@@ -36,7 +36,8 @@ fuzz() { # target
   had=0
   mkdir -p "build/fuzz/grown/$1"
   [ "$1" != picture ] || unwind=0 # to see whose a leak is through libraries that have no frame pointers; slow
-  ASAN_OPTIONS=$ASAN_OPTIONS:fast_unwind_on_malloc=$unwind build/fuzz/tests/fuzz_"$1" "build/fuzz/grown/$1" "tests/fuzz/corpus/$1" -timeout=0 -rss_limit_mb=2048 -max_len=16384 \
+  ASAN_OPTIONS=$ASAN_OPTIONS:fast_unwind_on_malloc=$unwind build/fuzz/tests/fuzz_"$1" \
+    "build/fuzz/grown/$1" "tests/fuzz/corpus/$1" -timeout=0 -rss_limit_mb=2048 -max_len=16384 \
     -print_final_stats=1 -artifact_prefix="build/fuzz/found/$1-" >"$said" 2>&1 &
   pid=$!
   while now=$(spent $pid) && had=$now && [ "$now" -lt "$seconds" ]; do sleep 1; done

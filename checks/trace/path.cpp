@@ -65,6 +65,8 @@ Camera camera_into_room(int width, int height) {
   return camera;
 }
 
+Camera camera_into_room(bool quick) { return quick ? camera_into_room(7, 5) : camera_into_room(23, 17); }
+
 /// Rays from about the middle of the room, planar {3, count}.
 struct Rays {
   std::vector<float> points, directions;
@@ -218,7 +220,7 @@ void picture(TraceScene& scene, const reference::PathTracer& reference, OpFindin
 /// What lies under the centres of pixels.
 void maps(TraceScene& scene, const reference::PathTracer& reference, OpFindings& findings, const std::string& precision,
           bool quick) {
-  const Camera camera = quick ? camera_into_room(7, 5) : camera_into_room(23, 17);
+  const Camera camera = camera_into_room(quick);
   const TraceMaps found = scene.maps(camera);
   std::map<std::string, std::pair<std::vector<double>, std::vector<double>>> got_want;
   int other = 0;
@@ -257,7 +259,7 @@ struct Answers {
 };
 
 Answers answers_of(TraceScene& scene, bool quick) {
-  const Camera camera = quick ? camera_into_room(7, 5) : camera_into_room(23, 17);
+  const Camera camera = camera_into_room(quick);
   const Rays rays = rays_in_room(quick ? 41 : 901);
   RadianceQuery query;
   query.seed = 12, query.max_depth = 3;

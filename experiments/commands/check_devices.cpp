@@ -1,7 +1,5 @@
 #include "experiments/commands/check_devices.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -196,15 +194,6 @@ class Verdict {
 // --- Kept verdicts
 // ----------------------------------------------------------------------------------------------------
 
-/// What the environment says to drivers beside what provenance knows: to Intel's, Mesa's and Oclgrind.
-std::string words_to_drivers() {
-  std::set<std::string> words;
-  for (char** entry = environ; *entry; ++entry)
-    for (const char* start : {"CL_CONFIG_", "RUSTICL_", "OCLGRIND_"})
-      if (std::string word = *entry; word.starts_with(start)) words.insert(std::move(word));
-  return fmt::format("{}", fmt::join(words, "\n"));
-}
-
 /// All that a verdict hangs on: device, driver and compiler, of all devices where another runs the twins in double;
 /// this program, its kernels, the list of variants and the reproducers; what the environment says.
 std::string key_of(const DeviceInfo& info, const DevicesOptions& options) {
@@ -216,7 +205,7 @@ std::string key_of(const DeviceInfo& info, const DevicesOptions& options) {
                                 options.quick ? "quick" : "", fmt::join(options.only, ","));
   for (const Reproducer& r : reproducers()) key += r.file.filename().string() + " " + file_hash(r.file) + "\n";
   for (const auto& [name, value] : begin_provenance({}).environment) key += name + "=" + value + "\n";
-  return key + words_to_drivers();
+  return key;
 }
 
 Json verdict_on(const DeviceInfo& info, const DevicesOptions& options) {

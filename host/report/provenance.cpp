@@ -38,7 +38,8 @@ std::string host_name() {
 
 /// The variables that change what is computed or how fast.
 std::map<std::string, std::string> relevant_environment() {
-  static const char* const prefixes[] = {"POCL_", "CLBLAST_", "CLERESTORY_", "OCL_"};
+  static const char* const prefixes[] = {"POCL_",      "CLBLAST_", "CLERESTORY_", "OCL_",
+                                         "CL_CONFIG_", "RUSTICL_", "OCLGRIND_"};  // Intel's, Mesa's
   std::map<std::string, std::string> found;
   for (char** entry = environ; *entry; ++entry) {
     const std::string text = *entry;

@@ -44,7 +44,7 @@ struct Provenance {
   Build build;
   std::string host, cpu;
   std::string device;                              // Device::fingerprint()
-  std::map<std::string, std::string> environment;  // POCL_*, CLBLAST_*, CLERESTORY_*, OCL_*
+  std::map<std::string, std::string> environment;  // what drivers, CLBlast and this program go by
   std::map<std::string, std::string> hashes;       // of what is no file: "config", "kernels"
   RoomsRecord rooms;
   std::map<std::string, std::uint64_t> seeds;
