@@ -23,6 +23,8 @@ struct OpCase {
   std::size_t local_elements = 0;
   /// Work-items of a group that they need.
   std::size_t group = 1;
+  /// Reals that must fit into one piece of the device's memory.
+  std::size_t piece_elements = 0;
   /// Those it is seen to launch under --gemm clblast, of an op that then has another body.
   std::vector<std::string> product_kernels = {};
   Tensors inputs = {};

@@ -422,8 +422,9 @@ std::vector<Bodies> bodies_of(const OpCase& c) {
   return all;
 }
 
-bool has_groups_for(const Device& device, const OpCase& c, Bodies bodies) {
-  return device.info().max_group >= (bodies == Bodies::InGroups ? std::size_t{kGroup} : c.group);
+bool can_run(const Device& device, const OpCase& c, Bodies bodies) {
+  return device.info().max_group >= (bodies == Bodies::InGroups ? std::size_t{kGroup} : c.group) &&
+         device.info().max_allocation >= c.piece_elements * real_size(Precision::Single);
 }
 
 bool has_local_memory_for(const Device& device, const OpCase& c, Precision precision) {

@@ -1,17 +1,13 @@
 #include "tracer/room_file.hpp"
 
 #include <fmt/format.h>
-#include <hdf5.h>
-#include <zlib.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "tracer/column_file.hpp"
 #include "tracer/sky.hpp"
 
 namespace clerestory {
@@ -21,191 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr int kFormat = 2;
 constexpr std::size_t kMaterialReals = sizeof(Material) / sizeof(float), kPoseReals = 12, kCameraReals = 20;
-constexpr hsize_t kChunk = 1 << 16;            // most values that are compressed together
-constexpr std::size_t kMost = 1u << 26;        // values of a column: a file that says more is damaged
-constexpr std::uint64_t kMostBytes = 1 << 28;  // of a file
-constexpr std::size_t kMostPacking = 2048;     // deflate packs 1032 to 1 at best
-
-/// Behind the HDF5 file, which does not mind: HDF5 itself checks little of what it reads.
-std::string trailer_of(std::string_view bytes) { return fmt::format("\nhash {:016x}\n", content_hash(bytes)); }
-const std::size_t kTrailer = trailer_of("").size();
-
-// --- Columns of an HDF5 file in memory
-// --------------------------------------------------------------------------------
-
-/// An HDF5 identifier with the function that closes it.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  operator hid_t() const { return id_; }
-  bool good() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-/// Values that are compressed together, of so many.
-hsize_t chunk_of(hsize_t count) { return std::clamp<hsize_t>(count, 1, kChunk); }
-
-/// How a number lies in files, and in memory.
-struct NumberType {
-  hid_t stored, native;
-};
-template <class T>
-NumberType number_type() {
-  if constexpr (std::is_same_v<T, float>) return {H5T_IEEE_F32LE, H5T_NATIVE_FLOAT};
-  if constexpr (std::is_same_v<T, double>) return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
-  if constexpr (std::is_same_v<T, std::uint8_t>) return {H5T_STD_U8LE, H5T_NATIVE_UINT8};
-  if constexpr (std::is_same_v<T, std::int32_t>) return {H5T_STD_I32LE, H5T_NATIVE_INT32};
-  if constexpr (std::is_same_v<T, std::uint64_t>) return {H5T_STD_U64LE, H5T_NATIVE_UINT64};
-}
-
-Handle memory_file() {
-  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
-  H5Pset_fapl_core(access, 1 << 20, /*backing_store=*/false);
-  return {access, H5Pclose};
-}
-
-class Writer {
- public:
-  Writer() : access_(memory_file()), file_(H5Fcreate("rooms", H5F_ACC_TRUNC, H5P_DEFAULT, access_), H5Fclose) {}
-
-  template <class T>
-  void column(const char* name, const std::vector<T>& values) {
-    const hsize_t count = values.size(), chunk = chunk_of(count);
-    const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose), make(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(make, false);
-    if (count > 0) {
-      H5Pset_chunk(make, 1, &chunk), H5Pset_shuffle(make), H5Pset_deflate(make, 9);
-    }
-    const Handle set(H5Dcreate2(file_, name, number_type<T>().stored, space, H5P_DEFAULT, make, H5P_DEFAULT), H5Dclose);
-    if (!set.good() || H5Dwrite(set, number_type<T>().native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
-      throw Error(ErrorKind::Failed, "HDF5 cannot write a column of rooms", name);
-  }
-  /// Names, a line each.
-  void names(const char* name, const std::vector<std::string>& lines) {
-    std::vector<std::uint8_t> text;
-    for (const std::string& line : lines) text.insert(text.end(), line.begin(), line.end()), text.push_back('\n');
-    column(name, text);
-  }
-
-  std::string bytes() {
-    H5Fflush(file_, H5F_SCOPE_GLOBAL);
-    const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
-    std::string all(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
-    if (size <= 0 || H5Fget_file_image(file_, all.data(), all.size()) != size)
-      throw Error(ErrorKind::Failed, "HDF5 cannot write a file of rooms");
-    return all;
-  }
-
- private:
-  Handle access_, file_;
-};
-
-class Reader {
- public:
-  explicit Reader(const fs::path& path) : path_(path), bytes_(read_file(path, kMostBytes)), access_(memory_file()) {
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    const std::size_t size = bytes_.size() - std::min(bytes_.size(), kTrailer);
-    if (bytes_.substr(size) != trailer_of({bytes_.data(), size}))
-      fail("damaged, or another file", "bytes that do not give its hash", "what `clerestory generate` wrote");
-    H5Pset_file_image(access_, bytes_.data(), size);
-    file_ = H5Fopen("rooms", H5F_ACC_RDONLY, access_);
-    if (file_ < 0) fail("not a file of rooms", "no HDF5", "what `clerestory generate --write-rooms` wrote");
-  }
-  ~Reader() {
-    if (file_ >= 0) H5Fclose(file_);
-  }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-
-  /// All of a column, or `wanted` values of it.
-  template <class T>
-  std::vector<T> column(const char* name, std::size_t wanted = kAll) const {
-    const Handle set(H5Dopen2(file_, name, H5P_DEFAULT), H5Dclose);
-    if (!set.good()) fail("a column is missing", name, "a file that `clerestory generate --write-rooms` wrote");
-    const Handle space(H5Dget_space(set), H5Sclose);
-    const hssize_t count = H5Sget_simple_extent_npoints(space);
-    if (count < 0 || static_cast<std::size_t>(count) > kMost ||
-        (wanted != kAll && static_cast<std::size_t>(count) != wanted))
-      fail("a column has another length", fmt::format("{}: {}", name, count),
-           wanted == kAll ? "less" : fmt::format("{}", wanted));
-    if (static_cast<std::size_t>(count) * sizeof(T) / kMostPacking > bytes_.size())
-      fail("a column claims more than the file can hold", fmt::format("{}: {}", name, count),
-           fmt::format("what fits into {} bytes", bytes_.size()));
-    const Handle type(H5Dget_type(set), H5Tclose), made(H5Dget_create_plist(set), H5Pclose);
-    const auto total = static_cast<hsize_t>(count);
-    hsize_t chunk = 1;
-    if (H5Tequal(type, number_type<T>().stored) <= 0 ||
-        (total > 0 && (H5Pget_chunk(made, 1, &chunk) != 1 || chunk != chunk_of(total))))
-      fail("a column lies otherwise", name, "as `clerestory generate --write-rooms` writes it");
-    std::vector<T> values;
-    for (hsize_t at = 0; at < total; at += chunk) {
-      const std::vector<T> part = chunk_at<T>(set, at, static_cast<std::size_t>(chunk), name);
-      values.insert(values.end(), part.begin(), part.begin() + static_cast<long>(std::min(chunk, total - at)));
-    }
-    if constexpr (std::is_floating_point_v<T>)
-      if (!std::ranges::all_of(values, [](T v) { return std::isfinite(v); }))
-        fail("a number is not finite", name, "finite numbers");
-    return values;
-  }
-  std::vector<std::string> names(const char* name) const {
-    std::vector<std::string> lines(1);
-    for (const std::uint8_t c : column<std::uint8_t>(name)) {
-      if (c == '\n')
-        lines.emplace_back();
-      else
-        lines.back().push_back(static_cast<char>(c));
-    }
-    lines.pop_back();
-    return lines;
-  }
-
-  [[noreturn]] void fail(const std::string& what, const std::string& found, const std::string& expected) const {
-    throw usage_error("file of rooms: " + what, path_.string(), found, expected);
-  }
-
-  static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
-
- private:
-  /// Not by HDF5 1.10, which takes it for granted that a chunk inflates to all of its values, and that two tables of a
-  /// damaged file give a chunk one size.
-  template <class T>
-  std::vector<T> chunk_at(const Handle& set, hsize_t at, std::size_t count, const char* name) const {
-    static_assert(std::endian::native == std::endian::little, "as number_type() stores them");
-    const auto expect = [&](bool holds) {
-      if (!holds) fail("a column is damaged", name, "the bytes that were written");
-    };
-    haddr_t begin = 0;
-    hsize_t size = 0;
-    unsigned unfiltered = 0;
-    expect(H5Dget_chunk_info_by_coord(set, &at, &unfiltered, &begin, &size) >= 0 && unfiltered == 0);
-    expect(begin <= bytes_.size() && size <= bytes_.size() - begin);
-    std::vector<unsigned char> shuffled(count * sizeof(T));
-    uLongf length = shuffled.size();
-    const auto* packed = reinterpret_cast<const unsigned char*>(bytes_.data()) + begin;
-    expect(uncompress(shuffled.data(), &length, packed, size) == Z_OK && length == shuffled.size());
-    std::vector<T> values(count);
-    auto* bytes = reinterpret_cast<unsigned char*>(values.data());
-    for (std::size_t i = 0; i < count; ++i)
-      for (std::size_t b = 0; b < sizeof(T); ++b) bytes[i * sizeof(T) + b] = shuffled[b * count + i];
-    return values;
-  }
-
-  fs::path path_;
-  std::string bytes_;
-  Handle access_;
-  hid_t file_ = -1;
-};
-
-// --- The columns of rooms
-// ----------------------------------------------------------------------------------------------
 
 /// Rows of `reals` numbers, stored field by field: a field's values are alike, and pack well.
 template <class T>
@@ -320,7 +131,7 @@ void append(Columns& c, const RoomDescription& room) {
 /// Rooms of columns, from the first on.
 class Rooms {
  public:
-  Rooms(const Reader& from, const Columns& c) : from_(from), c_(c) {}
+  Rooms(const ColumnReader& from, const Columns& c) : from_(from), c_(c) {}
 
   RoomDescription next() {
     const std::size_t r = room_++;
@@ -386,13 +197,13 @@ class Rooms {
     return c;
   }
 
-  const Reader& from_;
+  const ColumnReader& from_;
   const Columns& c_;
   std::size_t room_ = 0, part_ = 0, number_ = 0, material_ = 0, emitter_ = 0, camera_ = 0;
 };
 
 /// Sum over rooms of one of their four counts.
-std::size_t sum_of(const Reader& from, const std::vector<std::int32_t>& values, std::size_t first, std::size_t step) {
+std::size_t sum_of(const ColumnReader& from, const std::vector<std::int32_t>& values, std::size_t first, std::size_t step) {
   std::size_t sum = 0;
   for (std::size_t i = first; i < values.size(); i += step) {
     if (values[i] < 0) from.fail("a count is negative", fmt::format("{}", values[i]), "0 or more");
@@ -401,7 +212,7 @@ std::size_t sum_of(const Reader& from, const std::vector<std::int32_t>& values, 
   return sum;
 }
 
-Columns read_columns(const Reader& from) {
+Columns read_columns(ColumnReader& from) {
   Columns c;
   c.names = from.names("name"), c.kinds = from.names("kind"), c.panoramas = from.names("panorama");
   c.models = from.names("model");
@@ -476,25 +287,25 @@ int format_of(const RoomFile& file) {
   return std::ranges::all_of(file.rooms, begun_with) ? 1 : kFormat;
 }
 
-void write_room_file(const fs::path& path, const RoomFile& file) {
+std::string columns_of(const RoomFile& file) {
   Columns c;
   for (const RoomDescription& room : file.rooms) append(c, room);
-  Writer to;
-  to.column("format", std::vector<std::int32_t>{format_of(file), file.setting == Setting::HeldOut});
-  to.names("name", c.names), to.names("kind", c.kinds), to.names("panorama", c.panoramas), to.names("model", c.models);
-  c.each([&](const char* name, RowOf, const auto& values, std::size_t fields) {
-    to.column(name, by_field(values, fields));
-  });
-  const std::string bytes = to.bytes();
-  write_file(path, bytes + trailer_of(bytes));
+  ColumnWriter to;
+  to.column(std::vector<std::int32_t>{format_of(file), file.setting == Setting::HeldOut});
+  to.names(c.names), to.names(c.kinds), to.names(c.panoramas), to.names(c.models);
+  c.each([&](const char*, RowOf, const auto& values, std::size_t fields) { to.column(by_field(values, fields)); });
+  return to.columns();
 }
 
+void write_room_file(const fs::path& path, const RoomFile& file) { write_file(path, packed_columns(columns_of(file))); }
+
 RoomFile read_room_file(const fs::path& path) {
-  const Reader from(path);
+  ColumnReader from(path);
   const std::vector<std::int32_t> format = from.column<std::int32_t>("format", 2);
   if (format[0] < 1 || format[0] > kFormat)
     from.fail("of another format", fmt::format("{}", format[0]), fmt::format("1 to {}", kFormat));
   const Columns columns = read_columns(from);
+  from.end();
   RoomFile file{format[1] != 0 ? Setting::HeldOut : Setting::Training, {}};
   Rooms rooms(from, columns);
   for (std::size_t r = 0; r < columns.names.size(); ++r) file.rooms.push_back(rooms.next());

@@ -1,5 +1,5 @@
 // Rooms as files: the parts, materials, lamps and cameras of generated rooms, so that a list of rooms stays the same
-// when the rules that made it change. One HDF5 file holds many rooms, some ten kilobytes each.
+// when the rules that made it change. One file holds many rooms, some ten kilobytes each.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -44,10 +44,11 @@ struct RoomFile {
 /// 2: also what is turned, blobs, cloths, prints, smudges and stains.
 int format_of(const RoomFile& file);
 
-/// Equal rooms give equal bytes.
+/// What tracer/column_file.hpp packs. Equal rooms give equal bytes.
+std::string columns_of(const RoomFile& file);
 void write_room_file(const std::filesystem::path& path, const RoomFile& file);
 
-/// Throws usage_error naming the file and what is wrong: no HDF5, no room file, a damaged or missing column, a number
+/// Throws usage_error naming the file and what is wrong: another file, a damaged or missing column, a number
 /// that is not finite, an index out of range.
 RoomFile read_room_file(const std::filesystem::path& path);
 

@@ -220,7 +220,9 @@ OP_CASES(conv) {
   small.kernels = {"conv_winograd", "conv_weights_outer"}, small.local_elements = 7000;
   cases.push_back(small);
   // More columns than are unrolled at once: two products per item, the second added to the first.
-  cases.push_back(backward_case({"split", {1, 40, 128, 96}, {3, 40, 3, 3}, 1, 1}, all_kernels()[3]));
+  OpCase split = backward_case({"split", {1, 40, 128, 96}, {3, 40, 3, 3}, 1, 1}, all_kernels()[3]);
+  split.piece_elements = 12 << 20;  // three workspaces of 4 << 20
+  cases.push_back(split);
   return cases;
 }
 

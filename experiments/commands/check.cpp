@@ -117,7 +117,7 @@ std::vector<CheckToRun> checks_to_run(const Options& options, const Device& devi
   SmallestOfKernels smallest;
   for (const OpCase* c : cases)
     for (const Bodies bodies : bodies_of(*c))
-      if (has_groups_for(device, *c, bodies) && (!options.quick || smallest.wants(*c, bodies)))
+      if (can_run(device, *c, bodies) && (!options.quick || smallest.wants(*c, bodies)))
         chosen.push_back({c->stem, kernels_of(*c), [c, bodies, quick = options.quick](const CheckedDevices& d) {
                             return check_op(quick ? with_few_differences(*c) : *c, d, bodies);
                           }});
@@ -167,12 +167,12 @@ Reports check_all(const std::vector<CheckToRun>& chosen, const CheckedDevices& d
   return reports;
 }
 
-/// Kernels of cases that want more work-items of a group, or more local memory, than the device has.
+/// Kernels of cases that want more work-items of a group, or more memory, than the device has.
 std::set<std::string> kernels_beyond(const Device& device) {
   std::set<std::string> beyond;
   for (const OpCase& c : declared_cases()) {
-    const auto lacks_groups = [&](Bodies bodies) { return !has_groups_for(device, c, bodies); };
-    if (!has_local_memory_for(device, c, Precision::Single) || std::ranges::any_of(bodies_of(c), lacks_groups))
+    const auto is_beyond_it = [&](Bodies bodies) { return !can_run(device, c, bodies); };
+    if (!has_local_memory_for(device, c, Precision::Single) || std::ranges::any_of(bodies_of(c), is_beyond_it))
       for (const std::string& kernel : kernels_of(c)) beyond.insert(kernel);
   }
   return beyond;

@@ -50,7 +50,7 @@ def usage(message):
 def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--binary", required=True, help="the clerestory program")
-    parser.add_argument("--rooms", default=ROOT / "experiments/rooms/judge_training.h5", type=pathlib.Path,
+    parser.add_argument("--rooms", default=ROOT / "experiments/rooms/judge_training.rooms", type=pathlib.Path,
                         help="file of rooms")
     parser.add_argument("--of", type=int, default=200, help="rooms of that file")
     parser.add_argument("--which", default="54,86,151,20,33,60,127,197,74,21", help="numbers of the rooms to take")

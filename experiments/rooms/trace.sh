@@ -18,6 +18,6 @@ for list in training held_out seen training_2 held_out_2 training_3; do
   [ $list != seen ] || split=train # these rooms are among those that a leg learns from
   clamp=0
   [[ $list != *_[23] ]] || clamp=1 # photographs have no fireflies
-  build/clerestory generate --from-rooms experiments/rooms/judge_$list.h5 --out data/judge/$list --split $split \
+  build/clerestory generate --from-rooms experiments/rooms/judge_$list.rooms --out data/judge/$list --split $split \
     "${view[@]}" --clamp $clamp "${rooms[@]/#/--rooms=}" "${@:2}"
 done

@@ -55,7 +55,8 @@ RoomList read_room_list(const fs::path& file) {
     if (words >> more) throw usage_error("more than one entry in a line", where, "'" + more + "'");
   }
   if (!has_setting) throw usage_error("the list says no setting", file.string(), "", "a line 'setting held_out'");
-  if (const fs::path beside = fs::path(list.file).replace_extension(".h5"); fs::exists(beside)) list.described = beside;
+  if (const fs::path beside = fs::path(list.file).replace_extension(".rooms"); fs::exists(beside))
+    list.described = beside;
   return list;
 }
 

@@ -14,8 +14,8 @@ struct RoomList {
   std::filesystem::path file;
   Setting setting = Setting::HeldOut;
   std::vector<std::uint64_t> seeds;
-  /// The file NAME.h5 beside a list NAME.txt: what its rooms were like when it was begun, by their seeds. Empty where
-  /// there is none: rooms are what the rules make of their seeds now.
+  /// The file NAME.rooms beside a list NAME.txt: what its rooms were like when it was begun, by their seeds. Empty
+  /// where there is none: rooms are what the rules make of their seeds now.
   std::filesystem::path described;
 };
 

@@ -244,7 +244,7 @@ TEST_F(LitStudies, LadderEndToEndAndResumed) {
   EXPECT_TRUE(fs::exists(run / "report.html"));
   EXPECT_TRUE(fs::exists(run / "artifacts/room0_render_tracer_then_rungs.png"));
   expect_resumed(c, run);
-  EXPECT_THAT(inputs_of(run), ElementsAre("judged.txt", "judged.h5", "light_local.safetensors",
+  EXPECT_THAT(inputs_of(run), ElementsAre("judged.txt", "judged.rooms", "light_local.safetensors",
                                           "light_global.safetensors", "maps.safetensors"));
   const Provenance provenance = read_provenance(run / "provenance.json");
   EXPECT_EQ(provenance.rooms.seeds.size(), 2u);
@@ -283,7 +283,7 @@ TEST_F(LitStudies, WhatAUserGetsEndToEndAndResumed) {
               value({"smape", "render", "constant", "true", "0"}) * (1 + 1e-6));
   }
   expect_resumed(c, run);
-  EXPECT_THAT(inputs_of(run), ElementsAre("judged.txt", "judged.h5", "light_local.safetensors",
+  EXPECT_THAT(inputs_of(run), ElementsAre("judged.txt", "judged.rooms", "light_local.safetensors",
                                           "light_global.safetensors", "maps.safetensors"));
 }
 
@@ -291,7 +291,7 @@ TEST_F(LitStudies, OtherWeightsDoNotGoOnWithARun) {
   const Config c = config("edit.toml", {"data.rooms=2", "edit.spp=4", "edit.seeds=1", "edit.lights=[net]"});
   const fs::path run = run_study(c, {"clerestory"});
   EXPECT_THAT(inputs_of(run),
-              ElementsAre("judged.txt", "judged.h5", "light_local.safetensors", "light_global.safetensors"));
+              ElementsAre("judged.txt", "judged.rooms", "light_local.safetensors", "light_global.safetensors"));
   fs::remove(run / "DONE");
   cut_metrics(run / "metrics.jsonl", 1);
   std::string text = read_file(run / "provenance.json");

@@ -49,7 +49,7 @@ TEST(RoomList, RoomsStayWhatTheyWere) {
   for (const Case& c : {Case{"judged.txt", 2099998, 3257, 4071633.1449, 39514.3376},
                         Case{"validation.txt", 970170, 4071, 1173526.2483, 38580.5151}}) {
     const RoomList rooms = read_room_list(list(c.name));
-    ASSERT_EQ(rooms.described.filename(), fs::path(c.name).replace_extension(".h5"));
+    ASSERT_EQ(rooms.described.filename(), fs::path(c.name).replace_extension(".rooms"));
     const RoomFile file = read_room_file(rooms.described);
     EXPECT_EQ(file.setting, rooms.setting);
     const RoomFile all = rooms_of_seeds(file, rooms.seeds, c.name);

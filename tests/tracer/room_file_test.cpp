@@ -40,12 +40,12 @@ struct RoomFiles : testing::Test {
     return o;
   }
   std::string error_of(const std::string& bytes) const {
-    write_file(folder / "damaged.h5", bytes);
+    write_file(folder / "damaged.rooms", bytes);
     try {
-      read_room_file(folder / "damaged.h5");
+      read_room_file(folder / "damaged.rooms");
     } catch (const Error& e) {
       EXPECT_EQ(e.kind(), ErrorKind::Usage) << e.what();
-      EXPECT_THAT(e.what(), HasSubstr("damaged.h5"));
+      EXPECT_THAT(e.what(), HasSubstr("damaged.rooms"));
       return e.what();
     }
     return "";
@@ -86,9 +86,9 @@ TEST_F(RoomFiles, RoomsStandAgainBitByBit) {
       file.rooms.push_back(describe_room("room", seed, room, {camera}));
     }
     EXPECT_EQ(kinds.size(), setting == Setting::Training ? 13u : 10u) << "every kind of part is among these rooms";
-    write_room_file(folder / "a.h5", file), write_room_file(folder / "b.h5", file);
-    EXPECT_EQ(read_file(folder / "a.h5"), read_file(folder / "b.h5"));
-    const RoomFile read = read_room_file(folder / "a.h5");
+    write_room_file(folder / "a.rooms", file), write_room_file(folder / "b.rooms", file);
+    EXPECT_EQ(read_file(folder / "a.rooms"), read_file(folder / "b.rooms"));
+    const RoomFile read = read_room_file(folder / "a.rooms");
     EXPECT_EQ(read.setting, setting);
     ASSERT_EQ(read.rooms.size(), rooms.size());
     for (std::size_t i = 0; i < rooms.size(); ++i) {
@@ -105,9 +105,10 @@ TEST_F(RoomFiles, RoomsStandAgainBitByBit) {
 TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
   for (const Setting setting : {Setting::Training, Setting::HeldOut}) {
     GenerateOptions made = small(setting), again = made;
-    write_room_file(folder / "rooms.h5", describe_rooms(test_device(), made));
+    write_room_file(folder / "rooms.rooms", describe_rooms(test_device(), made));
     made.out = folder / "made", again.out = folder / "again";
-    again.rooms.from = folder / "rooms.h5", again.rooms.seed = 77, again.rooms.setting = Setting::Training;  // no say
+    again.rooms.from = folder / "rooms.rooms", again.rooms.seed = 77,
+    again.rooms.setting = Setting::Training;  // no say
     generate(test_device(), made), generate(test_device(), again);
     int pictures = 0;
     for (const auto& entry : fs::recursive_directory_iterator(made.out)) {
@@ -119,7 +120,7 @@ TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {
     EXPECT_GE(pictures, 4 * 6);
     // The folder belongs to this file of rooms: another one's views do not go in between.
     again.rooms.count = 1;
-    write_room_file(folder / "rooms.h5", describe_rooms(test_device(), small(Setting::Training)));
+    write_room_file(folder / "rooms.rooms", describe_rooms(test_device(), small(Setting::Training)));
     if (setting == Setting::HeldOut) {
       EXPECT_THROW(generate(test_device(), again), Error);
     }
@@ -139,7 +140,7 @@ TEST_F(RoomFiles, ShippedListsStand) {
                            {"judge_seen", Setting::Training, 64},
                            {"judge_training_3", Setting::Training, 32}}) {
     const RoomFile file =
-        read_room_file(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/rooms" / (std::string(list.name) + ".h5"));
+        read_room_file(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/rooms" / (std::string(list.name) + ".rooms"));
     EXPECT_EQ(file.setting, list.setting) << list.name;
     ASSERT_EQ(file.rooms.size(), list.rooms) << list.name;
     const RoomAssets assets = load_assets(kAssets, list.setting);
@@ -162,8 +163,8 @@ TEST_F(RoomFiles, TheFormatIsTheOldestThatHoldsTheRooms) {
     room.parts.push_back({.kind = PartKind::Sphere, .numbers = {0, 0, 0, 1}, .steps = 4});
     change(room);
     const RoomFile file{Setting::Training, {room}};
-    write_room_file(folder / "rooms.h5", file);
-    EXPECT_EQ(format_of(read_room_file(folder / "rooms.h5")), format_of(file));
+    write_room_file(folder / "rooms.rooms", file);
+    EXPECT_EQ(format_of(read_room_file(folder / "rooms.rooms")), format_of(file));
     return format_of(file);
   };
   EXPECT_EQ(format([](RoomDescription& r) { r.materials[0].noise = 0.1f; }), 1);
@@ -180,10 +181,10 @@ TEST_F(RoomFiles, TheFormatIsTheOldestThatHoldsTheRooms) {
 
 TEST_F(RoomFiles, AFileIsAskedForNoMoreThanItHas) {
   const GenerateOptions made = small(Setting::Training);
-  write_room_file(folder / "rooms.h5", describe_rooms(test_device(), made));
+  write_room_file(folder / "rooms.rooms", describe_rooms(test_device(), made));
   const auto message = [&](auto change) {
     GenerateOptions o = made;
-    o.out = folder / "out", o.rooms.from = folder / "rooms.h5";
+    o.out = folder / "out", o.rooms.from = folder / "rooms.rooms";
     change(o);
     try {
       generate(test_device(), o);
@@ -197,14 +198,14 @@ TEST_F(RoomFiles, AFileIsAskedForNoMoreThanItHas) {
   EXPECT_THAT(message([](GenerateOptions& o) { o.rooms.count = 3; }), HasSubstr("fewer rooms"));
   EXPECT_THAT(message([](GenerateOptions& o) { o.views.count = 3; }), HasSubstr("fewer views"));
   EXPECT_THAT(message([](GenerateOptions& o) { o.views.width = 40; }), HasSubstr("another shape"));
-  EXPECT_THAT(message([&](GenerateOptions& o) { o.rooms.from = folder / "none.h5"; }), HasSubstr("none.h5"));
+  EXPECT_THAT(message([&](GenerateOptions& o) { o.rooms.from = folder / "none.rooms"; }), HasSubstr("none.rooms"));
   EXPECT_EQ(message([](GenerateOptions& o) { o.views.width = 64, o.views.height = 48; }), "")
       << "the same view, larger";
 }
 
 TEST_F(RoomFiles, DamageIsFoundAndNamed) {
-  write_room_file(folder / "rooms.h5", describe_rooms(test_device(), small(Setting::Training)));
-  const std::string whole = read_file(folder / "rooms.h5");
+  write_room_file(folder / "rooms.rooms", describe_rooms(test_device(), small(Setting::Training)));
+  const std::string whole = read_file(folder / "rooms.rooms");
   EXPECT_EQ(error_of(whole), "");
   EXPECT_THAT(error_of("no rooms at all"), HasSubstr("another file"));
   for (const std::size_t size : {whole.size() - 1, whole.size() / 2, std::size_t{100}})
