@@ -48,6 +48,7 @@ class ColumnReader {
     return values;
   }
   std::vector<std::string> names(const char* name);
+  const std::filesystem::path& path() const { return path_; }
   /// Nothing is left.
   void end() const;
 

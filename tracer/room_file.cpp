@@ -193,7 +193,7 @@ class Rooms {
     c.width = c_.pixels[2 * i], c.height = c_.pixels[2 * i + 1];
     c.fx = reals[0], c.fy = reals[1], c.cx = reals[2], c.cy = reals[3];
     std::copy_n(reals + 4, 16, c.camera_to_world.begin());
-    c.check(room);
+    c.check(fmt::format("{}: a camera of {}", from_.path().string(), room));
     return c;
   }
 
