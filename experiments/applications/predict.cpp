@@ -98,4 +98,27 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   return result;
 }
 
+Image enlarged(Device& device, const Image& map, const Image& mask, const Image& small, const Image& photo) {
+  Image masked(map.width, map.height,
+               map.channels + 1);  // weights are the same for all channels, so a quotient is a mean
+  for (int c = 0; c <= map.channels; ++c)
+    for (std::size_t i = 0; i < map.pixels(); ++i)
+      masked.plane(c)[i] = mask.data[i] > 0.5f ? (c < map.channels ? map.plane(c)[i] : 1.0f) : 0.0f;
+  Graph graph;
+  const Value guide_low = graph.input("guide low", {1, 3, small.height, small.width});
+  const Value guide = graph.input("guide", {1, 3, photo.height, photo.width});
+  const Value large =
+      joint_bilateral(graph.input("map", {1, masked.channels, map.height, map.width}), guide_low, guide);
+  Executor executor(compile(graph, std::vector{large}, device, {}));
+  executor.feed("map", tensor_of(masked));
+  executor.feed("guide low", guide_of(small)), executor.feed("guide", guide_of(photo));
+  executor.run();
+  const Image all = fetch_image(executor, large);
+  Image out(photo.width, photo.height, map.channels);
+  for (int c = 0; c < map.channels; ++c)
+    for (std::size_t i = 0; i < out.pixels(); ++i)
+      if (const float weight = all.plane(map.channels)[i]; weight > 0) out.plane(c)[i] = all.plane(c)[i] / weight;
+  return out;
+}
+
 }  // namespace clerestory

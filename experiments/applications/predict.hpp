@@ -33,4 +33,8 @@ struct Prediction {
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
                         const PredictRequest& request, Precision precision = Precision::Single);
 
+/// A small map at the size of the photograph, as those of MGNet are brought there. `small`: the photograph at the map's
+/// size; both exposed alike. Where `mask` (1 channel, of the map's size) is 0 the map says nothing.
+Image enlarged(Device& device, const Image& map, const Image& mask, const Image& small, const Image& photo);
+
 }  // namespace clerestory

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "experiments/studies/edge_study.hpp"
 #include "experiments/studies/edit_study.hpp"
 #include "experiments/studies/error_time_study.hpp"
 #include "experiments/studies/ladder_study.hpp"
@@ -34,6 +35,7 @@ const std::vector<StudyKind>& kinds() {
   static const std::vector<StudyKind> all{
       {"layer", {add_layer_keys, add_light_keys, add_thickness_keys}, run_layer_study},
       {"truth", {add_truth_keys, add_thickness_keys}, run_truth_study},
+      {"edges", {add_edge_keys, add_maps_keys}, run_edge_study},
       {"edit", {add_edit_keys, add_light_keys}, run_edit_study},
       {"light", {add_light_keys, add_maps_keys, add_incident_keys}, run_light_study},
       {"uncertainty", {add_uncertainty_keys, add_light_keys, add_maps_keys, add_incident_keys}, run_uncertainty_study},

@@ -7,6 +7,7 @@
 #include "experiments/evaluation/light_errors.hpp"
 #include "experiments/evaluation/picture_error.hpp"
 #include "experiments/truth/crop.hpp"
+#include "experiments/truth/judged_maps.hpp"
 #include "experiments/truth/predicted_scene.hpp"
 #include "experiments/truth/study_light.hpp"
 #include "experiments/truth/traced_room.hpp"
@@ -135,20 +136,9 @@ class UserRoomMeasurement {
   // --- Answers ----------------------------------------------------------------------------------------------------
 
   ViewResult judge_maps(const Scene& predicted, const MapSet* means) const {
-    const int w = options_.width, h = options_.height;
-    RoomView truth;
-    truth.image = view_.scene.photo, truth.albedo = view_.scene.albedo, truth.depth = view_.scene.depth;
-    truth.normal = view_.scene.normal, truth.material = view_.scene.material;
-    truth.mask = Image(w, h, 1), truth.emission = Image(w, h, 3);
-    for (std::size_t i = 0; i < truth.mask.pixels(); ++i) {
-      truth.mask.data[i] = truth.depth.data[i] > 0;
-      for (int c = 0; c < 3; ++c) truth.emission->plane(c)[i] = truth.material.plane(2)[i];
-    }
-    const PreparedView prepared = prepare_view(truth, w, h);
-    MapSet maps{predicted.albedo, predicted.normal, predicted.depth, Image(w, h, 2)};
-    std::copy_n(predicted.material.data.begin(), maps.material.data.size(), maps.material.data.begin());
-    const double scale = scene_scale(maps.depth.data, "predicted depth");
-    for (float& d : maps.depth.data) d = static_cast<float>(d / scale);
+    const PreparedView prepared = prepare_scene(view_.scene, options_.width, options_.height);
+    double scale = 0;
+    const MapSet maps = relative_maps(predicted, &scale);
     ViewResult result = trivial_errors("room", prepared, means);
     judge(result, prepared, maps, std::log(scale));
     return result;
