@@ -287,6 +287,8 @@ void check(const Options& options, const CommonOptions& common) {
   if (common.device == "all") {
     if (options.stability) throw usage_error("asks one device", "--stability", "--device all", "--device NAME");
     DevicesOptions devices = options.devices;
+    if (!(devices.patience > 0 && devices.patience <= 1e4))
+      throw usage_error("out of range", "--patience", fmt::format("{}", devices.patience), "0 to 10000 minutes");
     devices.only = options.only.empty() ? known_stems() : options.only;
     devices.all = options.only.empty(), devices.quick = options.quick;
     return check_devices(devices, common);
@@ -312,6 +314,9 @@ void add_check_command(CommandLine& line) {
               options->devices.report)
       .option("--from", "FILE,...", "what --device all wrote by --json, shown again; nothing is checked",
               [options](const std::string& text) { options->devices.from = read_names(text, "--from"); })
+      .option("--patience", "MINUTES",
+              "with --device all: a driver that launches nothing for so long is ended, and its kernel is wrong",
+              options->devices.patience)
       .flag("--again", "with --device all: check devices anew whose verdict is kept", options->devices.again)
       .option("--reproduce", "FILE", "whether the device shows the fault of a short kernel (checks/reproducers)",
               options->reproduce)

@@ -81,6 +81,27 @@ std::string last_line(const std::string& text) {
   return last;
 }
 
+/// Whether a child still does something: it launches kernels, and CLERESTORY_LAUNCHES grows.
+class Silence {
+ public:
+  Silence(fs::path launches, double minutes) : launches_(std::move(launches)), most_(minutes * 600) {}
+
+  /// Asked ten times a second: time in which all is stopped does not count.
+  bool is_bearable() {
+    std::error_code none;
+    const auto size = fs::file_size(launches_, none);
+    asked_ = std::exchange(size_, none ? 0 : size) == size_ ? asked_ + 1 : 0;
+    return !too_long();
+  }
+  bool too_long() const { return asked_ > most_; }
+  std::string last_launched() const { return size_ > 0 ? last_line(read_file(launches_)) : ""; }
+
+ private:
+  fs::path launches_;
+  double most_, asked_ = 0;
+  std::uintmax_t size_ = 0;
+};
+
 /// `less`: what the device is pretended to be without, CLERESTORY_PRETEND.
 Json info_json(const DeviceInfo& info) {
   const char* less = std::getenv("CLERESTORY_PRETEND");
@@ -121,12 +142,13 @@ class Verdict {
     if (options_.quick) arguments.push_back("--quick");
     if (!options_.all || stems.size() == 1)
       arguments.insert(arguments.end(), {"--only", fmt::format("{}", fmt::join(stems, ","))});
-    const ChildResult child = run_child(arguments, "");
+    Silence silence(launches, options_.patience);
+    const ChildResult child = run_child(arguments, "", [&] { return silence.is_bearable(); });
     give_up_if_interrupted("check");
     // A driver that crashes when all is said (Oclgrind does) has done its work.
     if (const Json found = Json::parse(child.out, nullptr, false); !found.is_discarded()) return read(found);
     if (ended_by_signal(child)) {
-      if (stems.size() == 1) return lost(stems[0], child, launches);
+      if (stems.size() == 1) return lost(stems[0], child, silence);
       for (const std::string& stem : stems) run({stem});
       return;
     }
@@ -137,11 +159,12 @@ class Verdict {
     failures_.push_back({{"kernel", "all"}, {"fault", why_}});
   }
 
-  void lost(const std::string& stem, const ChildResult& child, const std::string& launches) {
-    const std::string last = fs::exists(launches) ? last_line(read_file(launches)) : "";
+  void lost(const std::string& stem, const ChildResult& child, const Silence& silence) {
+    const std::string how = silence.too_long() ? fmt::format("has done nothing for {} minutes", options_.patience)
+                                               : fmt::format("ends the process by signal {}", child.status - 128);
+    const std::string last = silence.last_launched();
     failures_.push_back({{"kernel", last.empty() ? stem : last},
-                         {"fault", fmt::format("{}: the driver ends the process by signal {}{}", stem,
-                                               child.status - 128, said_of(child))}});
+                         {"fault", fmt::format("{}: the driver {}{}", stem, how, said_of(child))}});
   }
   static std::string said_of(const ChildResult& child) {
     const std::string last = last_line(child.errors);
@@ -178,8 +201,10 @@ class Verdict {
     }
   }
   bool shown(const Reproducer& r) const {
+    Silence silence({}, options_.patience);  // one that hangs shows it
     const ChildResult child = run_child(
-        {program(), "check", "--device", std::to_string(info_.index), "--quiet", "--reproduce", r.file.string()}, "");
+        {program(), "check", "--device", std::to_string(info_.index), "--quiet", "--reproduce", r.file.string()}, "",
+        [&] { return silence.is_bearable(); });
     return child.out.empty() && (ended_by_signal(child) || child.status == static_cast<int>(ErrorKind::Failed));
   }
 

@@ -13,6 +13,7 @@ struct DevicesOptions {
   bool all = true;                // these are all there are
   bool quick = false;             // the smallest case of each kernel
   bool again = false;             // without a look at kept verdicts
+  double patience = 15;           // minutes without a launch after which a driver counts as one that hangs
   std::vector<std::string> from;  // files that --json wrote
   std::filesystem::path report;   // .html or .md; empty: none
 };

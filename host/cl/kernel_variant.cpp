@@ -47,9 +47,9 @@ std::string text_of(const KernelVariant& variant) {
 }
 
 void LaunchMark::launched() {
-  const long round = g_round, before = std::exchange(seen, round);
-  if (before == round) return;
-  if (before < 0) list_launch(variant);
+  const long round = g_round;
+  if (std::exchange(seen, round) == round) return;
+  list_launch(variant);
   const std::lock_guard guard(g_guard);
   g_launched[precision].insert(variant);
 }

@@ -19,7 +19,7 @@ KernelVariant variant_of(std::string_view file, std::string_view name, Defines d
 std::string text_of(const KernelVariant& variant);
 
 /// Variants that this process has launched in that precision, on any device, since the last forget_launched(). Where
-/// the environment variable CLERESTORY_LAUNCHES names a file, it gets a line at each kernel's first launch.
+/// the environment variable CLERESTORY_LAUNCHES names a file, it gets a line at each first launch since then.
 std::set<KernelVariant> launched_variants(Precision precision);
 void forget_launched();
 

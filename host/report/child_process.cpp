@@ -6,11 +6,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <sstream>
+#include <thread>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
@@ -22,6 +24,8 @@ namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::chrono::milliseconds kPoll(100);
 
 pid_t spawn(const std::vector<std::string>& arguments, const std::string& in, const std::string& out,
             const std::string& errors) {
@@ -41,6 +45,18 @@ pid_t spawn(const std::vector<std::string>& arguments, const std::string& in, co
   return child;
 }
 
+/// Waits; what waitpid() says.
+int end_of(pid_t child, const std::function<bool()>& goes_on) {
+  int status = 0;
+  for (pid_t ended = 0; ended != child;) {
+    ended = ::waitpid(child, &status, goes_on ? WNOHANG : 0);
+    if (ended != 0) continue;  // over, or errno == EINTR
+    if (!goes_on()) ::kill(child, SIGKILL);
+    std::this_thread::sleep_for(kPoll);
+  }
+  return status;
+}
+
 }  // namespace
 
 bool is_program(const std::string& name) {
@@ -54,15 +70,14 @@ bool is_program(const std::string& name) {
   return false;
 }
 
-ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input) {
+ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input,
+                      const std::function<bool()>& goes_on) {
   const TemporaryFolder scratch;
   const std::string in = (scratch / "in").string(), out = (scratch / "out").string(),
                     errors = (scratch / "errors").string();
   write_file(in, input);
   const pid_t child = spawn(arguments, in, out, errors);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = end_of(child, goes_on);
   const auto written = [](const std::string& file) { return read_file(file, std::uint64_t{1} << 30, true); };
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), written(out), written(errors)};
 }

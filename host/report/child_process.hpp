@@ -1,5 +1,6 @@
 // Another program, run to its end.
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,9 @@ struct ChildResult {
 bool is_program(const std::string& name);
 
 /// Starts `arguments[0]` from PATH without a shell, feeds it `input`, waits. Throws ErrorKind::Failed when it cannot be
-/// started.
-ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input);
+/// started. `goes_on` is asked about ten times a second, no oftener however long all of it was stopped; its "no" ends
+/// the child by SIGKILL.
+ChildResult run_child(const std::vector<std::string>& arguments, const std::string& input,
+                      const std::function<bool()>& goes_on = {});
 
 }  // namespace clerestory

@@ -328,7 +328,7 @@ TEST_F(DeviceTest, TellsAndListsTheVariantsThatAreLaunched) {
   forget_launched();
   device.launch(two, Range::of(4, 1), x);
   EXPECT_EQ(launched_variants(Precision::Single), std::set{second});
-  EXPECT_EQ(read_text(folder.path() / "launches"), "test.cl:add\ntest.cl:add ADD=2 TWICE\n");
+  EXPECT_EQ(read_text(folder.path() / "launches"), "test.cl:add\ntest.cl:add ADD=2 TWICE\ntest.cl:add ADD=2 TWICE\n");
   device.finish();
 
   const ScopedVariable nowhere("CLERESTORY_LAUNCHES", (folder.path() / "none/launches").string());

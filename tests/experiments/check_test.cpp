@@ -256,6 +256,16 @@ TEST_F(CheckAll, WhereEveryDeviceIsRefusedNothingIsRight) {
   EXPECT_THAT(text_of(results), HasSubstr("sin of 0.01 gives "));
 }
 
+TEST_F(CheckAll, ADriverThatHangsIsEndedAndTheKernelNamed) {
+  const Surroundings changed =
+      with_kernel("nn/unit_vector.cl", "to[2 * plane] = inverse * (c - along * z);", "while (1) to[2 * plane] = c;");
+  EXPECT_EQ(check({"--device", "all", "--only", "unit_vector", "--patience", "0.2"}, with_cache(changed)), 1);
+  EXPECT_THAT(text_of(results), HasSubstr(": nn/unit_vector.cl:unit_vector_adjoint: unit_vector: the driver has done "
+                                          "nothing for 0.2 minutes"));
+  EXPECT_THAT(last_line_of(results), HasSubstr("failed 1 unexplained 1"));
+  EXPECT_EQ(check({"--device", "all", "--patience", "0"}), 2);
+}
+
 TEST_F(CheckAll, AKernelThatDoesNotBuildIsNamed) {
   const Surroundings changed = with_kernel("nn/unit_vector.cl", "kernel void", "no kernel void");
   EXPECT_EQ(check_all(changed), 1);

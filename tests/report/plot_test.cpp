@@ -115,5 +115,12 @@ TEST(ChildProcess, InputOutputStatus) {
   EXPECT_THROW(run_child({"no-such-program-anywhere"}, ""), Error);
 }
 
+TEST(ChildProcess, EndsWhereItDoesNotGoOn) {
+  int asked = 0;
+  EXPECT_EQ(run_child({"sleep", "60"}, "", [&] { return ++asked < 3; }).status, 128 + 9);
+  EXPECT_GE(asked, 3);
+  EXPECT_EQ(run_child({"sh", "-c", "sleep 0.2; exit 3"}, "", [] { return true; }).status, 3);
+}
+
 }  // namespace
 }  // namespace clerestory
