@@ -59,8 +59,8 @@ check_pocl_less() {
   # MiB: a largest piece of 32 is the least that OpenCL allows.
   check pocl_less CLERESTORY_PRETEND=max_group=1,no_fp64,no_unified_memory,max_allocation=32,memory=64
 }
-# The vectoriser of 2025.0 to 2026.2 loses lanes of GPUs' tracer, which CPUs do not get: with
-# CL_CONFIG_CPU_VECTORIZER_MODE=1 it is right. No short kernel was found yet that shows it, so it counts as unexplained.
+# The vectoriser of 2024.2 to 2026.2 mixes up vectors of three where a function is not inlined, as GPUs' tracer shows,
+# which CPUs do not get (checks/reproducers/intel_vectors_of_three.cl); with CL_CONFIG_CPU_VECTORIZER_MODE=1 it is right.
 check_intel() { get_intel intel && check intel LD_LIBRARY_PATH="$folder/intel/lib"; }
 check_intel_avx2() {
   get_intel intel_avx2

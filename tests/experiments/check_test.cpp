@@ -325,6 +325,12 @@ TEST(Reproducers, AreShortAndSayWhatTheyAreFor) {
   EXPECT_GT(seen, 0);
 }
 
+TEST_F(CheckCommand, AReproducerShowsNothingOnADriverThatIsRight) {
+  if (list_devices().at(0).platform != "Portable Computing Language") GTEST_SKIP() << "reproducers were seen on PoCL";
+  for (const auto& entry : fs::directory_iterator(fs::path(CLERESTORY_SOURCE_DIR) / "checks/reproducers"))
+    EXPECT_EQ(check({"--reproduce", entry.path().string(), "--device", "0"}), 0) << entry.path() << text_of(log);
+}
+
 TEST_F(CheckCommand, WhatIsNoResultIsBadInput) {
   std::ofstream(json) << "{\"devices\": [{\"state\": 3}]}";
   EXPECT_EQ(check({"--from", json.string()}), 2);
