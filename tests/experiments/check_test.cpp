@@ -257,8 +257,8 @@ TEST_F(CheckAll, WhereEveryDeviceIsRefusedNothingIsRight) {
 }
 
 TEST_F(CheckAll, ADriverThatHangsIsEndedAndTheKernelNamed) {
-  const Surroundings changed =
-      with_kernel("nn/unit_vector.cl", "to[2 * plane] = inverse * (c - along * z);", "while (1) to[2 * plane] = c;");
+  const Surroundings changed = with_kernel("nn/unit_vector.cl", "to[2 * plane] = inverse * (c - along * z);",
+                                           "to[2 * plane] = c; while (1) to[2 * plane] = x;");
   EXPECT_EQ(check({"--device", "all", "--only", "unit_vector", "--patience", "0.2"}, with_cache(changed)), 1);
   EXPECT_THAT(text_of(results), HasSubstr(": nn/unit_vector.cl:unit_vector_adjoint: unit_vector: the driver has done "
                                           "nothing for 0.2 minutes"));
