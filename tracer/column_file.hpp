@@ -1,6 +1,6 @@
-// Numbers in columns, one after another, deflated together: what is alike takes few bytes. A file is a line that says what
-// it is, the size of the columns (8 bytes, little endian), a zlib stream, and a line with the hash of all before it. A
-// column is its count (8 bytes), then of all its numbers the first byte, then of all the second, and so on.
+// Numbers in columns, one after another, deflated together: what is alike takes few bytes. A file is a line that says
+// what it is, the size of the columns (8 bytes, little endian), a zlib stream, and a line with the hash of all before
+// it. A column is its count (8 bytes), then of all its numbers the first byte, then of all the second, and so on.
 #pragma once
 #include <cstdint>
 #include <filesystem>

@@ -203,7 +203,8 @@ class Rooms {
 };
 
 /// Sum over rooms of one of their four counts.
-std::size_t sum_of(const ColumnReader& from, const std::vector<std::int32_t>& values, std::size_t first, std::size_t step) {
+std::size_t sum_of(const ColumnReader& from, const std::vector<std::int32_t>& values, std::size_t first,
+                   std::size_t step) {
   std::size_t sum = 0;
   for (std::size_t i = first; i < values.size(); i += step) {
     if (values[i] < 0) from.fail("a count is negative", fmt::format("{}", values[i]), "0 or more");

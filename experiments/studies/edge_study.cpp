@@ -85,7 +85,8 @@ class EdgeStudy : public RoomStudy {
     return all > 0 ? in / all : 0;
   }
 
-  void show(std::int64_t index, const Image& photo, const Scene& predicted, const PreparedView& view, const MapMasks& band) {
+  void show(std::int64_t index, const Image& photo, const Scene& predicted, const PreparedView& view,
+            const MapMasks& band) {
     Image marked = view.truth.albedo;
     for (std::size_t i = 0; i < marked.pixels(); ++i)
       if (band.albedo.data[i] > 0.5f) marked.plane(0)[i] = 1;
