@@ -47,6 +47,9 @@ void ColumnWriter::names(const std::vector<std::string>& lines) {
 }
 
 std::string packed_columns(std::string_view columns) {
+  if (columns.size() > kMostBytes)
+    throw usage_error("more rooms than a file holds", "file of rooms", fmt::format("{} bytes", columns.size()),
+                      fmt::format("at most {}", kMostBytes));
   uLongf size = compressBound(columns.size());
   std::string stream(size, '\0');
   if (compress2(reinterpret_cast<Bytef*>(stream.data()), &size, reinterpret_cast<const Bytef*>(columns.data()),

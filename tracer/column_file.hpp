@@ -29,7 +29,7 @@ class ColumnWriter {
   std::string columns_;
 };
 
-/// The bytes of a file. Equal columns give equal bytes.
+/// The bytes of a file. Equal columns give equal bytes. Throws usage_error beyond 256 MiB, which would not be read.
 std::string packed_columns(std::string_view columns);
 
 /// Reads columns in the order of their writing. All functions throw usage_error naming the file and what is wrong.

@@ -80,6 +80,10 @@ TEST_F(ColumnFiles, SayWhatIsWrong) {
   EXPECT_THAT(error_of("\1\0\0\0\0\0\0\0a"s, [](ColumnReader& from) { from.names("x"); }), HasSubstr("no lines"));
 }
 
+TEST_F(ColumnFiles, NoMoreIsWrittenThanIsRead) {
+  EXPECT_THROW(packed_columns(std::string((1 << 28) + 1, '\0')), Error);
+}
+
 // A stream may claim what deflate cannot pack, and memory is not taken for it.
 TEST_F(ColumnFiles, ClaimsAreBounded) {
   std::string bytes = packed_columns(std::string(1000, 'a'));
