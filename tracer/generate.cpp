@@ -181,13 +181,16 @@ class RoomSource {
 };
 
 void write_lists(const GenerateOptions& o, const RoomSource& source) {
-  // Every shard knows all names and writes the same lists.
+  // Every shard knows all names and writes the same lists; a split without rooms has none.
   for (const char* split : {"train", "val", "test"}) {
     std::vector<std::string> names;
     for (int i = 0; i < o.rooms.count; ++i) {
       if (split_of(o, i) == split) names.push_back(source.name(i));
     }
-    write_rooms(o.out, split, names);
+    if (names.empty())
+      remove_tree(o.out / fmt::format("{}.txt", split));  // of a run for more rooms
+    else
+      write_rooms(o.out, split, names);
   }
 }
 

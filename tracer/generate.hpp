@@ -72,9 +72,10 @@ struct GenerateSummary {
   std::string first_dropped;  // "room/view pixel sample seed", to be replayed; empty when none was
 };
 
-/// Writes <out>/<room>/NNN_*.exr and .json, generate.json and train.txt, val.txt, test.txt. A view that is complete is
-/// skipped, a scene that is there too, so a killed run goes on where it stopped and ends in the same bits. Throws
-/// usage_error on options out of range and on a folder made with other options; Error (Interrupted) when asked to stop.
+/// Writes <out>/<room>/NNN_*.exr and .json, generate.json and those of train.txt, val.txt, test.txt that have rooms. A
+/// view that is complete is skipped, a scene that is there too, so a killed run goes on where it stopped and ends in
+/// the same bits. Throws usage_error on options out of range and on a folder made with other options; Error
+/// (Interrupted) when asked to stop.
 GenerateSummary generate(const Device& device, const GenerateOptions& options);
 
 /// Makes rooms of a set one at a time, in any order: what generate() does, without its lists and its claim on a folder.

@@ -56,10 +56,12 @@ void read_list(Options& options) {
 /// One PNG of all pictures that the folder has of these rooms: rooms below each other, as square as it gets.
 void write_sheet(const GenerateOptions& o, const std::filesystem::path& file) {
   std::vector<Image> pictures;
-  for (const char* split : {"train", "val", "test"})
+  for (const char* split : {"train", "val", "test"}) {
+    if (!std::filesystem::exists(o.out / fmt::format("{}.txt", split))) continue;
     for (const std::string& room : list_rooms(o.out, split))
       for (const std::string& view : list_views(o.out / room))
         pictures.push_back(show_radiance(read_image(view_file(o.out / room, view, "im"))));
+  }
   const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));
   const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
   Image sheet(columns * o.views.width, rows * o.views.height, 3);
