@@ -116,7 +116,7 @@ void claim_folder(const GenerateOptions& o) {
     }
     return;
   }
-  write_file(file, wanted.dump(2) + "\n");
+  write_file(file, recipe_text(o));
 }
 
 /// A room with its cameras, ready to be traced.
@@ -150,7 +150,7 @@ class RoomSource {
                                                                    : make_room(seed, o.rooms.setting, assets_));
     if (!from_file())
       standing->cameras = choose_views(standing->scene, standing->room, o.views.count, o.views.width, o.views.height,
-                                       Random(seed).fork(100), o.views.handling);
+                                       Random(seed).fork(kViewsStream), o.views.handling);
     else
       standing->cameras = description(index).views(o.views.count, o.views.width, o.views.height);
     return standing;
@@ -181,13 +181,16 @@ class RoomSource {
 };
 
 void write_lists(const GenerateOptions& o, const RoomSource& source) {
-  // Every shard knows all names and writes the same lists.
+  // Every shard knows all names and writes the same lists; a split without rooms has none.
   for (const char* split : {"train", "val", "test"}) {
     std::vector<std::string> names;
     for (int i = 0; i < o.rooms.count; ++i) {
       if (split_of(o, i) == split) names.push_back(source.name(i));
     }
-    write_rooms(o.out, split, names);
+    if (names.empty())
+      remove_tree(o.out / fmt::format("{}.txt", split));  // of a run for more rooms
+    else
+      write_rooms(o.out, split, names);
   }
 }
 
@@ -333,6 +336,8 @@ std::filesystem::path default_assets() {
                     text_of(places));
 }
 
+std::string recipe_text(const GenerateOptions& options) { return recipe(options).dump(2) + "\n"; }
+
 std::string room_name(const GenerateOptions& options, int index) {
   return fmt::format("{}room-s{}-{:05}", options.rooms.setting == Setting::HeldOut ? "held-out-" : "",
                      options.rooms.seed, index);
@@ -347,6 +352,13 @@ std::uint64_t room_seed(const GenerateOptions& options, int index) {
 std::string split_of(const GenerateOptions& options, int index) {
   if (options.rooms.split != "auto") return options.rooms.split;
   return index % 10 == 8 ? "val" : index % 10 == 9 ? "test" : "train";
+}
+
+void GenerateSummary::add(const GenerateSummary& other) {
+  made += other.made, skipped += other.skipped, scenes += other.scenes;
+  seconds += other.seconds, light_seconds += other.light_seconds;
+  if (dropped == 0) first_dropped = other.first_dropped;
+  dropped += other.dropped;
 }
 
 RoomFile describe_rooms(const Device& device, const GenerateOptions& asked) {

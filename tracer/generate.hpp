@@ -70,11 +70,14 @@ struct GenerateSummary {
   int scenes = 0;             // of Mitsuba, written
   long dropped = 0;           // samples that were not finite
   std::string first_dropped;  // "room/view pixel sample seed", to be replayed; empty when none was
+
+  void add(const GenerateSummary& other);
 };
 
-/// Writes <out>/<room>/NNN_*.exr and .json, generate.json and train.txt, val.txt, test.txt. A view that is complete is
-/// skipped, a scene that is there too, so a killed run goes on where it stopped and ends in the same bits. Throws
-/// usage_error on options out of range and on a folder made with other options; Error (Interrupted) when asked to stop.
+/// Writes <out>/<room>/NNN_*.exr and .json, generate.json and those of train.txt, val.txt, test.txt that have rooms. A
+/// view that is complete is skipped, a scene that is there too, so a killed run goes on where it stopped and ends in
+/// the same bits. Throws usage_error on options out of range and on a folder made with other options; Error
+/// (Interrupted) when asked to stop.
 GenerateSummary generate(const Device& device, const GenerateOptions& options);
 
 /// Makes rooms of a set one at a time, in any order: what generate() does, without its lists and its claim on a folder.
@@ -97,6 +100,9 @@ class RoomMaker {
 /// The rooms that generate() makes of such options, with their cameras, as files keep them. Nothing is traced but what
 /// cameras are judged by. Throws as generate() does.
 RoomFile describe_rooms(const Device& device, const GenerateOptions& options);
+
+/// The text of the generate.json that such options give, those of a file of rooms with its setting and seed 0.
+std::string recipe_text(const GenerateOptions& options);
 
 /// The folder of panoramas and models: CLERESTORY_ASSETS, else `assets` where data_places() says.
 /// Throws usage_error when there is none.

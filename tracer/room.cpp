@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "host/error.hpp"
+#include "host/io/files.hpp"
 #include "host/io/image.hpp"
 #include "tracer/furnish.hpp"
 #include "tracer/room_shell.hpp"
@@ -77,6 +78,14 @@ RoomAssets load_assets(const std::filesystem::path& folder, Setting setting) {
   }
   if (assets.panoramas.empty()) throw usage_error("no panorama of the setting", (folder / "hdri").string());
   return assets;
+}
+
+std::string hash_of_assets(const std::filesystem::path& folder) {
+  std::uint64_t hash = content_hash("assets");
+  for (const auto& [below, extension] : {std::pair{"hdri", ".exr"}, std::pair{"models", ".glb"}})
+    for (const auto& file : files_in(folder / below, extension))
+      hash = content_hash(file.filename().string() + file_hash(file), hash);
+  return fmt::format("{:016x}", hash);
 }
 
 Panorama outside_of(const std::string& room, const std::string& name, const RoomAssets& assets) {

@@ -43,6 +43,8 @@ Panorama outside_of(const std::string& room, const std::string& name, const Room
 /// Reads <folder>/hdri/*.exr and <folder>/models/*.glb that the setting allows, by name. Negative radiance becomes 0.
 /// Throws usage_error when a folder is missing or holds nothing of the setting.
 RoomAssets load_assets(const std::filesystem::path& folder, Setting setting);
+/// Of the names and bytes of all that it reads, of either setting.
+std::string hash_of_assets(const std::filesystem::path& folder);
 
 /// A floor rectangle that something stands on, up to `height`.
 struct Occupied {

@@ -9,7 +9,6 @@
 namespace clerestory {
 namespace {
 
-constexpr int kCandidates = 24;
 constexpr double kGoodEnough = 1.0;
 constexpr std::uint64_t kRollStream = 1, kCloseUpStream = 2;  // leave a view's other numbers as they are
 
@@ -84,6 +83,34 @@ void roll(Camera& camera, double most, Random random) {
   }
 }
 
+/// What is tried for one view, in order.
+class Candidates {
+ public:
+  /// View v is the same however many are asked for.
+  Candidates(const Room& room, int v, int width, int height, const Random& random, const Handling& handling)
+      : room_(room),
+        width_(width),
+        height_(height),
+        roll_(handling.roll),
+        own_(random.fork(static_cast<std::uint64_t>(v))) {
+    close_ = own_.fork(kCloseUpStream).chance(static_cast<float>(handling.close_ups));
+  }
+
+  Camera next() {
+    Camera camera = close_ ? close_up(room_, width_, height_, own_) : candidate(room_, width_, height_, own_);
+    if (roll_ > 0) roll(camera, roll_, own_.fork(kRollStream));
+    return camera;
+  }
+  Framing framing() const { return close_ ? Framing::CloseUp : Framing::Room; }
+
+ private:
+  const Room& room_;
+  int width_, height_;
+  double roll_;
+  Random own_;
+  bool close_ = false;
+};
+
 }  // namespace
 
 double judge_view(const TraceMaps& maps, Framing framing) {
@@ -129,21 +156,32 @@ double judge_view(const TraceMaps& maps, Framing framing) {
 }
 
 std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count, int width, int height, Random random,
-                                 const Handling& handling) {
+                                 const Handling& handling, std::vector<int>* chosen) {
   std::vector<Camera> views;
   for (int v = 0; v < count; ++v) {
-    Random own = random.fork(static_cast<std::uint64_t>(v));  // view v is the same however many are asked for
-    const bool close = own.fork(kCloseUpStream).chance(static_cast<float>(handling.close_ups));
+    Candidates candidates(room, v, width, height, random, handling);
     double best = -1e9;
-    Camera chosen;
-    for (int i = 0; i < kCandidates && best < kGoodEnough; ++i) {
-      Camera camera = close ? close_up(room, width, height, own) : candidate(room, width, height, own);
-      if (handling.roll > 0) roll(camera, handling.roll, own.fork(kRollStream));
-      const double score = judge_view(scene.maps(camera.resized(32, std::max(1, 32 * height / width))),
-                                      close ? Framing::CloseUp : Framing::Room);
-      if (score > best) best = score, chosen = camera;
+    Camera camera;
+    int taken = 0;
+    for (int i = 0; i < kViewCandidates && best < kGoodEnough; ++i) {
+      const Camera candidate = candidates.next();
+      const double score =
+          judge_view(scene.maps(candidate.resized(32, std::max(1, 32 * height / width))), candidates.framing());
+      if (score > best) best = score, camera = candidate, taken = i;
     }
-    views.push_back(chosen);
+    views.push_back(camera);
+    if (chosen != nullptr) chosen->push_back(taken);
+  }
+  return views;
+}
+
+std::vector<Camera> chosen_views(const Room& room, std::span<const int> chosen, int width, int height, Random random,
+                                 const Handling& handling) {
+  std::vector<Camera> views;
+  for (std::size_t v = 0; v < chosen.size(); ++v) {
+    Candidates candidates(room, static_cast<int>(v), width, height, random, handling);
+    for (int i = 0; i < chosen[v]; ++i) candidates.next();
+    views.push_back(candidates.next());
   }
   return views;
 }

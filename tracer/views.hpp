@@ -1,5 +1,7 @@
 // Where a photographer would stand in a room.
 #pragma once
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "tracer/room.hpp"
@@ -13,10 +15,20 @@ struct Handling {
   double close_ups = 0;  // share of the views that look at a piece of furniture from 0.6 to 1.6 m
 };
 
+/// The stream of a room's random numbers, Random(seed).fork(..), that its cameras are drawn from.
+inline constexpr std::uint64_t kViewsStream = 100;
+/// Cameras that are tried for a view.
+inline constexpr int kViewCandidates = 24;
+
 /// Cameras in a room: at 0.9 to 1.8 m, 35 to 120 degrees wide, pitched a little, looking across the room and not into a
 /// wall or a cupboard at arm's length. Candidates are judged by their maps; where none of a view's candidates is good
-/// the best one is taken. Equal arguments give equal cameras.
+/// the best one is taken. Equal arguments give equal cameras. `chosen` gets the number of each view's candidate, 0 to
+/// kViewCandidates - 1.
 std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count, int width, int height, Random random,
+                                 const Handling& handling = {}, std::vector<int>* chosen = nullptr);
+/// The same cameras by these numbers, in a room that the rules made: nothing is traced, so that no device's rounding
+/// has a say.
+std::vector<Camera> chosen_views(const Room& room, std::span<const int> chosen, int width, int height, Random random,
                                  const Handling& handling = {});
 
 /// How far the camera stands from what it shows.

@@ -9,6 +9,7 @@
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/terminal.hpp"
+#include "tracer/named_set.hpp"
 
 namespace clerestory {
 namespace {
@@ -17,7 +18,7 @@ constexpr std::size_t kShownProblems = 20;
 
 struct DataArguments {
   std::vector<std::string> folders;
-  std::filesystem::path report;
+  std::filesystem::path report, manifest;
   int views = 0;
 };
 
@@ -127,21 +128,45 @@ void write_report(const std::vector<DataCheck>& checks, const DataArguments& arg
   page.footer(begin_provenance(common.command)).write(arguments.report);
 }
 
+std::vector<DataCheck> check_folders(const std::vector<std::string>& folders, int views) {
+  std::vector<DataCheck> checks;
+  for (const std::string& folder : folders) {
+    std::unique_ptr<Progress> bar;
+    checks.push_back(check_data(folder, views, [&](int done, int total) {
+      if (!bar) bar = std::make_unique<Progress>(folder, total, "views");
+      bar->update(done);
+      give_up_if_interrupted(folder);
+    }));
+  }
+  return checks;
+}
+
+/// The folders of a data set with a name; what makes it another one becomes their problem.
+std::vector<DataCheck> check_set(const DataArguments& arguments) {
+  if (arguments.folders.size() != 1)
+    throw usage_error("is of one data set", "--manifest", fmt::format("{} folders", arguments.folders.size()),
+                      "one DIR");
+  const Manifest manifest = read_manifest(arguments.manifest);
+  const std::filesystem::path dir = arguments.folders[0];
+  std::vector<std::string> folders;
+  for (const SetSplit& split : manifest.splits) folders.push_back((dir / split.name).string());
+  std::vector<DataCheck> checks = check_folders(folders, arguments.views);
+  for (std::size_t i = 0; i < checks.size(); ++i)
+    check_split(manifest, manifest.splits[i], dir, manifest.splits[i].rooms,
+                [&](const std::filesystem::path& file, const std::string& what) {
+                  checks[i].problems.push_back({file.string(), what});
+                });
+  return checks;
+}
+
 void check(const DataArguments& arguments, const CommonOptions& common) {
   if (arguments.views < 0)
     throw usage_error("out of range", "--views", fmt::format("{}", arguments.views), "1 or more, or 0 for all");
   catch_interrupts();
   std::optional<AtomicFile> tried;
   if (!arguments.report.empty()) tried.emplace(arguments.report);  // not to find out after an hour
-  std::vector<DataCheck> checks;
-  for (const std::string& folder : arguments.folders) {
-    std::unique_ptr<Progress> bar;
-    checks.push_back(check_data(folder, arguments.views, [&](int done, int total) {
-      if (!bar) bar = std::make_unique<Progress>(folder, total, "views");
-      bar->update(done);
-      give_up_if_interrupted(folder);
-    }));
-  }
+  const std::vector<DataCheck> checks =
+      arguments.manifest.empty() ? check_folders(arguments.folders, arguments.views) : check_set(arguments);
   tried.reset();
   if (!common.json || !common.json->empty())
     std::fputs(terminal_text(table_text(folders_table(checks)) + "\n" + table_text(quantities_table(checks)) + "\n" +
@@ -166,6 +191,10 @@ void add_data_commands(CommandLine& line) {
       .arguments("DIR", "Folders of rooms with train.txt, val.txt or test.txt", arguments->folders, 1)
       .option("--views", "N", "look at so many views of each folder, spread over its lists; 0: at all",
               arguments->views)
+      .option("--manifest", "FILE",
+              "whether DIR is the data set that such a file names, whole and right: what `generate "
+              "--manifest FILE --out DIR` makes",
+              arguments->manifest)
       .option("--report", "FILE", "also a page with the distributions as curves (HTML)", arguments->report)
       .common({Common::Json, Common::Quiet})
       .notes("Ends with an exit code that is not 0 when there is a problem.")

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/named_set.hpp"
 #include "experiments/truth/room_list.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
@@ -18,13 +19,15 @@
 namespace clerestory {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct Options {
   GenerateOptions generate;
   PixelSize size{160, 120};
   std::optional<int> rooms, views;  // of a file all, else GenerateOptions's
-  std::filesystem::path write_rooms, list, sheet;
+  fs::path write_rooms, list, sheet, manifest;
   std::string shard = "0/1", setting = "training";
-  bool no_light = false;
+  bool no_light = false, write_expected = false;
 };
 
 /// "I/N", 0 <= I < N.
@@ -54,12 +57,14 @@ void read_list(Options& options) {
 }
 
 /// One PNG of all pictures that the folder has of these rooms: rooms below each other, as square as it gets.
-void write_sheet(const GenerateOptions& o, const std::filesystem::path& file) {
+void write_sheet(const GenerateOptions& o, const fs::path& file) {
   std::vector<Image> pictures;
-  for (const char* split : {"train", "val", "test"})
+  for (const char* split : {"train", "val", "test"}) {
+    if (!fs::exists(o.out / fmt::format("{}.txt", split))) continue;
     for (const std::string& room : list_rooms(o.out, split))
       for (const std::string& view : list_views(o.out / room))
         pictures.push_back(show_radiance(read_image(view_file(o.out / room, view, "im"))));
+  }
   const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));
   const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
   Image sheet(columns * o.views.width, rows * o.views.height, 3);
@@ -74,8 +79,8 @@ void write_sheet(const GenerateOptions& o, const std::filesystem::path& file) {
   write_png(file, sheet, Encoding::Linear);
 }
 
-std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
-  return nlohmann::ordered_json{{"out", o.out.string()},
+std::string summary_json(const fs::path& out, const GenerateSummary& s) {
+  return nlohmann::ordered_json{{"out", out.string()},
                                 {"made", s.made},
                                 {"skipped", s.skipped},
                                 {"scenes", s.scenes},
@@ -85,6 +90,32 @@ std::string summary_json(const GenerateOptions& o, const GenerateSummary& s) {
                                 {"dropped_samples", s.dropped},
                                 {"first_dropped", s.first_dropped}}
       .dump(1);
+}
+
+/// What a run has made, as JSON and for people.
+void tell(const fs::path& out, const GenerateSummary& summary, const CommonOptions& common) {
+  if (common.json) write_json_result(common, summary_json(out, summary));
+  say(fmt::format(
+      "{}: {} views made, {} were there; {}{}", out.string(), summary.made, summary.skipped,
+      duration_text(summary.seconds),
+      summary.made > 0 ? fmt::format(", {:.0f} views an hour", 3600 * summary.made / summary.seconds) : ""));
+  if (summary.scenes > 0) say(fmt::format("scenes of Mitsuba: {} written", summary.scenes));
+  if (summary.light_seconds > 0)
+    say(fmt::format("environment maps and probes took {:.0f} % of the time",
+                    100 * summary.light_seconds / summary.seconds));
+  say(summary.dropped == 0
+          ? "samples that were not finite: none"
+          : fmt::format("samples that were not finite: {} dropped, first {}", summary.dropped, summary.first_dropped));
+}
+
+/// Makes what a manifest names.
+void run_manifest(const Options& options, const CommonOptions& common) {
+  refuse_fixed(common);
+  SetWish wish;
+  wish.manifest = options.manifest, wish.out = options.generate.out, wish.assets = options.generate.rooms.assets;
+  wish.rooms = options.rooms, wish.write_expected = options.write_expected, wish.mitsuba = options.generate.mitsuba;
+  wish.shard = options.generate.rooms.shard, wish.shards = options.generate.rooms.shards;
+  tell(wish.out, make_set(common.device, wish), common);
 }
 
 /// Describes the rooms in place of tracing them.
@@ -111,6 +142,8 @@ void run(Options& options, const CommonOptions& common) {
     o.views.spp = static_cast<int>(*common.spp);
   }
   read_shard(options.shard, o.rooms);
+  if (!options.manifest.empty()) return run_manifest(options, common);
+  if (options.write_expected) throw usage_error("is for a manifest", "--write-expected", "", "--manifest FILE");
   o.light.wanted = !options.no_light;
   o.rooms.setting = options.setting == "held_out" ? Setting::HeldOut : Setting::Training;
   if (!options.list.empty()) read_list(options);
@@ -130,18 +163,7 @@ void run(Options& options, const CommonOptions& common) {
   const GenerateSummary summary = generate(Device::open(common.device), o);
   progress.reset();
   if (!options.sheet.empty()) write_sheet(o, options.sheet);
-  if (common.json) write_json_result(common, summary_json(o, summary));
-  say(fmt::format(
-      "{}: {} views made, {} were there; {}{}", o.out.string(), summary.made, summary.skipped,
-      duration_text(summary.seconds),
-      summary.made > 0 ? fmt::format(", {:.0f} views an hour", 3600 * summary.made / summary.seconds) : ""));
-  if (summary.scenes > 0) say(fmt::format("scenes of Mitsuba: {} written", summary.scenes));
-  if (summary.light_seconds > 0)
-    say(fmt::format("environment maps and probes took {:.0f} % of the time",
-                    100 * summary.light_seconds / summary.seconds));
-  say(summary.dropped == 0
-          ? "samples that were not finite: none"
-          : fmt::format("samples that were not finite: {} dropped, first {}", summary.dropped, summary.first_dropped));
+  tell(o.out, summary, common);
 }
 
 }  // namespace
@@ -159,6 +181,12 @@ void add_generate_command(CommandLine& line) {
               options->write_rooms)
       .option("--from-rooms", "FILE", "trace the rooms of such a file, whatever rooms are made like by now",
               o.rooms.from)
+      .option("--manifest", "FILE",
+              "make the data set that such a file names (experiments/rooms): it fixes all that pixels follow from",
+              options->manifest)
+      .flag("--write-expected",
+            "choose a manifest's cameras, trace its first rooms, and write into it what must come out",
+            options->write_expected)
       .option("--size", "WxH", "pixels of a view", options->size)
       .option("--clamp", "X",
               "most that one indirect contribution adds to a pixel or to a direction of the light, white = 0.9; fewer "

@@ -74,7 +74,7 @@ RoomList rooms_of(RoomList list, std::size_t count, std::uint64_t draw) {
 
 std::vector<Camera> ListedRoom::cameras(TraceScene& traced, const Room& room, int count, int width, int height) const {
   return described ? described->views(count, width, height)
-                   : choose_views(traced, room, count, width, height, Random(seed).fork(100));
+                   : choose_views(traced, room, count, width, height, Random(seed).fork(kViewsStream));
 }
 
 }  // namespace clerestory

@@ -246,6 +246,19 @@ TEST_F(Generate, SplitsAreOfRooms) {
   EXPECT_EQ(split_of(o, 0), "test");
 }
 
+// An empty one would be a mistake to whoever reads it.
+TEST_F(Generate, ASplitWithoutRoomsHasNoList) {
+  GenerateOptions o = small("a");
+  o.rooms.count = 9, o.views.count = 1, o.rooms.boxes = true;
+  generate(test_device(), o);
+  EXPECT_EQ(list_rooms(o.out, "val").size(), 1u);
+  EXPECT_FALSE(fs::exists(o.out / "test.txt"));
+  o.rooms.count = 8;
+  generate(test_device(), o);
+  EXPECT_EQ(list_rooms(o.out, "train").size(), 8u);
+  EXPECT_FALSE(fs::exists(o.out / "val.txt")) << "a list of rooms that are none of the set now";
+}
+
 TEST_F(Generate, OtherOptionsInTheSameFolderAreRefused) {
   GenerateOptions o = small("a");
   o.rooms.count = 1, o.views.count = 1, o.rooms.boxes = true;
