@@ -102,6 +102,14 @@ class Silence {
   std::uintmax_t size_ = 0;
 };
 
+/// What Intel's driver is told by the environment: "CL_CONFIG_CPU_TARGET_ARCH=core-avx2".
+std::string told() {
+  std::vector<std::string> words;
+  for (const auto& [name, value] : begin_provenance({}).environment)
+    if (name.starts_with("CL_CONFIG_")) words.push_back(name + "=" + value);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
 /// `less`: what the device is pretended to be without, CLERESTORY_PRETEND.
 Json info_json(const DeviceInfo& info) {
   const char* less = std::getenv("CLERESTORY_PRETEND");
@@ -111,7 +119,8 @@ Json info_json(const DeviceInfo& info) {
           {"driver", info.driver},
           {"compute_units", info.compute_units},
           {"fp64", info.fp64},
-          {"less", less != nullptr ? less : ""}};
+          {"less", less != nullptr ? less : ""},
+          {"told", told()}};
 }
 
 /// Makes the verdict on one device:
@@ -282,9 +291,11 @@ std::string state_of(const Json& verdict) {
 
 std::string label_of(const Json& verdict) {
   const Json& device = verdict.at("device");
-  const std::string less = device.value("less", "");
-  return fmt::format("{} ({}){}", device.at("name").get<std::string>(), device.at("platform").get<std::string>(),
-                     less.empty() ? "" : " with " + less);
+  std::string label =
+      fmt::format("{} ({})", device.at("name").get<std::string>(), device.at("platform").get<std::string>());
+  for (const char* with : {"less", "told"})
+    if (const std::string what = device.value(with, ""); !what.empty()) label += " with " + what;
+  return label;
 }
 
 /// The largest of a column, with the kernel that has it.
