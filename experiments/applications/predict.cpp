@@ -99,8 +99,8 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
 }
 
 Image enlarged(Device& device, const Image& map, const Image& mask, const Image& small, const Image& photo) {
-  Image masked(map.width, map.height,
-               map.channels + 1);  // weights are the same for all channels, so a quotient is a mean
+  // Weights are the same for all channels: the quotient of a masked map and its mask is a mean over what is known.
+  Image masked(map.width, map.height, map.channels + 1);
   for (int c = 0; c <= map.channels; ++c)
     for (std::size_t i = 0; i < map.pixels(); ++i)
       masked.plane(c)[i] = mask.data[i] > 0.5f ? (c < map.channels ? map.plane(c)[i] : 1.0f) : 0.0f;

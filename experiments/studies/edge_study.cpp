@@ -41,28 +41,27 @@ class EdgeStudy : public RoomStudy {
       room.scene.photo = camera_picture(room.scene.photo);
       const PreparedView view = prepare_scene(room.scene, room.scene.width(), room.scene.height());
       const Scene predicted = predicted_scene(device_, weights, room.scene.photo, room.camera, /*clipped=*/true);
-      double scale = 0;
+      const MapMasks band = edge_bands(view.truth, view.masks, whole("edges.reach")), rest = without(view.masks, band);
       RoomFindings found;
-      judge(found, kOurs, relative_maps(predicted, &scale), view);
+      const auto judge = [&](const Answer& answer, const MapSet& maps) {
+        add(found, kBand, answer, map_errors(maps, view.truth, band));
+        add(found, kRest, answer, map_errors(maps, view.truth, rest));
+      };
+      double scale = 0;
+      judge(kOurs, relative_maps(predicted, &scale));
       const int width = whole("edges.small_width"), height = width * room.camera.height / room.camera.width;
       const PreparedView small = prepare_scene(room.scene, width, height);
-      judge(found, kJoint, joint_maps(small, view), view),
-          judge(found, kNearest, nearest_maps(small.truth, view), view);
-      const MapMasks band = edge_bands(view.truth, view.masks, whole("edges.reach"));
+      judge(kJoint, joint_maps(small, view)), judge(kNearest, nearest_maps(small.truth, view));
       found.add(kShareOfPixels, share(band.albedo, view.masks.albedo));
       if (listed.index < kMostStrips) show(listed.index, room.scene.photo, predicted, view, band);
       return found;
     });
   }
 
-  void judge(RoomFindings& found, const Answer& answer, const MapSet& maps, const PreparedView& view) const {
-    const MapMasks band = edge_bands(view.truth, view.masks, whole("edges.reach"));
-    for (const auto& [region, masks] : {std::pair{kBand, band}, {kRest, without(view.masks, band)}}) {
-      const MapErrors errors = map_errors(maps, view.truth, masks);
-      for (int m = 0; m < map_error_count; ++m)
-        if (const auto& e = errors[static_cast<std::size_t>(m)])
-          found.add(finding(static_cast<MapError>(m), region, answer), *e);
-    }
+  static void add(RoomFindings& found, const char* region, const Answer& answer, const MapErrors& errors) {
+    for (int m = 0; m < map_error_count; ++m)
+      if (const auto& e = errors[static_cast<std::size_t>(m)])
+        found.add(finding(static_cast<MapError>(m), region, answer), *e);
   }
 
   MapSet joint_maps(const PreparedView& small, const PreparedView& view) {
