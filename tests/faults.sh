@@ -6,7 +6,9 @@
 # root, to be mounted.
 #   bash tests/faults.sh [SEED [CASE...]]    cases: kills signals full read_only two memory damaged less lost
 set -uo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+source "$(dirname "${BASH_SOURCE[0]}")/../experiments/setup.sh"
+packages+=(gdb) # says whose code ended for want of memory
+install_packages
 clerestory=$root/build/clerestory
 [ -x "$clerestory" ] || { echo "$clerestory is missing: bash tests/run.sh" >&2; exit 1; }
 RANDOM=${1-1}
@@ -336,27 +338,44 @@ two() {
   echo "two: ${#commands[@]} commands"
 }
 
-# Address space from what the libraries just start in up to enough. LLVM aborts without memory; ours must say so, and
-# nothing may be lost.
+# Whose code a signal ended, as the file core says it: a library or the program. What C and C++ themselves are made of
+# only passes it on.
+owner_of_core() {
+  gdb -batch -ex 'python
+frame = gdb.newest_frame()
+of_language = ("libc.so", "libstdc++.so", "libgcc_s.so", "libm.so", "ld-linux")
+while frame and any(name in (gdb.solib_name(frame.pc()) or "") for name in of_language):
+  frame = frame.older()
+print("owner:", gdb.solib_name(frame.pc()) or "clerestory" if frame else "nobody")' "$clerestory" core 2>/dev/null |
+    sed -n 's/^owner: //p'
+}
+# Address space from what the libraries just start in up to enough. Drivers abort without memory, or read what they did
+# not get; ours must say so, and nothing may be lost.
 memory() {
-  local name mib ended=0 refused=0 aborted=0
+  local name mib owner ended=0 refused=0 aborted=0
   for name in "${commands[@]}"; do
     begin "$name" "memory/$name"
-    for mib in 400 450 500 550 600 700 800 1000 1300 1600; do
+    for mib in 400 450 500 550 600 700 705 710 715 800 1000 1300 1600; do
       (ulimit -v $((mib * 1024)) && exec "$clerestory" --version) >/dev/null 2>&1 || continue
       line_of "$name" "memory/$name"
-      (ulimit -v $((mib * 1024)) && exec "${line[@]}") >"said.$name" 2>&1
+      rm -f core
+      (ulimit -c unlimited && ulimit -v $((mib * 1024)) && exec "${line[@]}") >"said.$name" 2>&1
       code=$?
       case $code in
         0) ended=$((ended + 1)) ;;
-        1 | 2 | 3) refused=$((refused + 1)) ;;
+        1 | 2 | 3)
+          refused=$((refused + 1))
+          [ -s "said.$name" ] || find_fault "$name in $mib MiB: says nothing"
+          ;;
         *)
           aborted=$((aborted + 1))
-          grep -qi 'memory\|bad_alloc\|cannot allocate\|failed to map\|resource temporarily unavailable' "said.$name" ||
-            find_fault "$name in $mib MiB: exit code $code" "said.$name"
+          owner=$(owner_of_core)
+          case $owner in
+            */lib*) echo "memory: $name in $mib MiB is ended by $(basename "$owner")" ;;
+            *) find_fault "$name in $mib MiB: exit code $code in ${owner:-an unknown place: no core}" "said.$name" ;;
+          esac
           ;;
       esac
-      [ -s "said.$name" ] || [ $code = 0 ] || find_fault "$name in $mib MiB: says nothing"
       check_finished "$name" "memory/$name" "$mib MiB"
     done
     must_end_well "$name" "memory/$name" "short memory"
