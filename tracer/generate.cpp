@@ -49,9 +49,11 @@ void check(const GenerateOptions& o) {
     if (!(value >= 0 && value <= high))
       throw usage_error("out of range", name, fmt::format("{}", value), fmt::format("0 to {}", high));
   };
-  real_range("--roll", o.views.handling.roll, 45), real_range("--close-ups", o.views.handling.close_ups, 1);
-  for (const auto& [name, value] :
-       {std::pair{"--roll", o.views.handling.roll}, std::pair{"--close-ups", o.views.handling.close_ups}})
+  const Handling& held = o.views.handling;
+  real_range("--roll", held.roll, 45), real_range("--close-ups", held.close_ups, 1);
+  real_range("--from-above", held.from_above, 1 - held.close_ups);  // views are one or the other
+  for (const auto& [name, value] : {std::pair{"--roll", held.roll}, std::pair{"--close-ups", held.close_ups},
+                                    std::pair{"--from-above", held.from_above}})
     if (!o.rooms.from.empty() && value > 0)
       throw usage_error(fmt::format("the rooms of {} have their cameras", o.rooms.from.string()), name,
                         fmt::format("{}", value), "left out beside --from-rooms");
@@ -85,6 +87,7 @@ json recipe(const GenerateOptions& o) {
   // Left out where cameras are level and across the room, as in folders made before there were others.
   if (o.views.handling.roll > 0) all["roll"] = o.views.handling.roll;
   if (o.views.handling.close_ups > 0) all["close_ups"] = o.views.handling.close_ups;
+  if (o.views.handling.from_above > 0) all["from_above"] = o.views.handling.from_above;
   if (o.views.clamp > 0 && o.views.width > kPilotColumns) all["pilot"] = kPilotColumns;
   if (o.light.wanted) all["light_spp"] = o.light.spp, all["probes"] = o.light.probes;
   return all;

@@ -37,6 +37,7 @@ Schema schema() {
   s.real("views.clamp", 0, "as --clamp", {0, 1e6}).optional();
   s.real("views.roll", 0, "as --roll", {0, 45}).optional();
   s.real("views.close_ups", 0, "as --close-ups", {0, 1}).optional();
+  s.real("views.from_above", 0, "as --from-above", {0, 1}).optional();
   s.flag("light.wanted", true, "environment maps and probes too").optional();
   s.integer("light.spp", 1, "as --light-spp", {1, 1 << 12}).optional();
   s.integer("light.probes", 0, "as --probes", {0, 100}).optional();
@@ -133,6 +134,8 @@ void read_fixed(Manifest& m, const Keys& keys) {
   m.views.width = keys.integer("views.width"), m.views.height = keys.integer("views.height");
   m.views.clamp = keys.real("views.clamp"), m.views.handling.roll = keys.real("views.roll");
   m.views.handling.close_ups = keys.real("views.close_ups");
+  const std::string above = "views.from_above";  // sets of before there was any have none
+  if (keys.any(above)) m.views.handling.from_above = keys.real(above);
   m.light.wanted = keys.flag("light.wanted");
   m.light.spp = keys.integer("light.spp"), m.light.probes = keys.integer("light.probes");
   for (const std::string name : kSplits) {

@@ -10,7 +10,7 @@ namespace clerestory {
 namespace {
 
 constexpr double kGoodEnough = 1.0;
-constexpr std::uint64_t kRollStream = 1, kCloseUpStream = 2;  // leave a view's other numbers as they are
+constexpr std::uint64_t kRollStream = 1, kFramingStream = 2;  // leave a view's other numbers as they are
 
 double degrees_wide(Random& random) {
   const float kind = random.unit();  // most cameras lie between a phone's 50 and a wide lens's 85 degrees
@@ -72,6 +72,22 @@ Camera close_up(const Room& room, int width, int height, Random& random) {
   return candidate(room, width, height, random);
 }
 
+/// Down at what stands or lies up to 3 m away, by somebody who stands.
+Camera from_above(const Room& room, int width, int height, Random& random) {
+  Camera camera = Camera::from_fov(width, height, static_cast<double>(random.between(40, 80)));
+  const float x = room.size.x / 2 - 0.25f, z = room.size.z / 2 - 0.25f;
+  for (int attempt = 0; attempt < 30; ++attempt) {
+    const glm::vec3 eye{random.between(-x, x), std::min(random.between(1.4f, 2.2f), room.size.y - 0.3f),
+                        random.between(-z, z)};
+    const float along = random.between(1, 3), turn = random.between(0, glm::two_pi<float>());
+    const glm::vec3 target{eye.x + along * std::cos(turn), random.between(0, 0.8f), eye.z + along * std::sin(turn)};
+    if (std::abs(target.x) > x || std::abs(target.z) > z || is_inside(room.occupied, eye)) continue;
+    look_at(camera, Vec3(eye), Vec3(target + glm::vec3(1e-3f, 0, 0)));
+    return camera;
+  }
+  return candidate(room, width, height, random);
+}
+
 /// Turned about its own axis: half of all views by less than a quarter of `most` degrees.
 void roll(Camera& camera, double most, Random random) {
   const double part = static_cast<double>(random.between(-1, 1));
@@ -93,22 +109,32 @@ class Candidates {
         height_(height),
         roll_(handling.roll),
         own_(random.fork(static_cast<std::uint64_t>(v))) {
-    close_ = own_.fork(kCloseUpStream).chance(static_cast<float>(handling.close_ups));
+    const double kind = static_cast<double>(own_.fork(kFramingStream).unit());
+    if (kind < handling.close_ups)
+      framing_ = Framing::CloseUp;
+    else if (kind < handling.close_ups + handling.from_above)
+      framing_ = Framing::FromAbove;
   }
 
   Camera next() {
-    Camera camera = close_ ? close_up(room_, width_, height_, own_) : candidate(room_, width_, height_, own_);
+    Camera camera = framed();
     if (roll_ > 0) roll(camera, roll_, own_.fork(kRollStream));
     return camera;
   }
-  Framing framing() const { return close_ ? Framing::CloseUp : Framing::Room; }
+  Framing framing() const { return framing_; }
 
  private:
+  Camera framed() {
+    if (framing_ == Framing::CloseUp) return close_up(room_, width_, height_, own_);
+    if (framing_ == Framing::FromAbove) return from_above(room_, width_, height_, own_);
+    return candidate(room_, width_, height_, own_);
+  }
+
   const Room& room_;
   int width_, height_;
   double roll_;
   Random own_;
-  bool close_ = false;
+  Framing framing_ = Framing::Room;
 };
 
 }  // namespace
@@ -144,7 +170,7 @@ double judge_view(const TraceMaps& maps, Framing framing) {
   const double same =
       static_cast<double>(*std::max_element(direction.begin(), direction.end())) / static_cast<double>(pixels);
   double score = 0;
-  const double distance = framing == Framing::CloseUp ? 0.4 : 1;
+  const double distance = framing == Framing::CloseUp ? 0.4 : framing == Framing::FromAbove ? 0.7 : 1;
   if (quantile(0.02) < 0.35 * distance) score -= 2;
   if (quantile(0.15) < 0.7 * distance) score -= 1;
   if (quantile(0.5) < 1.2 * distance) score -= 1;

@@ -11,8 +11,9 @@ namespace clerestory {
 
 /// How cameras are held. As it is made, level and across the room.
 struct Handling {
-  double roll = 0;       // degrees: a view is turned about its axis by at most so much, mostly by less
-  double close_ups = 0;  // share of the views that look at a piece of furniture from 0.6 to 1.6 m
+  double roll = 0;        // degrees: a view is turned about its axis by at most so much, mostly by less
+  double close_ups = 0;   // share of the views that look at a piece of furniture from 0.6 to 1.6 m
+  double from_above = 0;  // share of those that a standing person has who looks down, at tables and the floor
 };
 
 /// The stream of a room's random numbers, Random(seed).fork(..), that its cameras are drawn from.
@@ -31,8 +32,8 @@ std::vector<Camera> choose_views(TraceScene& scene, const Room& room, int count,
 std::vector<Camera> chosen_views(const Room& room, std::span<const int> chosen, int width, int height, Random random,
                                  const Handling& handling = {});
 
-/// How far the camera stands from what it shows.
-enum class Framing { Room, CloseUp };
+/// What the camera shows, and so how far it stands from it.
+enum class Framing { Room, CloseUp, FromAbove };
 /// What makes a candidate good, from maps of any size: higher is better, below 0 unfit.
 double judge_view(const TraceMaps& maps, Framing framing = Framing::Room);
 

@@ -202,6 +202,8 @@ void add_generate_command(CommandLine& line) {
               o.views.handling.roll)
       .option("--close-ups", "SHARE", "of the views that look at a piece of furniture from 0.6 to 1.6 m; 0 by default",
               o.views.handling.close_ups)
+      .option("--from-above", "SHARE", "of the views that look down from where a person stands; 0 by default",
+              o.views.handling.from_above)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
       .flag("--mitsuba",
             "also each room as a scene of Mitsuba 3, in its folder mitsuba/: scene.xml, PLY meshes, panorama",

@@ -89,6 +89,7 @@ Schema make_schema() {
   s.integer("stream.views", 2, "views of a room", {1, 100});
   s.real("stream.roll", 0, "degrees: views are turned about their axis by at most so much, mostly by less", {0, 45});
   s.real("stream.close_ups", 0, "share of the views that look at a piece of furniture from 0.6 to 1.6 m", {0, 1});
+  s.real("stream.from_above", 0, "share of the views that look down from where a person stands", {0, 1});
   s.integer("stream.spp", 8, "samples a pixel", {1, 4096});
   s.integer("stream.scale", 2, "maps: views are traced so many times as large as the net's, then filtered down",
             {1, 8});
@@ -304,7 +305,10 @@ StreamOptions stream_of(const Config& c, const Size& size) {
   rooms.views.count = number("stream.views"), rooms.views.spp = number("stream.spp"),
   rooms.views.clamp = c.real("stream.clamp");
   rooms.light.wanted = c.text("model.kind") == "light", rooms.rooms.split = "train";
-  rooms.views.handling = {c.real("stream.roll"), c.real("stream.close_ups")};
+  rooms.views.handling = {c.real("stream.roll"), c.real("stream.close_ups"), c.real("stream.from_above")};
+  const double across = 1 - rooms.views.handling.close_ups;
+  forbid(rooms.views.handling.from_above > across, c, "stream.from_above", "a view is close up or from above, not both",
+         fmt::format("at most {} beside stream.close_ups", across));
   rooms.light.spp = number("stream.light_spp"), rooms.light.probes = number("stream.probes");
   const int scale = rooms.light.wanted ? 1 : number("stream.scale");  // light lies at the pixels of its view
   rooms.views.width = scale * size.width, rooms.views.height = scale * size.height;

@@ -63,6 +63,7 @@ TEST_F(Manifests, SayAllThatPixelsFollowFrom) {
   EXPECT_EQ(m.views.clamp, 1);
   EXPECT_EQ(m.views.handling.roll, 5);
   EXPECT_EQ(m.views.handling.close_ups, 0.25);
+  EXPECT_EQ(m.views.handling.from_above, 0);  // a set of before there was any
   EXPECT_TRUE(m.light.wanted);
   EXPECT_EQ(m.light.spp, 1);
   EXPECT_EQ(m.light.probes, 1);

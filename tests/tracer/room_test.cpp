@@ -280,13 +280,15 @@ TEST(Views, AreRolledAndCloseAsAskedFor) {
   const auto roll_of = [](const Camera& camera) {  // of the right axis out of the horizon; the pitch is small
     return std::asin(camera.camera_to_world[4]) * 180 / std::numbers::pi;
   };
+  const auto pitch_of = [](const Camera& camera) { return std::asin(-camera.camera_to_world[6]); };  // looks along -z
   const auto median_depth = [&](const Camera& camera) {
     std::vector<float> depth = scene.maps(camera).depth.data;
     std::nth_element(depth.begin(), depth.begin() + static_cast<std::ptrdiff_t>(depth.size() / 2), depth.end());
     return depth[depth.size() / 2];
   };
-  const auto level = views({}), rolled = views({.roll = 5}), mixed = views({.close_ups = 0.25});
-  int turned = 0, nearer = 0, same = 0;
+  const auto level = views({}), rolled = views({.roll = 5}), mixed = views({.close_ups = 0.25}),
+             above = views({.from_above = 0.25}), both = views({.close_ups = 0.25, .from_above = 0.75});
+  int turned = 0, nearer = 0, same = 0, down = 0;
   for (std::size_t i = 0; i < count; ++i) {
     EXPECT_EQ(roll_of(level[i]), 0);
     EXPECT_LE(std::abs(roll_of(rolled[i])), 5);
@@ -295,12 +297,20 @@ TEST(Views, AreRolledAndCloseAsAskedFor) {
     const bool kept = mixed[i].camera_to_world == level[i].camera_to_world;
     same += kept;
     nearer += !kept && median_depth(mixed[i]) < 2.2f;
+    const bool looks_down = above[i].camera_to_world != level[i].camera_to_world;
+    down += looks_down;
+    // From 1.4 m at what is at most 0.8 m high and 3 m away.
+    EXPECT_TRUE(!looks_down || pitch_of(above[i]) < -std::atan(0.6 / 3)) << i;
+    EXPECT_EQ(both[i].camera_to_world == mixed[i].camera_to_world, !kept) << i;
+    EXPECT_NE(both[i].camera_to_world, level[i].camera_to_world) << i;
   }
   EXPECT_GT(turned, count / 4);
   EXPECT_LT(turned, 3 * count / 4);
   EXPECT_EQ(same + nearer, count);
   EXPECT_GE(nearer, 4);  // of 40 at a quarter: fewer one time in 200
   EXPECT_LE(nearer, 18);
+  EXPECT_GE(down, 4);
+  EXPECT_LE(down, 18);
 }
 
 TEST(Balls, RestInTheOpenAndAreSeen) {
