@@ -61,21 +61,20 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   const Value guide_low = graph.input("guide low", {1, 3, small.height, small.width});
   const Value guide = graph.input("guide", {1, 3, photo.height, photo.width});
   const Maps maps = mgnet(graph, image, loaded.net, false);
-  const auto enlarge = [&](Value map) { return joint_bilateral(map, guide_low, guide); };
 
   std::vector<Value> outputs;
   Prediction result;
-  const auto want = [&](bool wanted, const char* name, Value map) {
+  const auto want = [&](bool wanted, const char* name, Value map, const JointBilateral& by = {}) {
     if (!wanted) {
       result.left_out.push_back(std::string("decoder of ") + name);
       return Value{};
     }
-    return outputs.emplace_back(enlarge(map));
+    return outputs.emplace_back(joint_bilateral(map, guide_low, guide, by));
   };
   const Value albedo = want(request.albedo, "albedo", maps.albedo),
               material = want(request.material, "material", maps.material);
   const Value depth = want(request.depth, "depth", maps.depth);
-  Value normal = want(request.normal, "normal", maps.normal);
+  Value normal = want(request.normal, "normal", maps.normal, enlarges_normals);
   if (normal) outputs.back() = normal = unit_vector(normal);
   if (request.depth) outputs.push_back(maps.log_scale);
 
@@ -98,7 +97,8 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   return result;
 }
 
-Image enlarged(Device& device, const Image& map, const Image& mask, const Image& small, const Image& photo) {
+Image enlarged(Device& device, const Image& map, const Image& mask, const Image& small, const Image& photo,
+               const JointBilateral& by) {
   // Weights are the same for all channels: the quotient of a masked map and its mask is a mean over what is known.
   Image masked(map.width, map.height, map.channels + 1);
   for (int c = 0; c <= map.channels; ++c)
@@ -108,7 +108,7 @@ Image enlarged(Device& device, const Image& map, const Image& mask, const Image&
   const Value guide_low = graph.input("guide low", {1, 3, small.height, small.width});
   const Value guide = graph.input("guide", {1, 3, photo.height, photo.width});
   const Value large =
-      joint_bilateral(graph.input("map", {1, masked.channels, map.height, map.width}), guide_low, guide);
+      joint_bilateral(graph.input("map", {1, masked.channels, map.height, map.width}), guide_low, guide, by);
   Executor executor(compile(graph, std::vector{large}, device, {}));
   executor.feed("map", tensor_of(masked));
   executor.feed("guide low", guide_of(small)), executor.feed("guide", guide_of(photo));

@@ -6,6 +6,7 @@
 
 #include "host/cl/device.hpp"
 #include "host/io/image.hpp"
+#include "host/ops/tensor/joint_bilateral.hpp"
 
 namespace clerestory {
 
@@ -33,8 +34,12 @@ struct Prediction {
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
                         const PredictRequest& request, Precision precision = Precision::Single);
 
+/// How normals come back: where two surfaces meet a normal is one's or the other's. Other maps are averaged.
+inline constexpr JointBilateral enlarges_normals{.alike = 0.3};
+
 /// A small map at the size of the photograph, as those of MGNet are brought there. `small`: the photograph at the map's
 /// size; both exposed alike. Where `mask` (1 channel, of the map's size) is 0 the map says nothing.
-Image enlarged(Device& device, const Image& map, const Image& mask, const Image& small, const Image& photo);
+Image enlarged(Device& device, const Image& map, const Image& mask, const Image& small, const Image& photo,
+               const JointBilateral& by = {});
 
 }  // namespace clerestory

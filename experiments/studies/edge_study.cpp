@@ -65,11 +65,11 @@ class EdgeStudy : public RoomStudy {
   }
 
   MapSet joint_maps(const PreparedView& small, const PreparedView& view) {
-    const auto large = [&](const Image& map, const Image& mask) {
-      return enlarged(device_, map, mask, small.image, view.image);
+    const auto large = [&](const Image& map, const Image& mask, const JointBilateral& by = {}) {
+      return enlarged(device_, map, mask, small.image, view.image, by);
     };
     const MapSet& truth = small.truth;
-    return {large(truth.albedo, small.masks.albedo), large(truth.normal, small.masks.geometry),
+    return {large(truth.albedo, small.masks.albedo), large(truth.normal, small.masks.geometry, enlarges_normals),
             large(truth.depth, small.masks.geometry), large(truth.material, small.masks.material)};
   }
 
