@@ -43,7 +43,7 @@ TEST(Whdr, ADifferenceOfATenthIsTheLimit) {
   EXPECT_EQ(of_two(1, 1.11f, Darker::First)->rate, 0);
   EXPECT_EQ(of_two(1.11f, 1, Darker::Second)->rate, 0);
   EXPECT_EQ(of_two(1.11f, 1, Darker::First)->rate, 1);
-  EXPECT_EQ(of_two(0, 0, Darker::Equal)->rate, 0) << "both are the least";
+  EXPECT_EQ(of_two(0, 1e-11f, Darker::Equal)->rate, 0) << "both are the least";
 }
 
 TEST(Whdr, WhatSaysNothingIsPassedOver) {
