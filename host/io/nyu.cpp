@@ -1,6 +1,6 @@
 #include "host/io/nyu.hpp"
 
-#include <hdf5.h>
+#include <hdf5/serial/hdf5.h>
 
 #include <algorithm>
 #include <array>

@@ -100,6 +100,10 @@ TEST_F(BenchmarkErrors, ANormalWithoutLengthIsARightAngle) {
   truth.data = {0, 0, 2};
   for (const Lengths lengths : {Lengths::Unit, Lengths::AsTheyAre})
     EXPECT_DOUBLE_EQ(normal_angles(Image(1, 1, 3), truth, mask, lengths)->mean, 90);
+  Image half(1, 1, 3);
+  half.data = {0, 0, 0.5f};
+  EXPECT_NEAR(normal_angles(half, truth, mask, Lengths::AsTheyAre)->mean, 60, 1e-9) << "the truth has unit length";
+  EXPECT_EQ(normal_angles(half, truth, mask, Lengths::Unit)->mean, 0);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // NYUv2's labelled file: what is written is read, and what is damaged is refused by name.
 #include "host/io/nyu.hpp"
 
-#include <hdf5.h>
+#include <hdf5/serial/hdf5.h>
 
 #include <cmath>
 
