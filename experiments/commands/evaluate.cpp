@@ -109,7 +109,8 @@ void add_evaluate_command(CommandLine& line) {
                          "A RUN folder of `invert` to judge in place of weights; --data is then the view ROOM/NNN that "
                          "was taken apart",
                          options->run)
-      .option("--data", "DIR", "Folder of rooms (InteriorVerse's layout); with --protocol also of IIW or NYUv2", o.data)
+      .option("--data", "DIR", "Folder of rooms (InteriorVerse's layout); with --protocol also IIW, NYUv2 or OpenRooms",
+              o.data)
       .option("--split", "NAME",
               "Its list of rooms: test, val, train; default: test.txt, else val.txt, else every room. Of IIW: test "
               "(every fifth picture), train or all",

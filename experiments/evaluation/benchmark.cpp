@@ -9,6 +9,7 @@
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/io/nyu.hpp"
+#include "host/io/openrooms.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/sha256.hpp"
 
@@ -32,11 +33,16 @@ Protocol protocol_of(const std::string& word) {
 
 DataLayout layout_of(const fs::path& data) {
   if (fs::is_regular_file(data) || fs::exists(data / kNyuFile)) return DataLayout::Nyu;
+  if (is_openrooms(data)) return DataLayout::OpenRooms;
   std::error_code code;
   fs::directory_iterator entries(data, code);
   if (code) throw usage_error("the folder cannot be read: " + code.message(), data.string());
-  for (const auto& entry : entries)
-    if (entry.path().extension() == ".json" && entry.path().filename().string()[0] != '.') return DataLayout::Iiw;
+  for (const auto& entry : entries) {
+    fs::path picture = entry.path();
+    if (picture.extension() == ".json" &&
+        (fs::exists(picture.replace_extension(".png")) || fs::exists(picture.replace_extension(".jpg"))))
+      return DataLayout::Iiw;
+  }
   return DataLayout::Rooms;
 }
 

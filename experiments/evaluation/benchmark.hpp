@@ -16,10 +16,10 @@ namespace clerestory {
 enum class Protocol { Zhu, Li, Marigold };
 Protocol protocol_of(const std::string& word);  // "zhu", "li", "marigold"
 
-/// How a data set lies on disk: rooms as InteriorVerse's, IIW, NYUv2.
-enum class DataLayout { Rooms, Iiw, Nyu };
-/// Known by what lies in it: kNyuFile (or that file itself), <id>.json, else rooms. Throws usage_error where nothing is
-/// there.
+/// How a data set lies on disk: rooms as InteriorVerse's, IIW, NYUv2, OpenRooms.
+enum class DataLayout { Rooms, Iiw, Nyu, OpenRooms };
+/// Known by what lies in it: kNyuFile (or that file itself), main*_xml*, <id>.json beside its picture, else rooms.
+/// Throws usage_error where nothing is there.
 DataLayout layout_of(const std::filesystem::path& data);
 
 struct BenchmarkMetric {
@@ -53,6 +53,9 @@ Benchmark iiw_benchmark(Protocol protocol, const std::filesystem::path& data, co
 Benchmark nyu_benchmark(Protocol protocol, const std::filesystem::path& data, const BenchmarkList& list);
 /// Views ROOM/NNN: what the test scripts of zhu and li print of synthetic rooms, PSNR and SSIM of albedo for marigold.
 Benchmark rooms_benchmark(Protocol protocol, const std::vector<std::filesystem::path>& views);
+
+/// OpenRooms for li and marigold, as rooms; zhu asks for what it does not have. `split`: train, test (the default).
+Benchmark openrooms_benchmark(Protocol protocol, const std::filesystem::path& data, const BenchmarkList& list);
 
 /// Lines of a list. Throws usage_error naming file and line: a name twice, one that is not among `known` (if that is
 /// not empty), no name at all.

@@ -7,6 +7,7 @@
 #include "experiments/evaluation/whdr.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
+#include "host/io/openrooms.hpp"
 #include "host/io/resize.hpp"
 
 namespace clerestory {
@@ -87,21 +88,13 @@ Values judge_li(const SmallView& view, const PredictedMaps& maps) {
 }
 
 /// Albedo as Marigold's script has it: display values at the size of the picture, every pixel.
-Values judge_marigold(const fs::path& path, const PredictedMaps& maps) {
-  Values values(3);
-  if (!maps.albedo) return values;
-  const ViewParts albedo_alone{.image = false,
-                               .mask = false,
-                               .depth = false,
-                               .material = false,
-                               .normal = false,
-                               .emission = false,
-                               .camera = false};
+Values judge_marigold(const Image& true_albedo, const PredictedMaps& maps) {
+  if (!maps.albedo) return Values(3);
   const auto shown = [](Image albedo) {
     for (float& v : albedo.data) v = std::clamp(v, 0.0f, 1.0f);
     return display_coded(std::move(albedo));
   };
-  const Image truth = shown(read_view(path, albedo_alone).albedo);
+  const Image truth = shown(true_albedo);
   const Image ours = resize_bilinear(shown(*maps.albedo), truth.width, truth.height);
   return {psnr(ours, truth), ssim(ours, truth, Border::Mirrored), ssim(ours, truth, Border::LeftOut)};
 }
@@ -150,24 +143,23 @@ void describe_marigold(Benchmark& out) {
       "LPIPS and the material, which the script also prints, are not computed"};
 }
 
-}  // namespace
+/// Where the truth comes from: a view with these maps.
+using ReadView = std::function<RoomView(std::size_t, const ViewParts&)>;
 
-Benchmark rooms_benchmark(Protocol protocol, const std::vector<fs::path>& views) {
+Benchmark benchmark_of(Protocol protocol, const ReadView& read) {
   Benchmark out;
-  out.layout = "rooms";
-  for (const fs::path& view : views)
-    out.names.push_back(view.parent_path().filename().string() + "/" + view.filename().string());
-  out.picture = [views](std::size_t i) {
-    return read_view(
-               views[i],
-               {.mask = false, .albedo = false, .depth = false, .material = false, .normal = false, .emission = false})
-        .image;
+  out.picture = [read](std::size_t i) {
+    ViewParts picture{.mask = false, .albedo = false, .depth = false, .material = false};
+    picture.normal = picture.emission = picture.camera = false;
+    return read(i, picture).image;
   };
   if (protocol == Protocol::Marigold) {
     out.protocol = "marigold";
     describe_marigold(out);
-    out.judge = [views](std::size_t i, const PredictedMaps& maps) {
-      return BenchmarkFigures{judge_marigold(views[i], maps)};
+    out.judge = [read](std::size_t i, const PredictedMaps& maps) {
+      ViewParts albedo{.image = false, .mask = false, .depth = false, .material = false};
+      albedo.normal = albedo.emission = albedo.camera = false;
+      return BenchmarkFigures{judge_marigold(read(i, albedo).albedo, maps)};
     };
     return out;
   }
@@ -176,10 +168,52 @@ Benchmark rooms_benchmark(Protocol protocol, const std::vector<fs::path>& views)
   out.conventions = {fmt::format(
       "{}x{}: albedo averaged by area, all else nearest neighbour; valid: mask set, maps finite", kWidth, kHeight)};
   zhu ? describe_zhu(out) : describe_li(out);
-  out.judge = [views, zhu](std::size_t i, const PredictedMaps& maps) {
-    const SmallView view(read_view(views[i], ViewParts{.image = false}));
+  out.judge = [read, zhu](std::size_t i, const PredictedMaps& maps) {
+    const SmallView view(read(i, ViewParts{.image = false}));
     return BenchmarkFigures{zhu ? judge_zhu(view, maps) : judge_li(view, maps)};
   };
+  return out;
+}
+
+/// OpenRooms has no metals, and lamps by a mask.
+RoomView as_room(OpenRoomsView from) {
+  RoomView view;
+  view.material = Image(from.image.width, from.image.height, 3);
+  std::ranges::copy(from.roughness.data, view.material.data.begin());
+  view.emission = Image(from.image.width, from.image.height, 3);
+  view.mask = Image(from.image.width, from.image.height, 1);
+  for (std::size_t i = 0; i < view.mask.data.size(); ++i) {
+    view.mask.data[i] = from.mask.data[i] > 0.25f && from.depth.data[i] > 0 ? 1 : 0;
+    view.emission->data[i] = from.mask.data[i] == 0.5f ? 1 : 0;
+  }
+  view.image = std::move(from.image), view.albedo = std::move(from.albedo), view.normal = std::move(from.normal);
+  view.depth = std::move(from.depth);
+  return view;
+}
+
+}  // namespace
+
+Benchmark rooms_benchmark(Protocol protocol, const std::vector<fs::path>& views) {
+  Benchmark out =
+      benchmark_of(protocol, [views](std::size_t i, const ViewParts& parts) { return read_view(views[i], parts); });
+  out.layout = "rooms";
+  for (const fs::path& view : views)
+    out.names.push_back(view.parent_path().filename().string() + "/" + view.filename().string());
+  return out;
+}
+
+Benchmark openrooms_benchmark(Protocol protocol, const fs::path& data, const BenchmarkList& list) {
+  if (protocol == Protocol::Zhu)
+    throw usage_error("asks for metals, which OpenRooms does not have", "--protocol", "zhu", "li or marigold");
+  if (!list.file.empty())
+    throw usage_error("OpenRooms has lists of its own", "--list", list.file.string(), "--split NAME");
+  const std::string split = list.split.empty() ? "test" : list.split;
+  const std::vector<OpenRoomsName> views = list_openrooms(data, split);
+  Benchmark out =
+      benchmark_of(protocol, [views](std::size_t i, const ViewParts&) { return as_room(read_openrooms(views[i])); });
+  out.layout = "openrooms";
+  out.conventions.insert(out.conventions.begin(), "views: every kind of the scenes of " + split + ".txt");
+  for (const OpenRoomsName& view : views) out.names.push_back(view.text());
   return out;
 }
 

@@ -51,10 +51,15 @@ Image unit_normals(const fs::path& file) {
   return normal;
 }
 
-Image finite_depth(const fs::path& file) {
+/// Over its maximum: protocols fit a scale within bounds that millimetres would leave.
+Image relative_depth(const fs::path& file) {
   Image depth = read_map(file, 1);
-  for (float& d : depth.data)
+  float most = 0;
+  for (float& d : depth.data) {
     if (!(d > 0) || !std::isfinite(d)) d = 0;
+    most = std::max(most, d);
+  }
+  for (float& d : depth.data) d = most > 0 ? d / most : 0;
   return depth;
 }
 
@@ -75,7 +80,7 @@ PredictedMaps read_predicted(const fs::path& root, const std::string& name, Albe
   PredictedMaps maps;
   if (const auto file = file_of(root, name, "albedo")) maps.albedo = decoded_albedo(*file, code);
   if (const auto file = file_of(root, name, "normal")) maps.normal = unit_normals(*file);
-  if (const auto file = file_of(root, name, "depth")) maps.depth = finite_depth(*file);
+  if (const auto file = file_of(root, name, "depth")) maps.depth = relative_depth(*file);
   if (const auto file = file_of(root, name, "material")) maps.material = finite_material(*file);
   if (!maps.albedo && !maps.normal && !maps.depth && !maps.material)
     throw usage_error("holds no map of " + name, root.string(), {},

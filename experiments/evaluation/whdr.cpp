@@ -16,13 +16,14 @@ double lightness(const Image& image, const JudgedPoint& point) {
   return std::max(1e-10, total / image.channels);
 }
 
-Darker darker_of(double first, double second, double delta) {
-  if (second / first > 1 + delta) return Darker::First;
-  if (first / second > 1 + delta) return Darker::Second;
+}  // namespace
+
+Darker darker_of(const Image& reflectance, const JudgedPoint& first, const JudgedPoint& second, double delta) {
+  const double one = lightness(reflectance, first), two = lightness(reflectance, second);
+  if (two / one > 1 + delta) return Darker::First;
+  if (one / two > 1 + delta) return Darker::Second;
   return Darker::Equal;
 }
-
-}  // namespace
 
 std::optional<Whdr> whdr(const Image& reflectance, const Judgements& judgements, double delta) {
   Whdr result;
@@ -35,8 +36,7 @@ std::optional<Whdr> whdr(const Image& reflectance, const Judgements& judgements,
     }
     ++result.counted;
     all.add(j.weight);
-    if (darker_of(lightness(reflectance, first), lightness(reflectance, second), delta) != *j.darker)
-      wrong.add(j.weight);
+    if (darker_of(reflectance, first, second, delta) != *j.darker) wrong.add(j.weight);
   }
   if (result.counted == 0) return std::nullopt;
   result.weight = all.value(), result.rate = wrong.value() / result.weight;

@@ -24,6 +24,8 @@ Benchmark benchmark_of(const BenchmarkOptions& options) {
       return iiw_benchmark(protocol, options.data, options.list);
     case DataLayout::Nyu:
       return nyu_benchmark(protocol, options.data, options.list);
+    case DataLayout::OpenRooms:
+      return openrooms_benchmark(protocol, options.data, options.list);
     case DataLayout::Rooms:
       break;
   }
@@ -95,7 +97,8 @@ BenchmarkResult evaluate_benchmark(const BenchmarkOptions& options) {
     predict = given_maps(options.maps, options.albedo, benchmark.names);
     told.facts = {{"maps", options.maps.string()}};
     told.conventions = {options.albedo == AlbedoCode::Srgb ? "albedo of the maps: display values, v^2.2 is linear"
-                                                           : "albedo of the maps: linear"};
+                                                           : "albedo of the maps: linear",
+                        "depth of the maps: over its maximum, whatever its unit"};
   }
   BenchmarkResult result = run_benchmark(benchmark, with_progress(std::move(predict), benchmark.names.size()));
   result.facts.insert(result.facts.begin(), told.facts.begin(), told.facts.end());

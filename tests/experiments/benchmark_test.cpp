@@ -179,6 +179,7 @@ TEST_F(Benchmarks, TheSplitOfNyuTakesAListAndNormalsMayBeMissing) {
 
 TEST_F(Benchmarks, TrueMapsOfRoomsHaveNoError) {
   const fs::path view = room();
+  write_file(folder / "rooms/generate.json", "{}");  // as generated rooms have it
   EXPECT_EQ(layout_of(folder / "rooms"), DataLayout::Rooms);
   for (const Protocol protocol : {Protocol::Zhu, Protocol::Li}) {
     const BenchmarkResult result = judged(rooms_benchmark(protocol, {view}), truth(view));
@@ -208,6 +209,12 @@ TEST_F(Benchmarks, ErrorsOfRoomsAreThoseOfTheConventions) {
   EXPECT_NEAR(figure(zhu, "metallic_mse"), 0.01, 1e-6);
   EXPECT_NEAR(figure(li, "depth_log_mse"), 0, 1e-9);
   EXPECT_NEAR(figure(zhu, "depth_log_mse"), 0, 1e-9);
+
+  maps = truth(view);
+  for (float& v : maps.depth->data) v *= v;
+  EXPECT_LT(figure(judged(rooms_benchmark(Protocol::Zhu, {view}), maps), "depth_log_mse"),
+            0.8 * figure(judged(rooms_benchmark(Protocol::Li, {view}), maps), "depth_log_mse"))
+      << "of depths up to 1, and of metres";
 
   maps = truth(view);
   for (int c = 0; c < 3; ++c) maps.albedo->at(c, 0, 31) = 1 - maps.albedo->at(c, 0, 31);  // emits
@@ -252,6 +259,10 @@ TEST_F(PredictedMapsTest, AreFoundInFoldersOrBesideEachOther) {
   EXPECT_NEAR(read_predicted(maps, "room/000", AlbedoCode::Srgb).albedo->data[0], std::pow(0.5, 2.2), 1e-6);
   EXPECT_EQ(read_predicted(maps, "room/001", AlbedoCode::Linear).normal->data, normal.data);
   EXPECT_FALSE(read_predicted(maps, "room/001", AlbedoCode::Linear).albedo);
+  Image depth(3, 1, 1);
+  depth.data = {2000, INFINITY, 4000};  // millimetres, as rooms have them
+  write_exr(maps / "room/002_depth.exr", depth, ExrType::Float);
+  EXPECT_EQ(read_predicted(maps, "room/002", AlbedoCode::Linear).depth->data, (std::vector<float>{0.5f, 0, 1}));
   EXPECT_NEAR(read_predicted(maps, "5", AlbedoCode::Srgb).albedo->data[0], std::pow(128 / 255.0, 2.2), 1e-6);
 }
 
