@@ -18,6 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// PSNR of equal pictures, which leaves no mean.
+std::size_t infinite_of(const std::vector<double>& figures) {
+  return static_cast<std::size_t>(std::ranges::count_if(figures, [](double v) { return std::isinf(v); }));
+}
+
 std::string hash_of(const std::vector<std::string>& names) {
   std::string text, hex;
   for (const std::string& name : names) text += name + "\n";
@@ -99,9 +104,13 @@ Table benchmark_table(const BenchmarkResult& result) {
   for (std::size_t m = 0; m < result.metrics.size(); ++m) {
     const BenchmarkMetric& metric = result.metrics[m];
     const std::vector<double>& figures = result.figures[m];
-    const Cell middle = figures.empty() ? Cell() : Cell(Measure{median(std::span<const double>(figures)), 0, 1});
-    table.add({metric.unit.empty() ? metric.name : fmt::format("{} [{}]", metric.name, metric.unit),
-               measure_or_nothing(figures), middle, fmt::format("{}", figures.size())});
+    Cell average = measure_or_nothing(figures), middle;
+    if (infinite_of(figures) > 0)
+      average = middle = "infinite";
+    else if (!figures.empty())
+      middle = Measure{median(std::span<const double>(figures)), 0, 1};
+    table.add({metric.unit.empty() ? metric.name : fmt::format("{} [{}]", metric.name, metric.unit), average, middle,
+               fmt::format("{}", figures.size())});
   }
   return table;
 }
@@ -112,7 +121,9 @@ std::string benchmark_json(const BenchmarkResult& result) {
   out["conventions"] = result.conventions;
   for (std::size_t m = 0; m < result.metrics.size(); ++m) {
     nlohmann::ordered_json one{{"unit", result.metrics[m].unit}, {"pictures", result.figures[m].size()}};
-    if (!result.figures[m].empty())
+    if (const std::size_t infinite = infinite_of(result.figures[m]))
+      one["infinite"] = infinite;
+    else if (!result.figures[m].empty())
       one["mean"] = mean(std::span<const double>(result.figures[m])),
       one["median"] = median(std::span<const double>(result.figures[m]));
     out["metrics"][result.metrics[m].key] = std::move(one);

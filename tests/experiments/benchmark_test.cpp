@@ -190,6 +190,8 @@ TEST_F(Benchmarks, TrueMapsOfRoomsHaveNoError) {
   }
   const BenchmarkResult marigold = judged(rooms_benchmark(Protocol::Marigold, {view}), truth(view));
   EXPECT_TRUE(std::isinf(figure(marigold, "albedo_psnr_db")));
+  EXPECT_THAT(table_text(benchmark_table(marigold)), HasSubstr("infinite"));
+  EXPECT_EQ(nlohmann::json::parse(benchmark_json(marigold))["metrics"]["albedo_psnr_db"]["infinite"], 1);
   EXPECT_NEAR(figure(marigold, "albedo_ssim"), 1, 1e-12);
   EXPECT_EQ(marigold.names, std::vector<std::string>{"test_room_0/000"});
 }
