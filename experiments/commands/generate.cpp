@@ -9,6 +9,7 @@
 
 #include "experiments/commands/cli.hpp"
 #include "experiments/commands/named_set.hpp"
+#include "experiments/evaluation/layouts.hpp"
 #include "experiments/truth/room_list.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
@@ -26,7 +27,7 @@ struct Options {
   PixelSize size{160, 120};
   std::optional<int> rooms, views;  // of a file all, else GenerateOptions's
   fs::path write_rooms, list, sheet, manifest;
-  std::string shard = "0/1", setting = "training";
+  std::string shard = "0/1", setting = "training", layout;
   bool no_light = false, write_expected = false;
 };
 
@@ -108,6 +109,29 @@ void tell(const fs::path& out, const GenerateSummary& summary, const CommonOptio
           : fmt::format("samples that were not finite: {} dropped, first {}", summary.dropped, summary.first_dropped));
 }
 
+/// The same rooms once more, as another data set lies on disk.
+void add_layout(const fs::path& rooms, const std::string& layout) {
+  std::unique_ptr<Progress> bar;
+  write_layout(rooms, layout, [&](int done, int total) {
+    if (!bar) bar = std::make_unique<Progress>(layout, total, "views");
+    bar->update(done);
+    stop_if_interrupted("generate");
+  });
+  bar.reset();
+  say(fmt::format("{}: written", (rooms / layout).string()));
+}
+
+/// A layout is of the rooms of a whole folder.
+void check_layout(const Options& options) {
+  if (options.layout.empty()) return;
+  const auto refuse = [](bool given, const char* option) {
+    if (given) throw usage_error("does not go with --layout, which is of all rooms of a folder", option);
+  };
+  refuse(options.generate.rooms.shards > 1, "--shard"), refuse(!options.manifest.empty(), "--manifest");
+  refuse(!options.write_rooms.empty(), "--write-rooms");
+  check_layout_is_new(options.generate.out, options.layout);
+}
+
 /// Makes what a manifest names.
 void run_manifest(const Options& options, const CommonOptions& common) {
   refuse_fixed(common);
@@ -142,6 +166,7 @@ void run(Options& options, const CommonOptions& common) {
     o.views.spp = static_cast<int>(*common.spp);
   }
   read_shard(options.shard, o.rooms);
+  check_layout(options);
   if (!options.manifest.empty()) return run_manifest(options, common);
   if (options.write_expected) throw usage_error("is for a manifest", "--write-expected", "", "--manifest FILE");
   o.light.wanted = !options.no_light;
@@ -163,6 +188,7 @@ void run(Options& options, const CommonOptions& common) {
   const GenerateSummary summary = generate(Device::open(common.device), o);
   progress.reset();
   if (!options.sheet.empty()) write_sheet(o, options.sheet);
+  if (!options.layout.empty()) add_layout(o.out, options.layout);
   tell(o.out, summary, common);
 }
 
@@ -198,6 +224,11 @@ void add_generate_command(CommandLine& line) {
               o.light.spp)
       .option("--probes", "K", "panoramas of each view at points in free air", o.light.probes)
       .option("--sheet", "FILE", "also one PNG with the pictures of all views", options->sheet)
+      .choice(
+          "--layout",
+          "also the rooms as IIW (judgements of true albedo), NYUv2 or OpenRooms lie on disk, in the folder of that "
+          "name below --out",
+          options->layout, {"iiw", "nyu", "openrooms"})
       .option("--roll", "DEGREES", "views are turned about their axis by at most so much, mostly by less; 0 by default",
               o.views.handling.roll)
       .option("--close-ups", "SHARE", "of the views that look at a piece of furniture from 0.6 to 1.6 m; 0 by default",

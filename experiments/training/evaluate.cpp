@@ -18,26 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Views of the wanted list, or of every room folder when the data set has no lists.
-std::vector<ViewName> views_to_judge(const fs::path& data, std::string& split) {
-  if (!fs::is_directory(data)) throw usage_error("no such folder", data.string());
-  if (split.empty())
-    for (const char* candidate : {"test", "val"})
-      if (split.empty() && fs::exists(data / (std::string(candidate) + ".txt"))) split = candidate;
-  if (!split.empty()) return name_views({data.string()}, split);
-  std::vector<ViewName> views;
-  std::set<fs::path> rooms;
-  for (const auto& entry : fs::directory_iterator(data))
-    if (entry.is_directory()) rooms.insert(entry.path());
-  for (const fs::path& room : rooms)
-    for (const std::string& id : list_views(room)) views.push_back({room, id});
-  if (views.empty())
-    throw usage_error("there is no view", data.string(), "no NNN_im.exr in its folders",
-                      "rooms written by `clerestory generate`");
-  split = "every folder";
-  return views;
-}
-
 std::optional<MeanMaps> mean_maps(const EvaluateOptions& options, const LoadedWeights& weights) {
   if (options.mean_data.empty()) return weights.means;
   ViewStore store(name_views({options.mean_data.string()}, "train"), weights.size.width, weights.size.height, 0);
@@ -83,6 +63,25 @@ void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, 
 }
 
 }  // namespace
+
+std::vector<ViewName> views_to_judge(const fs::path& data, std::string& split) {
+  if (!fs::is_directory(data)) throw usage_error("no such folder", data.string());
+  if (split.empty())
+    for (const char* candidate : {"test", "val"})
+      if (split.empty() && fs::exists(data / (std::string(candidate) + ".txt"))) split = candidate;
+  if (!split.empty()) return name_views({data.string()}, split);
+  std::vector<ViewName> views;
+  std::set<fs::path> rooms;
+  for (const auto& entry : fs::directory_iterator(data))
+    if (entry.is_directory()) rooms.insert(entry.path());
+  for (const fs::path& room : rooms)
+    for (const std::string& id : list_views(room)) views.push_back({room, id});
+  if (views.empty())
+    throw usage_error("there is no view", data.string(), "no NNN_im.exr in its folders",
+                      "rooms written by `clerestory generate`");
+  split = "every folder";
+  return views;
+}
 
 EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
   if (options.data.empty() && options.frames.empty())

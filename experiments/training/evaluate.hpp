@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "experiments/evaluation/summary.hpp"
+#include "experiments/training/view_store.hpp"
 #include "host/cl/device.hpp"
 
 namespace clerestory {
@@ -26,6 +27,10 @@ struct EvaluateOutcome {
   std::vector<std::string> conventions;
   std::vector<std::pair<std::string, std::string>> facts;  // weights, preset, data, views
 };
+
+/// Views of the wanted list; without one of test.txt, else val.txt, else of every folder, and `split` becomes what was
+/// taken. Throws usage_error when there is none.
+std::vector<ViewName> views_to_judge(const std::filesystem::path& data, std::string& split);
 
 /// Throws usage_error when there is nothing to judge, or files do not fit.
 EvaluateOutcome evaluate_weights(const EvaluateOptions& options);

@@ -14,18 +14,20 @@ struct Taps {
   std::vector<double> weights;
 };
 
-std::vector<Taps> taps_of(int from, int to) {
+enum class Shrink { Average, Interpolate };
+
+std::vector<Taps> taps_of(int from, int to, Shrink how) {
   std::vector<Taps> taps(static_cast<std::size_t>(to));
   const double ratio = static_cast<double>(from) / to;
   for (int i = 0; i < to; ++i) {
     Taps& t = taps[static_cast<std::size_t>(i)];
-    if (ratio > 1) {  // shrink: covered areas
+    if (ratio > 1 && how == Shrink::Average) {  // covered areas
       const double begin = i * ratio, end = (i + 1) * ratio;
       t.first = static_cast<int>(begin);
       const int last = std::min(from, static_cast<int>(std::ceil(end - 1e-9)));
       for (int j = t.first; j < last; ++j)
         t.weights.push_back((std::min<double>(end, j + 1) - std::max<double>(begin, j)) / ratio);
-    } else {  // grow: linear between centres, clamped at the border
+    } else {  // linear between centres, clamped at the border
       const double at = std::clamp((i + 0.5) * ratio - 0.5, 0.0, from - 1.0);
       t.first = std::min(static_cast<int>(at), std::max(0, from - 2));
       t.weights = {1 - (at - t.first), at - t.first};
@@ -40,12 +42,10 @@ void check_size(int width, int height) {
     throw Error(ErrorKind::Failed, "a size must be positive", "resize", fmt::format("{}x{}", width, height));
 }
 
-}  // namespace
-
-Image resize_area(const Image& image, int width, int height) {
+Image resize(const Image& image, int width, int height, Shrink how) {
   check_size(width, height);
   if (image.width == width && image.height == height) return image;
-  const auto columns = taps_of(image.width, width), rows = taps_of(image.height, height);
+  const auto columns = taps_of(image.width, width, how), rows = taps_of(image.height, height, how);
   Image out(width, height, image.channels);
   std::vector<double> line(static_cast<std::size_t>(image.width));
   for (int c = 0; c < image.channels; ++c)
@@ -64,6 +64,14 @@ Image resize_area(const Image& image, int width, int height) {
       }
     }
   return out;
+}
+
+}  // namespace
+
+Image resize_area(const Image& image, int width, int height) { return resize(image, width, height, Shrink::Average); }
+
+Image resize_bilinear(const Image& image, int width, int height) {
+  return resize(image, width, height, Shrink::Interpolate);
 }
 
 Image resize_nearest(const Image& image, int width, int height) {
