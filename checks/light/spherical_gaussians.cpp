@@ -29,7 +29,7 @@ double arriving(const Tensors& in, int y, int x, int p, int s, int channel) {
       dot += a * d, lengths += 0.5L * (a * a + d * d);  // 1 but for the rounding of inputs
     }
     const double e = in.at("sharpness").at(0, k, y, x) * static_cast<double>(dot - lengths);
-    if (e > -60) sum += in.at("weight").at(0, 3 * k + channel, y, x) * std::exp(e);
+    if (e > -40) sum += in.at("weight").at(0, 3 * k + channel, y, x) * std::exp(e);
   }
   return sum;
 }

@@ -15,9 +15,9 @@
 
 #define CHANNELS(c) _Pragma("unroll") for (int c = 0; c < 3; ++c)
 
-// Least exponent that counts, 1e-26 of a lobe's weight: what is less would soon be subnormal, and then a CPU takes some
-// hundred cycles for a product.
-#define LEAST_EXPONENT R(-60)
+// Least exponent that counts, 4e-18 of a lobe's weight. An exponent rounds in parts of itself, so that what is less has
+// fewer digits still, and would soon be subnormal, where a CPU takes some hundred cycles for a product.
+#define LEAST_EXPONENT R(-40)
 
 typedef struct {
   lanes c[3];
