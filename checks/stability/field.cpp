@@ -1,9 +1,13 @@
-// The field out of view: volume rendering of segments thin and thick, and where it is looked at.
+// The field out of view: volume rendering of segments thin and thick, and where it is looked at; and the rival's light,
+// spherical Gaussians of all sharpness.
 #include <cmath>
 
+#include "checks/light/unit_tensors.hpp"
 #include "checks/stability/stability_case.hpp"
 #include "host/ops/light/composite.hpp"
 #include "host/ops/light/march.hpp"
+#include "host/ops/light/spherical_gaussians.hpp"
+#include "host/ops/nn/activation.hpp"
 
 namespace clerestory {
 namespace {
@@ -40,6 +44,34 @@ StabilityCase marched(const std::string& name, Tensor points, Tensor directions)
   return case_of("field", name, f);
 }
 
+/// One lobe a ray, looked at from within 1e-5 of its axis to its back; the numbers behind its sharpness and its weight
+/// from `low` to `high` of [0, 1].
+StabilityCase gaussians(const std::string& name, double low, double high) {
+  const Shape vectors{1, 3, kPixels, kSamples}, numbers{1, 1, kPixels, kSamples};
+  const Tensor axis = unit_tensor(vectors, 5), aside = unit_tensor(vectors, 6);
+  const std::vector<double> distance = spread_logarithms(kPixels * kSamples, 1e-5, 100, 7);
+  Tensor direction(vectors);
+  for (int p = 0; p < kPixels; ++p)
+    for (int s = 0; s < kSamples; ++s) {
+      const double away = distance[static_cast<std::size_t>(p * kSamples + s)];
+      Vector3 v;
+      for (int c = 0; c < 3; ++c) v[static_cast<std::size_t>(c)] = axis.at(0, c, p, s) + away * aside.at(0, c, p, s);
+      v = unit_of(v);
+      for (int c = 0; c < 3; ++c) direction.at(0, c, p, s) = v[static_cast<std::size_t>(c)];
+    }
+  Formula f{.inputs = {{"axis", axis},
+                       {"sharpness", random_tensor(numbers, 8, low, high)},
+                       {"weight", random_tensor(vectors, 9, low, high)},
+                       {"direction", direction}}};
+  f.build = [](Graph&, const Values& v) {
+    const auto number = [&](const char* of) { return activate(v.at(of), Function::Tangent); };
+    const Gaussians lobes{v.at("axis"), number("sharpness"), number("weight")};
+    return std::vector<Compared>{{spherical_gaussians(lobes, v.at("direction"))}};
+  };
+  f.differentiate = {"axis", "sharpness", "weight", "direction"};
+  return case_of("field", name, f);
+}
+
 }  // namespace
 
 std::vector<StabilityCase> field_stability() {
@@ -53,6 +85,9 @@ std::vector<StabilityCase> field_stability() {
   cases.push_back(marched("marched from within the sphere", inside, anywhere));
   cases.push_back(marched("marched from far beyond the sphere", random_tensor(rays, 3, 100, 200), anywhere));
   cases.push_back(marched("marched along no direction", inside, Tensor(rays, 0)));
+  cases.push_back(gaussians("spherical Gaussians, numbers of 0 to 1", 0, 1));
+  cases.push_back(gaussians("spherical Gaussians, numbers of 0 to 1e-7", 0, 1e-7));
+  cases.push_back(gaussians("spherical Gaussians, numbers of 0.999 to 1", 0.999, 1));
   return cases;
 }
 

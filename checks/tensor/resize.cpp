@@ -10,11 +10,15 @@ namespace {
 
 double hat(double distance) { return std::max(0.0, 1 - std::abs(distance)); }
 
-Tensor bilinear(const Tensor& x, int h, int w) {
+double place(int i, int ins, int outs, Aligned aligned) {
+  if (aligned == Aligned::Centres) return std::clamp(((2 * i + 1) * ins - outs) / (2.0 * outs), 0.0, ins - 1.0);
+  return outs > 1 ? static_cast<double>(i) * (ins - 1) / (outs - 1) : 0;
+}
+
+Tensor bilinear(const Tensor& x, int h, int w, Aligned aligned) {
   const Shape& s = x.shape;
   return over(s, h, w, [&](int n, int c, int j, int i) {
-    const double v = h > 1 ? static_cast<double>(j) * (s.h - 1) / (h - 1) : 0,
-                 u = w > 1 ? static_cast<double>(i) * (s.w - 1) / (w - 1) : 0;
+    const double v = place(j, s.h, h, aligned), u = place(i, s.w, w, aligned);
     double sum = 0;
     for (int y = 0; y < s.h; ++y)
       for (int k = 0; k < s.w; ++k) sum += hat(v - y) * hat(u - k) * x.at(n, c, y, k);
@@ -55,15 +59,19 @@ OP_CASES(resize) {
   std::vector<OpCase> cases;
   for (const Sizes& z : kSizes) {
     const Tensors inputs{{"x", random_tensor(z.from, 1)}};
-    cases.push_back(
-        {.stem = "resize",
-         .label = "bilinear_" + z.text(),
-         .kernels = {"resize_bilinear", "resize_bilinear_adjoint"},
-         .inputs = inputs,
-         .build = [z](Graph&, const Values& v) { return std::vector<Value>{resize_bilinear(v.at("x"), z.h, z.w)}; },
-         .reference = [z](const Tensors& t) { return std::vector<Tensor>{bilinear(t.at("x"), z.h, z.w)}; },
-         .roundings = 8,
-         .differentiate = {"x"}});
+    for (const auto& [label, a] : {std::pair{"bilinear_", Aligned::Corners}, std::pair{"centres_", Aligned::Centres}})
+      cases.push_back(
+          {.stem = "resize",
+           .label = label + z.text(),
+           .kernels = {"resize_bilinear", "resize_bilinear_adjoint"},
+           .inputs = inputs,
+           .build = [z, aligned = a](
+                        Graph&,
+                        const Values& v) { return std::vector<Value>{resize_bilinear(v.at("x"), z.h, z.w, aligned)}; },
+           .reference = [z, aligned = a](
+                            const Tensors& t) { return std::vector<Tensor>{bilinear(t.at("x"), z.h, z.w, aligned)}; },
+           .roundings = 8,
+           .differentiate = {"x"}});
     cases.push_back(
         {.stem = "resize",
          .label = "area_" + z.text(),

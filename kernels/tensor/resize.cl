@@ -1,12 +1,16 @@
 // Resampling of planes: {N, C, H, W} -> {N, C, h, w}. Rows of a work-group: `rows` rows of each of `planes` planes.
 // Bilinear with align_corners: output i reads the input at i (in - 1) / (out - 1), computed in integers, so that no
-// rounding decides between neighbours. A size of 1 reads input 0.
+// rounding decides between neighbours. A size of 1 reads input 0. CENTRES: without, at (i + 1/2) in / out - 1/2, and
+// beyond the outer centres what these hold.
 #include "lib/lanes.clh"
 
 // Where output i of `outs` falls among `ins` inputs: between *at and *at + 1, at `fraction` of the way.
 static inline real position(const int i, const int ins, const int outs, int *at) {
-  const int steps = max(outs - 1, 1);
-  const int numerator = i * (ins - 1);
+#ifdef CENTRES
+  const int steps = 2 * outs, numerator = clamp((2 * i + 1) * ins - outs, 0, steps * (ins - 1));
+#else
+  const int steps = max(outs - 1, 1), numerator = i * (ins - 1);
+#endif
   *at = min(numerator / steps, max(ins - 2, 0));
   return ins > 1 ? (real)(numerator - *at * steps) / (real)steps : R(0);
 }
@@ -109,10 +113,16 @@ kernel void resize_bilinear(IN(x), OUT(y), const int channels, const int height,
   }
 }
 
-// The outputs that read input i with weight above 0 begin at the least o with o (ins - 1) > (i - 1) (outs - 1).
+// The outputs that read input i with weight above 0 begin at the least o with o (ins - 1) > (i - 1) (outs - 1), or with
+// CENTRES (2 o + 1) ins > (2 i - 1) outs.
 static inline int first_reader(const int i, const int ins, const int outs) {
   if (i <= 0 || ins == 1) return 0;
+#ifdef CENTRES
+  const int past = (2 * i - 1) * outs - ins;
+  return past < 0 ? 0 : min(past / (2 * ins) + 1, outs - 1);
+#else
   return min((i - 1) * (outs - 1) / (ins - 1) + 1, outs - 1);
+#endif
 }
 
 // Weight of input i in output o.

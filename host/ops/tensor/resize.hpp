@@ -4,8 +4,12 @@
 
 namespace clerestory {
 
-/// Bilinear, corners aligned: output i reads the input at i (in - 1) / (out - 1).
-Value resize_bilinear(Value x, int height, int width);
+/// Where output i reads the input. Corners: at i (in - 1) / (out - 1). Centres: at (i + 1/2) in / out - 1/2, and beyond
+/// the outer centres what these hold (PyTorch's align_corners = true and false).
+enum class Aligned { Corners, Centres };
+
+/// Bilinear.
+Value resize_bilinear(Value x, int height, int width, Aligned aligned = Aligned::Corners);
 
 /// Mean over each output pixel's box (area filter). No gradient: it prepares pictures.
 Value resize_area(Value x, int height, int width);
