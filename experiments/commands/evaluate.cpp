@@ -17,6 +17,7 @@ void print(const EvaluateOutcome& outcome) {
   if (!outcome.views.empty()) {
     text += table_text(summary_table(outcome.summary, "Errors: mean ± standard deviation over views")) + "\n";
     text += fmt::format("geometric mean of the ratios: {:.3f}\n", outcome.summary.score());
+    if (const std::string best = rivals_text(outcome.summary); !best.empty()) text += best + "\n";
     if (outcome.summary.scale_views > 0)
       text += fmt::format("scene scale: median |delta ln| {:.3f} over {} views\n",
                           outcome.summary.median_log_scale_error, outcome.summary.scale_views);
@@ -40,6 +41,7 @@ struct Options {
   EvaluateOptions evaluate;
   std::filesystem::path run, maps, list;
   std::string protocol, albedo;
+  bool no_rivals = false;
 };
 
 bool shown(const CommonOptions& common) { return !common.json || !common.json->empty(); }
@@ -80,10 +82,11 @@ void judge_by_protocol(const Options& options, const CommonOptions& common) {
 
 EvaluateOutcome judged(Options& options, const CommonOptions& common) {
   EvaluateOptions& o = options.evaluate;
+  o.rivals = !options.no_rivals;
   if (!options.maps.empty()) return evaluate_maps(options.maps, albedo_code(options.albedo), o);
   if (!options.run.empty()) {
     const FolderLock lock = lock_run(options.run, LockKind::Read);
-    return evaluate_run(options.run, o.data);
+    return evaluate_run(options.run, o.data, o.rivals);
   }
   o.device = common.device, o.gemm = common.gemm, o.tile = common.tile;
   o.weights = weights_or_shipped(common.weights);
@@ -130,6 +133,8 @@ void add_evaluate_command(CommandLine& line) {
       .option("--mean-data", "DIR",
               "Training rooms to take the mean maps from, in place of those stored in the weights", o.mean_data)
       .option("--batch", "N", "Views at once, 1 to 8", o.batch)
+      .flag("--no-rivals", "Leave out Retinex and the box of lines, which take about half a second a view",
+            options->no_rivals)
       .common({Common::Weights, Common::Device, Common::Gemm, Common::Tile, Common::Json, Common::Quiet})
       .run([options](const CommonOptions& common) { run(*options, common); });
 }

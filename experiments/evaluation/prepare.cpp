@@ -88,6 +88,14 @@ PreparedView prepare_view(const RoomView& view, int width, int height) {
   out.image = fit(view.image, true);
   scale(out.image.data, exposure);
 
+  if (view.camera) {
+    Camera cropped = *view.camera;
+    const Image middle = crop_to_aspect(view.mask, width, height);
+    cropped.cx -= (cropped.width - middle.width) / 2, cropped.cy -= (cropped.height - middle.height) / 2;
+    cropped.width = middle.width, cropped.height = middle.height;
+    out.camera = cropped.resized(width, height);
+  }
+
   std::vector<float> depths;
   for (std::size_t i = 0; i < view.depth.pixels(); ++i)
     if (view.mask.data[i] > 0.5f && view.depth.data[i] > 0) depths.push_back(view.depth.data[i]);

@@ -30,7 +30,8 @@ struct PreparedView {
   Image image;   // 3 channels: linear, scaled so that the 95th percentile of luminance is 0.9; not clamped
   MapSet truth;  // depth relative to scene_scale (the farthest hundredth exceeds 1), 0 where masked
   MapMasks masks;
-  double scene_scale = 0;  // metres; 0 when no pixel has depth (all masks are then empty)
+  double scene_scale = 0;             // metres; 0 when no pixel has depth (all masks are then empty)
+  std::optional<Camera> camera = {};  // of this grid of pixels, where the view has one
 };
 
 /// Which share of a view may lack geometry before its scene_scale says nothing: fewer valid pixels than this, and the

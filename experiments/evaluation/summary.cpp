@@ -25,11 +25,26 @@ const std::array<Trivial, 3> trivials{{{"best constant", &ViewResult::constant, 
 
 Measure no_measure() { return {0, 0, 0}; }
 
-Measure collect(const std::vector<ViewResult>& results, MapErrors ViewResult::*errors, int metric) {
+/// Over the views that have an error of ours: `errors_of` a view's result.
+template <class ErrorsOf>
+Measure collect(const std::vector<ViewResult>& results, int metric, const ErrorsOf& errors_of) {
   std::vector<double> values;
   for (const ViewResult& r : results)
-    if (r.ours[at(metric)] && (r.*errors)[at(metric)]) values.push_back(*(r.*errors)[at(metric)]);
+    if (const MapErrors& errors = errors_of(r); r.ours[at(metric)] && errors[at(metric)])
+      values.push_back(*errors[at(metric)]);
   return values.empty() ? no_measure() : measure_of(values);
+}
+Measure collect(const std::vector<ViewResult>& results, MapErrors ViewResult::*errors, int metric) {
+  return collect(results, metric, [errors](const ViewResult& r) -> const MapErrors& { return r.*errors; });
+}
+
+void summarise_rivals(const std::vector<ViewResult>& results, int metric, MetricSummary& m) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < rivals().size(); ++k) {
+    m.rivals[k] = collect(results, metric, [k](const ViewResult& r) -> const MapErrors& { return r.rivals[k]; });
+    if (m.rivals[k].count == m.views && m.rivals[k].mean < least) least = m.rivals[k].mean, m.best_rival = k;
+  }
+  m.rival_ratio = m.ours.mean / least;  // 0 where there is none
 }
 
 MetricSummary summarise_metric(const std::vector<ViewResult>& results, int metric) {
@@ -54,6 +69,7 @@ MetricSummary summarise_metric(const std::vector<ViewResult>& results, int metri
   }
   m.ratio = m.ours.mean / least;
   if (!strict.empty()) m.strict_ratio = m.ours.mean / mean(strict);
+  summarise_rivals(results, metric, m);
   return m;
 }
 
@@ -111,6 +127,28 @@ EvaluationSummary summarise(const std::vector<ViewResult>& results) {
   return summary;
 }
 
+namespace {
+
+/// Those that answer any map.
+std::vector<std::size_t> rivals_of(const EvaluationSummary& summary) {
+  std::vector<std::size_t> asked;
+  for (std::size_t k = 0; k < rivals().size(); ++k)
+    if (std::ranges::any_of(summary.metrics, [k](const MetricSummary& m) { return m.rivals[k].count > 0; }))
+      asked.push_back(k);
+  return asked;
+}
+
+}  // namespace
+
+std::string rivals_text(const EvaluationSummary& summary) {
+  std::vector<std::string> parts;
+  for (const MetricSummary& m : summary.metrics)
+    if (m.best_rival)
+      parts.push_back(fmt::format("{}: {} {:.4g}, ours over it {:.3f}", info(m.error).name,
+                                  rivals()[*m.best_rival].name, m.rivals[*m.best_rival].mean, m.rival_ratio));
+  return parts.empty() ? "" : fmt::format("best simple rival: {}", fmt::join(parts, "; "));
+}
+
 Table summary_table(const EvaluationSummary& summary, const std::string& title) {
   Table table{title,
               {{"map", "", Best::None},
@@ -122,9 +160,22 @@ Table summary_table(const EvaluationSummary& summary, const std::string& title) 
                {"strict ratio", "per view", Best::None},
                {"views", "", Best::None, 6}},
               {}};
-  for (const MetricSummary& m : summary.metrics)
-    table.add({std::string(info(m.error).name) + ", " + info(m.error).unit, cell(m.ours), cell(m.constant),
-               cell(m.mean_map), cell(m.picture), number(m.ratio), number(m.strict_ratio), number(m.views)});
+  const std::vector<std::size_t> asked = rivals_of(summary);
+  for (const std::size_t k : asked) table.columns.push_back({rivals()[k].name, "", Best::None});
+  if (!asked.empty()) table.columns.push_back({"ratio", "to best rival", Best::None});
+  for (const MetricSummary& m : summary.metrics) {
+    std::vector<Cell> row{std::string(info(m.error).name) + ", " + info(m.error).unit,
+                          cell(m.ours),
+                          cell(m.constant),
+                          cell(m.mean_map),
+                          cell(m.picture),
+                          number(m.ratio),
+                          number(m.strict_ratio),
+                          number(m.views)};
+    for (const std::size_t k : asked) row.push_back(cell(m.rivals[k]));
+    if (!asked.empty()) row.push_back(m.best_rival ? number(m.rival_ratio) : Cell());
+    table.add(std::move(row));
+  }
   return table;
 }
 
@@ -222,6 +273,12 @@ json of(const MapErrors& errors) {
   return out;
 }
 
+json of(const RivalErrors& errors) {
+  json out = json::object();
+  for (std::size_t k = 0; k < rivals().size(); ++k) out[rivals()[k].key] = of(errors[k]);
+  return out;
+}
+
 }  // namespace
 
 std::string evaluation_json(const EvaluationSummary& summary, const std::vector<ViewResult>& views,
@@ -239,6 +296,11 @@ std::string evaluation_json(const EvaluationSummary& summary, const std::vector<
                                          {"ratio", m.ratio},
                                          {"strict_ratio", m.strict_ratio},
                                          {"views", m.views}};
+  for (const MetricSummary& m : summary.metrics) {
+    json& metric = out["metrics"][info(m.error).key];
+    for (std::size_t k = 0; k < rivals().size(); ++k) metric["rivals"][rivals()[k].key] = of(m.rivals[k]);
+    if (m.best_rival) metric["best_rival"] = rivals()[*m.best_rival].name, metric["rival_ratio"] = m.rival_ratio;
+  }
   if (!summary.metrics.empty()) out["score"] = summary.score();
   if (summary.scale_views > 0)
     out["scene_scale"] = {{"median_abs_log_error", summary.median_log_scale_error}, {"views", summary.scale_views}};
@@ -248,7 +310,8 @@ std::string evaluation_json(const EvaluationSummary& summary, const std::vector<
                             {"ours", of(v.ours)},
                             {"best_constant", of(v.constant)},
                             {"training_mean", of(v.mean_map)},
-                            {"picture", of(v.picture)}});
+                            {"picture", of(v.picture)},
+                            {"rivals", of(v.rivals)}});
   out["frames"] = json::array();
   for (const FrameResult& f : frames)
     out["frames"].push_back({{"frame", f.frame},

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "experiments/evaluation/mean_maps.hpp"
+#include "experiments/evaluation/rivals.hpp"
 #include "host/report/table.hpp"
 
 namespace clerestory {
@@ -15,6 +16,7 @@ struct ViewResult {
   MapErrors constant;                     // the best constant of this very view
   MapErrors mean_map;                     // the training set's mean, blind to the picture; absent without one
   MapErrors picture;                      // albedo only: the linear picture itself
+  RivalErrors rivals;                     // simple methods that read no truth; absent where they were not asked
   std::optional<double> log_scale_error;  // |ln predicted - ln true scene_scale|
 };
 
@@ -31,6 +33,10 @@ struct MetricSummary {
   std::string best;                           // which trivial predictor has the least mean
   double ratio = 0;                           // mean of ours / mean of the best trivial predictor
   double strict_ratio = 0;                    // mean of ours / mean over views of the least trivial error of each view
+  std::array<Measure, rival_count> rivals{};  // count 0 where there is none
+  std::optional<std::size_t> best_rival;      // of those that answer every view, the one with the least mean
+  /// mean of ours / mean of the best rival. `ratio` is to trivial predictors alone, so that it keeps its meaning.
+  double rival_ratio = 0;
 };
 
 struct EvaluationSummary {
@@ -46,7 +52,9 @@ struct EvaluationSummary {
 };
 EvaluationSummary summarise(const std::vector<ViewResult>& results);
 
-/// Rows: metrics. Columns: ours, trivial predictors, ratios.
+/// A line that names the best simple rival of each map and how ours stands to it; empty where none was asked.
+std::string rivals_text(const EvaluationSummary& summary);
+/// Rows: metrics. Columns: ours, trivial predictors, ratios; simple rivals where there are any.
 Table summary_table(const EvaluationSummary& summary, const std::string& title);
 /// Every convention behind the table, a line each.
 std::vector<std::string> evaluation_conventions(int width, int height);

@@ -100,19 +100,13 @@ void run_all(const SweepTask& task, Plan& plan) {
     }
 }
 
-/// Runs that differ in seeds alone.
-struct Point {
-  Texts values;  // without seeds
-  std::vector<const SweptRun*> runs;
-};
-
-std::vector<Point> points_of(const Texts& keys, const std::vector<SweptRun>& runs) {
-  std::vector<Point> points;
+std::vector<SweptPoint> points_of(const Texts& keys, const std::vector<SweptRun>& runs) {
+  std::vector<SweptPoint> points;
   for (const SweptRun& run : runs) {
     Texts values;
     for (std::size_t i = 0; i < keys.size(); ++i)
       if (!is_seed(keys[i])) values.push_back(run.values[i]);
-    auto point = std::ranges::find(points, values, &Point::values);
+    auto point = std::ranges::find(points, values, &SweptPoint::values);
     if (point == points.end()) point = points.insert(points.end(), {values, {}});
     point->runs.push_back(&run);
   }
@@ -169,11 +163,11 @@ Texts names_of(const std::vector<Column>& columns) {
   return names;
 }
 
-Table stacked(const std::string& name, const Texts& keys, const std::vector<Point>& points) {
+Table stacked(const std::string& name, const Texts& keys, const std::vector<SweptPoint>& points) {
   Table out;
   bool counted = false;
   std::vector<Column> columns;
-  for (const Point& point : points) {
+  for (const SweptPoint& point : points) {
     counted = counted || point.runs.size() > 1;
     for (const SweptRun* run : point.runs) {
       const auto found = run->tables.find(name);
@@ -192,7 +186,7 @@ Table stacked(const std::string& name, const Texts& keys, const std::vector<Poin
   if (counted) out.columns.push_back({"runs", "", Best::None, 3});
   out.columns.insert(out.columns.end(), columns.begin(), columns.end());
 
-  for (const Point& point : points) {
+  for (const SweptPoint& point : points) {
     std::vector<const Table*> tables;
     for (const SweptRun* run : point.runs)
       if (const auto found = run->tables.find(name); found != run->tables.end()) tables.push_back(&found->second);
@@ -269,10 +263,14 @@ fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& 
     std::printf("%s\n", table_text(table).c_str());
     report.table(without_folders(table, provenance));
   };
-  const auto named =
-      static_cast<std::size_t>(std::ranges::count_if(plan.keys, [](auto& key) { return !is_seed(key); }));
-  for (const auto& [name, table] : sweep_tables(plan.keys, plan.runs))
-    write(name, task.finish ? task.finish(table, named) : table);
+  Texts named;
+  std::ranges::copy_if(plan.keys, std::back_inserter(named), [](const std::string& key) { return !is_seed(key); });
+  const RunTables tables = sweep_tables(plan.keys, plan.runs);
+  if (task.plots)
+    for (const Plot& plot : task.plots(tables, named.size())) report.plot(plot);
+  for (const auto& [name, table] : tables) write(name, task.finish ? task.finish(table, named.size()) : table);
+  if (task.further)
+    for (const auto& [name, table] : task.further(named, points_of(plan.keys, plan.runs))) write(name, table);
   write("runs", list_of(plan.keys, plan.runs));
   report.footer(provenance);
   report.write(folder / "report.html");
@@ -286,7 +284,7 @@ RunTables sweep_tables(const Texts& keys, const std::vector<SweptRun>& runs) {
   std::set<std::string> names;
   for (const SweptRun& run : runs)
     for (const auto& [name, table] : run.tables) names.insert(name);
-  const std::vector<Point> points = points_of(keys, runs);
+  const std::vector<SweptPoint> points = points_of(keys, runs);
   RunTables tables;
   for (const std::string& name : names) tables[name] = stacked(name, keys, points);
   return tables;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/io/config.hpp"
+#include "host/report/plot.hpp"
 #include "host/report/provenance.hpp"
 #include "host/report/table.hpp"
 
@@ -21,6 +22,13 @@ inline constexpr const char* sweep_words =
 /// The tables of one run, by name.
 using RunTables = std::map<std::string, Table>;
 
+struct SweptRun;
+/// Runs of a sweep that differ in seeds alone.
+struct SweptPoint {
+  std::vector<std::string> values;  // of the swept keys, without seeds
+  std::vector<const SweptRun*> runs;
+};
+
 struct SweepTask {
   std::function<void(const Config&)> run;  // into the config's run directory; skips a finished one, goes on with a part
   std::function<RunTables(const std::filesystem::path&)> results;  // of a finished run directory
@@ -28,6 +36,12 @@ struct SweepTask {
   std::function<Table(const Table&, std::size_t named)> finish = {};
   /// What the sweep rests on that its runs do not say: rooms they are judged on, seeds. May be empty.
   std::function<void(Provenance&)> record = {};
+  /// Tables over all runs that need more of them than their tables; `keys` are the swept ones without seeds. May be
+  /// empty.
+  std::function<RunTables(const std::vector<std::string>& keys, const std::vector<SweptPoint>& points)> further = {};
+  /// Of the sweep's tables, before that last touch, of which the first `named` columns say what was swept. May be
+  /// empty.
+  std::function<std::vector<Plot>(const RunTables& tables, std::size_t named)> plots = {};
 };
 
 /// One run of a sweep.

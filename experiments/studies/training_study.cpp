@@ -6,9 +6,13 @@
 
 #include "experiments/studies/differences.hpp"
 #include "experiments/studies/light_measures.hpp"
-#include "experiments/studies/map_measures.hpp"
+#include "experiments/studies/room_differences.hpp"
 #include "experiments/studies/study.hpp"
+#include "experiments/studies/trained_kinds.hpp"
+#include "experiments/studies/training_curves.hpp"
 #include "experiments/training/trainer.hpp"
+#include "experiments/training/validation.hpp"
+#include "experiments/training/view_store.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/report/file_lock.hpp"
@@ -22,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Texts = std::vector<std::string>;
 
-bool trains_light(const Config& c) { return c.text("model.kind") == "light"; }
+constexpr const char* kCurves = "curves";  // the table of errors against training
 
 fs::path data_folder(const Config& c, const std::string& split) { return fs::path(c.text("ablation.data")) / split; }
 
@@ -35,7 +39,7 @@ GenerateOptions rooms_of(const Config& c, const std::string& split) {
   o.views.width = whole("model.width"), o.views.height = whole("model.height");
   o.views.spp = whole("ablation.picture_spp"), o.light.spp = whole("ablation.light_spp");
   o.views.clamp = 1;  // without it fireflies of few samples would be learned as lamps
-  o.light.wanted = trains_light(c);
+  o.light.wanted = trained_kind(c).reads_light();
   o.rooms.setting = !training && c.text("ablation.judged_setting") == "held_out" ? Setting::HeldOut : Setting::Training;
   o.rooms.seed = static_cast<std::uint64_t>(c.integer("ablation.data_seed")) + (training ? 0 : 1);
   o.rooms.boxes = c.flag("ablation.box_rooms");
@@ -62,17 +66,14 @@ void record_rooms(Provenance& provenance, const Config& config) {
   const GenerateOptions judged = rooms_of(config, "test");
   provenance.rooms.setting = config.text("ablation.judged_setting");
   for (int r = 0; r < judged.rooms.count; ++r) provenance.rooms.seeds.push_back(room_seed(judged, r));
+  const DataSection data = training_options(config).data;
+  for (const JudgingList& list : data.lists) {
+    const std::vector<ViewName> views = all_views(list.folder);
+    const std::size_t judging = spread(views.size(), static_cast<std::size_t>(data.list_views)).size();
+    provenance.facts["rooms of " + list.name] = fmt::format("{} views of {:016x}", judging, views_hash(views));
+  }
   for (const char* key : {"ablation.data_seed", "ablation.seeds"})
     provenance.seeds[key] = static_cast<std::uint64_t>(config.integer(key));
-}
-
-LightMeasuring measuring_of(const Config& c) {
-  return {data_folder(c, "test"),
-          static_cast<int>(c.integer("model.width")),
-          static_cast<int>(c.integer("model.height")),
-          c.flag("ablation.clamped"),
-          static_cast<int>(c.integer("ablation.spp")),
-          c.texts("ablation.measures")};
 }
 
 fs::path table_file(const fs::path& run, const std::string& name) { return run / "artifacts" / (name + ".table.json"); }
@@ -82,25 +83,6 @@ void compile_kernels(const Config& config, const Texts& command) {
   const Config brief = config.with({"train.steps=1", "train.minutes=0", "train.epochs=0", "data.validation_views=1",
                                     "run.variant=" + config.text("run.variant") + "-compile"});
   fs::remove_all(train(brief, command).folder);
-}
-
-/// Names of the tables that judge a run.
-Texts tables_of(const Config& c) {
-  if (!trains_light(c)) return {"maps"};
-  Texts names = c.texts("ablation.measures");
-  names.insert(names.begin(), "light");
-  return names;
-}
-
-RunTables measured(const fs::path& run, const Config& c) {
-  if (trains_light(c)) {
-    Device device = Device::open(c.text("run.device"));
-    device.use_gemm(c.text("model.gemm"));
-    return measure_light(run, measuring_of(c), device);
-  }
-  const Texts& frames = c.texts("ablation.frames");
-  return measure_maps(
-      run, {data_folder(c, "test"), {frames.begin(), frames.end()}, c.text("run.device"), c.text("model.gemm")});
 }
 
 /// Trains and judges the runs of one sweep, one after another.
@@ -118,10 +100,11 @@ class Ablation {
     const bool begun = fs::exists(folder / "metrics.jsonl");
     if (!begun && compiled_.insert(config_hash(config)).second) compile_kernels(config, command_);
     train(config, command_);
-    const Texts names = tables_of(config);
+    const Texts names = trained_kind(config).tables(config);
     if (std::ranges::all_of(names, [&](const std::string& name) { return fs::exists(table_file(folder, name)); }))
       return;
-    for (const auto& [name, table] : measured(folder, config)) write_file(table_file(folder, name), table_json(table));
+    for (const auto& [name, table] : trained_kind(config).measure(folder, data_folder(config, "test"), config))
+      write_file(table_file(folder, name), table_json(table));
   }
 
  private:
@@ -190,9 +173,18 @@ namespace {
 
 /// Rooms and tables are those of one kind.
 void one_kind(const Config& run, const Config& config) {
-  if (trains_light(run) != trains_light(config))
+  if (&trained_kind(run) != &trained_kind(config))
     throw usage_error("the trainings of a study are of one kind", run.origin("model.kind") + ": model.kind",
                       run.text("model.kind"), config.text("model.kind"));
+}
+
+/// Of a finished run; a training leaves tables of its own beside them.
+RunTables tables_of(const fs::path& run, const Config& config) {
+  RunTables tables = study_tables(run);
+  const Texts names = trained_kind(config).tables(config);
+  std::erase_if(tables, [&](const auto& table) { return std::ranges::count(names, table.first) == 0; });
+  tables[kCurves] = training_curve(run);
+  return tables;
 }
 
 }  // namespace
@@ -208,11 +200,9 @@ fs::path run_training_study(const fs::path& path, const Texts& words, const Text
                             const std::string& only) {
   const Schema schema = training_study_schema();
   const Config config = load_config(path, schema, expand_sweep(words)[0]).with(fixed);
-  const Texts& measures = config.texts("ablation.measures");
-  if (!trains_light(config) && !measures.empty())
-    throw usage_error("are tables of the light", config.origin("ablation.measures") + ": ablation.measures",
-                      fmt::format("{}", fmt::join(measures, ", ")), "none where model.kind = maps");
-  training_options(config);  // a mistake costs no rooms
+  trained_kind(config).check(config);
+  for (const JudgingList& list : training_options(config).data.lists)
+    all_views(list.folder);  // a mistake costs no rooms
   for (const Texts& overrides : expand_sweep(words))
     for (const ConfigVariant& v : config.variants()) one_kind(config.variant(v.name).with(overrides), config);
   catch_interrupts();
@@ -220,15 +210,18 @@ fs::path run_training_study(const fs::path& path, const Texts& words, const Text
 
   const SweepWords all = sweep_words_of(config, words, fixed);
   Ablation ablation(command);
-  // A training leaves tables of its own beside these.
-  const auto results = [&](const fs::path& run) {
-    RunTables tables = study_tables(run);
-    const Texts names = tables_of(config);
-    std::erase_if(tables, [&](const auto& table) { return std::ranges::count(names, table.first) == 0; });
-    return tables;
+  SweepTask task;
+  task.run = [&](const Config& c) { ablation.run(c); };
+  task.results = [&](const fs::path& run) { return tables_of(run, config); };
+  task.finish = with_differences;
+  task.record = [&](Provenance& provenance) { record_rooms(provenance, config); };
+  task.further = [](const Texts& keys, const std::vector<SweptPoint>& points) {
+    return RunTables{{"rooms", room_differences(keys, points)}};
   };
-  const SweepTask task{[&](const Config& c) { ablation.run(c); }, results, with_differences,
-                       [&](Provenance& provenance) { record_rooms(provenance, config); }};
+  task.plots = [](const RunTables& tables, std::size_t named) {
+    const auto curves = tables.find(kCurves);
+    return curves == tables.end() ? std::vector<Plot>() : training_curve_plots(curves->second, named);
+  };
   return only.empty() ? run_sweep(path, schema, all.words, all.fixed, command, task)
                       : run_of_sweep(path, schema, all.words, all.fixed, only, task);
 }

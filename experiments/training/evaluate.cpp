@@ -48,6 +48,8 @@ void judge_data(const EvaluateOptions& options, const LoadedWeights& weights, co
     for (std::size_t i = first; i < std::min(store.size(), first + batch); ++i) which.push_back(i);
     std::vector<JudgedView> views = read_for_judgement(store, which, mean ? &*mean : nullptr);
     judge_all(views, predictor);
+    for (JudgedView& v : views)
+      if (options.rivals) v.result.rivals = rival_errors(v.view);
     for (ViewResult& r : results_of(views)) out.views.push_back(std::move(r));
     bar.update(static_cast<std::int64_t>(out.views.size()));
     stop_if_interrupted("evaluate");
@@ -60,6 +62,12 @@ void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, 
   const int longer = std::max(weights.size.width, weights.size.height);
   for (const fs::path& folder : options.frames)
     out.frames.push_back(judge(read_frame(folder, longer), predictor, means));
+}
+
+std::vector<std::string> conventions_of(int width, int height, bool rivals) {
+  std::vector<std::string> lines = evaluation_conventions(width, height);
+  if (rivals) std::ranges::copy(rival_conventions(), std::back_inserter(lines));
+  return lines;
 }
 
 }  // namespace
@@ -104,14 +112,14 @@ EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
                       : "none: these weights hold no mean maps and --mean-data was not given"}};
   if (!options.data.empty()) judge_data(options, weights, means, predictor, out);
   if (!options.frames.empty()) judge_frames(options, weights, means, predictor, out);
-  out.conventions = evaluation_conventions(weights.size.width, weights.size.height);
+  out.conventions = conventions_of(weights.size.width, weights.size.height, options.rivals);
   out.conventions.push_back(fmt::format(
       "photographs: longer side {}; measured depth by nearest neighbour, every pixel with a measurement counts",
       std::max(weights.size.width, weights.size.height)));
   return out;
 }
 
-EvaluateOutcome evaluate_run(const fs::path& run, const fs::path& view) {
+EvaluateOutcome evaluate_run(const fs::path& run, const fs::path& view, bool rivals) {
   const GBuffer maps = read_gbuffer(run);
   if (!maps.albedo || !maps.normal || !maps.depth || !maps.material)
     throw usage_error("a map is missing", run.string(), "",
@@ -130,11 +138,12 @@ EvaluateOutcome evaluate_run(const fs::path& run, const fs::path& view) {
   for (float& d : predicted.depth.data) d /= static_cast<float>(scale);
   ViewResult result = trivial_errors(view.string(), prepared, nullptr);
   judge(result, prepared, predicted, std::log(scale));
+  if (rivals) result.rivals = rival_errors(prepared);
 
   EvaluateOutcome out;
   out.views = {std::move(result)};
   out.summary = summarise(out.views);
-  out.conventions = evaluation_conventions(width, height);
+  out.conventions = conventions_of(width, height, rivals);
   out.facts = {{"run", run.string()}, {"view", view.string()}};
   return out;
 }

@@ -17,6 +17,7 @@ struct EvaluateOptions {
   std::vector<std::filesystem::path> frames;  // folders with rgb and measured depth
   std::filesystem::path mean_data;            // rooms to take the training mean from, in place of the weights' own
   int batch = 4;
+  bool rivals = false;  // simple methods beside the trivial predictors
   std::string device, gemm = "auto", tile = "auto";
 };
 
@@ -37,6 +38,6 @@ EvaluateOutcome evaluate_weights(const EvaluateOptions& options);
 
 /// A RUN folder of `invert` against the generated view ROOM/NNN that was its photograph, at the RUN's own size. The
 /// mean map is absent. Throws usage_error when a map is missing or the proportions differ.
-EvaluateOutcome evaluate_run(const std::filesystem::path& run, const std::filesystem::path& view);
+EvaluateOutcome evaluate_run(const std::filesystem::path& run, const std::filesystem::path& view, bool rivals = false);
 
 }  // namespace clerestory

@@ -110,7 +110,7 @@ BenchmarkResult evaluate_benchmark(const BenchmarkOptions& options) {
 namespace {
 
 /// What is not there is replaced by the truth, so that the others can be judged, and has no figure afterwards.
-ViewResult judge_given(const std::string& name, const PredictedMaps& maps, const fs::path& view) {
+ViewResult judge_given(const std::string& name, const PredictedMaps& maps, const fs::path& view, bool rivals) {
   const Image& first = maps.albedo   ? *maps.albedo
                        : maps.normal ? *maps.normal
                        : maps.depth  ? *maps.depth
@@ -133,6 +133,7 @@ ViewResult judge_given(const std::string& name, const PredictedMaps& maps, const
   }
   ViewResult result = trivial_errors(name, prepared, nullptr);
   judge(result, prepared, predicted, std::nullopt);
+  if (rivals) result.rivals = rival_errors(prepared);
   const auto forget = [&](bool there, MapError error) {
     if (!there) result.ours[static_cast<std::size_t>(error)].reset();
   };
@@ -157,7 +158,7 @@ EvaluateOutcome evaluate_maps(const fs::path& maps, AlbedoCode albedo, const Eva
   Size size;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const PredictedMaps read = predict(i);
-    out.views.push_back(judge_given(names[i], read, views[i].room / views[i].id));
+    out.views.push_back(judge_given(names[i], read, views[i].room / views[i].id, options.rivals));
     const Image& any = read.albedo   ? *read.albedo
                        : read.normal ? *read.normal
                        : read.depth  ? *read.depth
@@ -166,6 +167,7 @@ EvaluateOutcome evaluate_maps(const fs::path& maps, AlbedoCode albedo, const Eva
   }
   out.summary = summarise(out.views);
   out.conventions = evaluation_conventions(size.width, size.height);
+  if (options.rivals) std::ranges::copy(rival_conventions(), std::back_inserter(out.conventions));
   out.conventions.push_back(albedo == AlbedoCode::Srgb ? "albedo of the maps: display values, v^2.2 is linear"
                                                        : "albedo of the maps: linear");
   out.facts = {{"maps", maps.string()},

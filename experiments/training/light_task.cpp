@@ -164,8 +164,10 @@ class LightTask : public TrainingTask {
   void end() override { stream_.reset(), streamed_.reset(); }
 
   Judgement judge() override {
-    const LightSummary& summary = summary_.emplace(judge_light(judged_, predictor_));
+    const std::vector<LightSummary> each = judge_each_light(judged_, predictor_);
+    const LightSummary& summary = summary_.emplace(mean_of(each));
     Judgement judgement{summary.point(), {}, {}};
+    judgement.views.push_back({kValidationList, errors_by_view(judged_, each)});
     judgement.values.emplace_back("val/score", judgement.point.score);
     judgement.text = fmt::format("score {:.3f};", judgement.point.score);
     const std::vector<ErrorName>& names = error_names("light");
@@ -175,8 +177,11 @@ class LightTask : public TrainingTask {
       judgement.text +=
           fmt::format(" {} {:.4g} ({:.2f})", names[i].key, judgement.point.errors[i], judgement.point.ratios[i]);
     }
-    for (const LightList& list : lists_)
-      add_list(judgement, list.name, list.views.size(), judge_light(list.views, predictor_).point());
+    for (const LightList& list : lists_) {
+      const std::vector<LightSummary> of_list = judge_each_light(list.views, predictor_);
+      add_list(judgement, list.name, list.views.size(), mean_of(of_list).point());
+      judgement.views.push_back({list.name, errors_by_view(list.views, of_list)});
+    }
     return judgement;
   }
 
@@ -197,6 +202,13 @@ class LightTask : public TrainingTask {
     LightList(std::string its_name, std::vector<ViewName> names, const Size& size)
         : name(std::move(its_name)), store(std::move(names), size.width, size.height, 0) {}
   };
+
+  static std::vector<JudgedErrors> errors_by_view(const std::vector<JudgedLight>& views,
+                                                  const std::vector<LightSummary>& each) {
+    std::vector<JudgedErrors> all;
+    for (std::size_t i = 0; i < views.size(); ++i) all.push_back(judged_errors(views[i].name, each[i].point().errors));
+    return all;
+  }
 
   std::vector<JudgedLight> read_judged(LightStore& store, int views) const {
     std::vector<JudgedLight> judged;

@@ -60,10 +60,11 @@ LightAnswers LightPredictor::answer(const LightView& view, const LightRays& rays
           run.fetch_floats(s.answer.hits.delta),  run.fetch(s.answer.hits.pixel).integer};
 }
 
-LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& predictor) {
-  LightSummary summary;
-  summary.views = static_cast<int>(views.size());
+std::vector<LightSummary> judge_each_light(const std::vector<JudgedLight>& views, LightPredictor& predictor) {
+  std::vector<LightSummary> summaries;
   for (const JudgedLight& v : views) {
+    LightSummary& summary = summaries.emplace_back();
+    summary.views = 1;
     const LightAnswers answers = predictor.answer(*v.view, v.rays);
     const KnownRays known(v.rays.light);
     KnownRays::Used used[LightSummary::kinds];
@@ -79,9 +80,20 @@ LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& 
       for (int who = 0; who < light_answerers; ++who) summary.errors[kind][who].add(each[who]);
     }
   }
-  for (auto& kind : summary.errors)
+  return summaries;
+}
+
+LightSummary mean_of(const std::vector<LightSummary>& views) {
+  LightSummary mean;
+  for (const LightSummary& view : views) {
+    ++mean.views;
+    for (int kind = 0; kind < LightSummary::kinds; ++kind)
+      for (int who = 0; who < light_answerers; ++who)
+        if (view.errors[kind][who].views > 0) mean.errors[kind][who].add(view.errors[kind][who]);
+  }
+  for (auto& kind : mean.errors)
     for (RadianceError& e : kind) e.divide_by_views();
-  return summary;
+  return mean;
 }
 
 HistoryPoint LightSummary::point() const {

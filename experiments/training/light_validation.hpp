@@ -50,6 +50,11 @@ class LightPredictor {
   std::unique_ptr<State> state_;
 };
 
-LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& predictor);
+/// Each view by itself.
+std::vector<LightSummary> judge_each_light(const std::vector<JudgedLight>& views, LightPredictor& predictor);
+LightSummary mean_of(const std::vector<LightSummary>& views);
+inline LightSummary judge_light(const std::vector<JudgedLight>& views, LightPredictor& predictor) {
+  return mean_of(judge_each_light(views, predictor));
+}
 
 }  // namespace clerestory

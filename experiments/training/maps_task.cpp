@@ -1,4 +1,6 @@
 // MGNet as a task of the trainer.
+#include <cmath>
+
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/keyed.hpp"
 #include "experiments/training/network.hpp"
@@ -85,6 +87,7 @@ class MapsTask : public TrainingTask {
       judgement.values.emplace_back(std::string("val/ratio/") + info(m.error).name, m.ratio);
       judgement.text += fmt::format(" {} {:.4g} ({:.2f})", info(m.error).name, m.ours.mean, m.ratio);
     }
+    judgement.views.push_back({kValidationList, errors_by_view(judged_)});
     judgement.values.emplace_back("val/scale_error", summary.median_log_scale_error);
     judgement.text += fmt::format("; scale {:.2f}", summary.median_log_scale_error);
     judge_lists(judgement);
@@ -119,18 +122,33 @@ class MapsTask : public TrainingTask {
     return views;
   }
 
+  static std::vector<JudgedErrors> errors_by_view(const std::vector<JudgedView>& views) {
+    std::vector<JudgedErrors> all;
+    for (const ViewResult& r : results_of(views)) {
+      std::vector<double> errors;
+      for (const auto& error : r.ours) errors.push_back(error.value_or(NAN));
+      all.push_back(judged_errors(r.view, std::move(errors)));
+    }
+    return all;
+  }
+
   void judge_lists(Judgement& judgement) {
     for (MapsList& list : lists_) {
       judge_all(list.views, predictor_);
       add_list(judgement, list.name, list.views.size(), history_point(summarise(results_of(list.views))));
+      judgement.views.push_back({list.name, errors_by_view(list.views)});
     }
   }
 
   void judge_frames(Judgement& judgement) {
+    JudgedErrorsList& photographs = judgement.views.emplace_back("photographs");
     for (const JudgedFrame& frame : frames_) {
       const FrameResult result = clerestory::judge(frame, predictor_, means_);
       judgement.point.frames.push_back({frame.name, result.ours, result.constant, result.scale});
       judgement.values.emplace_back("frame/" + frame.name, result.ours / result.constant);
+      std::vector<double> errors(map_error_count, NAN);
+      errors[static_cast<std::size_t>(MapError::Depth)] = result.ours;
+      photographs.views.push_back({frame.name, "", std::move(errors)});
       judgement.text += fmt::format("; {} {:.2f}", frame.name, result.ours / result.constant);
     }
   }

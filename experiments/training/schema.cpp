@@ -114,8 +114,8 @@ Schema make_schema() {
   s.real("train.epochs", 0, "end after so many passes over the views; 0: no such limit", {0, 1e9});
   s.real("train.minutes", 0,
          "end after so many minutes of training; 0: no such limit. On a CPU they are its processor time over its "
-         "cores: breaks and other programs do not count. The rate then follows the clock, so two such runs do not "
-         "agree bit for bit",
+         "cores: breaks, other programs and judging do not count. The rate then follows the clock, so two such runs do "
+         "not agree bit for bit",
          {0, 1e6});
   s.real("train.rate", 5e-4, "learning rate at the start", {0, 10});
   s.real("train.encoder_rate", 1, "factor of the learning rate for the encoder (maps)", {0, 10});

@@ -7,6 +7,7 @@
 
 #include "experiments/training/averages.hpp"
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/judged_views.hpp"
 #include "experiments/training/network.hpp"
 #include "host/report/run_directory.hpp"
 
@@ -17,6 +18,7 @@ struct Judgement {
   HistoryPoint point;                                  // step and hours are the trainer's
   std::vector<std::pair<std::string, double>> values;  // for metrics.jsonl
   std::string text;                                    // for the log
+  std::vector<JudgedErrorsList> views = {};            // of the validation rooms, then of each fixed list
 };
 
 /// Beside the validation what was found on a fixed list.

@@ -431,13 +431,15 @@ void Trainer::log_losses() {
 }
 
 void Trainer::validate() {
-  const double before = clock_seconds();
+  const double before = clock_seconds(), worked = work_clock();
   update_judged(states_, task_->weights());
   with_finite_states([&] {
     for (const auto& [name, shape] : task_->weights()) stored_state(*states_.judged, name);
   });
   Judgement judgement = task_->judge();
+  started_ += work_clock() - worked;  // judging is no training, however many lists judge
   metrics_->write(progress_.step, judgement.values);
+  write_judged_errors(run_.artifact("views.json"), judgement.views);
   run_.log(fmt::format("step {}: {}", progress_.step, judgement.text));
   update_leg();
   if (!std::isfinite(judgement.point.score) && !leg().curve.empty() && std::isfinite(leg().curve.back().score))

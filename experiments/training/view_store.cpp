@@ -64,7 +64,7 @@ PreparedView ViewStore::get(std::size_t i) {
 
 ViewStore::Packed ViewStore::pack(const PreparedView& view) {
   Packed packed;
-  packed.scene_scale = view.scene_scale;
+  packed.scene_scale = view.scene_scale, packed.camera = view.camera;
   for (const Image* map :
        {&view.image, &view.truth.albedo, &view.truth.normal, &view.truth.depth, &view.truth.material})
     for (const float value : map->data) packed.values.push_back(half(std::clamp(value, -65504.0f, 65504.0f)).bits());
@@ -77,7 +77,7 @@ ViewStore::Packed ViewStore::pack(const PreparedView& view) {
 
 PreparedView ViewStore::unpack(const Packed& packed) const {
   PreparedView view;
-  view.scene_scale = packed.scene_scale;
+  view.scene_scale = packed.scene_scale, view.camera = packed.camera;
   view.image = Image(width_, height_, 3);
   view.truth = {Image(width_, height_, 3), Image(width_, height_, 3), Image(width_, height_, 1),
                 Image(width_, height_, 2)};

@@ -46,6 +46,7 @@ class ViewStore {
     std::vector<std::uint16_t> values;  // image 3, albedo 3, normal 3, depth 1, material 2
     std::vector<std::uint8_t> masks;    // bits: 1 geometry, 2 albedo, 4 material
     double scene_scale = 0;
+    std::optional<Camera> camera;
     std::uint64_t bytes() const { return 2 * values.size() + masks.size(); }
   };
   static Packed pack(const PreparedView& view);

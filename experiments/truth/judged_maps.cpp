@@ -9,7 +9,7 @@ namespace clerestory {
 PreparedView prepare_scene(const Scene& scene, int width, int height) {
   RoomView view;
   view.image = scene.photo, view.albedo = scene.albedo, view.depth = scene.depth;
-  view.normal = scene.normal, view.material = scene.material;
+  view.normal = scene.normal, view.material = scene.material, view.camera = scene.camera;
   view.mask = Image(scene.width(), scene.height(), 1), view.emission = Image(scene.width(), scene.height(), 3);
   for (std::size_t i = 0; i < view.mask.pixels(); ++i) {
     view.mask.data[i] = scene.depth.data[i] > 0;

@@ -65,7 +65,10 @@ TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
   EXPECT_NEAR(degrees, std::stod(metadata.at("error.normal_degrees")), 100 * 0x1p-11 * degrees);
   EXPECT_EQ(metadata.at("views_seen"), "40");
   EXPECT_EQ(judged.summary.find(MapError::Albedo)->mean_map.count, 3);  // mean maps travelled with the weights
-  options.batch = 2;                                                    // a last group that is not full
+  EXPECT_EQ(judged.summary.find(MapError::Albedo)->rivals[0].count, 0) << "nobody asked for them";
+  options.rivals = true;
+  options.batch = 2;  // a last group that is not full
+  EXPECT_EQ(evaluate_weights(options).summary.find(MapError::Albedo)->rivals[0].count, 3);
   EXPECT_EQ(evaluate_weights(options).summary.find(MapError::Depth)->ours.mean,
             judged.summary.find(MapError::Depth)->ours.mean);
 

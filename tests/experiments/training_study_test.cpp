@@ -12,6 +12,7 @@
 
 #include "experiments/studies/differences.hpp"
 #include "experiments/studies/light_measures.hpp"
+#include "experiments/training/judged_views.hpp"
 #include "experiments/training/light_batches.hpp"
 #include "experiments/training/schema.hpp"
 #include "host/error.hpp"
@@ -102,7 +103,7 @@ TEST(LightMeasures, RoughnessBinsCoverEachPixelOnce) {
 TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
   const fs::path folder = fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs";
   for (const char* name : {"ablation_rerender_loss", "ablation_hdr", "ablation_light_output", "ablation_encoding",
-                           "mlp_width", "ablation_out_of_view_form", "ablation_encoder"}) {
+                           "mlp_width", "ablation_out_of_view_form", "ablation_encoder", "ablation_maps"}) {
     const Config config = load_config(folder / (std::string(name) + ".toml"), training_study_schema());
     EXPECT_EQ(config.text("run.experiment"), name);
     EXPECT_GE(config.integer("ablation.seeds"), 3) << name;
@@ -112,7 +113,8 @@ TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
     for (const ConfigVariant& v : config.variants()) {
       const Config variant = config.variant(v.name);
       const TrainingOptions options = training_options(variant);
-      EXPECT_EQ(options.model.kind, std::string(name) == "ablation_encoder" ? "maps" : "light");
+      const bool maps = std::string(name) == "ablation_encoder" || std::string(name) == "ablation_maps";
+      EXPECT_EQ(options.model.kind, maps ? "maps" : "light");
       minutes += options.train.minutes * static_cast<double>(config.integer("ablation.seeds"));
       EXPECT_TRUE(hashes.insert(config_hash(variant)).second) << name << ": " << v.name << " is another's twin";
     }
@@ -180,6 +182,73 @@ struct TinyAblation : testing::Test {
     return times;
   }
 
+  /// Two rooms beside those that the study makes.
+  std::string fixed_list() const {
+    GenerateOptions o;
+    o.out = folder / "fixed", o.rooms.count = 2, o.views.count = 1, o.views.width = 32, o.views.height = 24;
+    o.views.spp = 2, o.light.wanted = false, o.rooms.seed = 6, o.rooms.split = "test", o.rooms.boxes = true;
+    generate(Device::open(), o);
+    return o.out.string();
+  }
+  /// Means over rooms and seeds of an error of the variant that starts so, from what its trainings say.
+  double mean_error(const std::string& variant, const std::string& list, std::size_t error) const {
+    double total = 0;
+    int count = 0;
+    for (const auto& entry : fs::directory_iterator(folder / "runs/tiny"))
+      if (entry.path().filename().string().starts_with(variant))
+        for (const JudgedErrorsList& l : read_judged_errors(entry.path() / "artifacts/views.json"))
+          for (const JudgedErrors& v : l.views)
+            if (l.list == list) total += v.errors.at(error), ++count;
+    return total / count;
+  }
+
+  void check_rooms(const Table& rooms) const {
+    std::map<std::string, int> lists;  // rows of the second variant
+    for (std::size_t row = 0; row < rooms.rows.size(); ++row) {
+      const std::string variant = text_at(rooms, row, 0), list = text_at(rooms, row, 1), error = text_at(rooms, row, 2);
+      if (variant == "one") {
+        for (const std::size_t c : {5u, 6u, 7u, 8u}) EXPECT_EQ(text_at(rooms, row, c), "-") << "against itself";
+        continue;
+      }
+      ++lists[list];
+      if (list == "photographs") {
+        EXPECT_EQ(error, "depth, rooted si-log");
+        EXPECT_EQ(text_at(rooms, row, 8), "-") << "one photograph is no spread";
+        continue;
+      }
+      EXPECT_EQ(text_at(rooms, row, 3), list == "fixed" ? "2" : "3");
+      const auto number = [&](std::size_t c) { return std::get<Measure>(rooms.rows[row][c]).mean; };
+      EXPECT_LE(number(6), number(5));
+      EXPECT_LE(number(5), number(7));
+      const bool clear = number(6) > 0 || number(7) < 0;
+      EXPECT_EQ(text_at(rooms, row, 8), !clear ? "none" : number(5) < 0 ? "better" : "worse");
+      if (error != "normals, degrees") continue;
+      const double two = mean_error("two", list, 0), one = mean_error("one", list, 0);
+      EXPECT_NEAR(number(4), two, 1e-9 * two);
+      EXPECT_NEAR(number(5), two - one, 1e-9 * two);
+      EXPECT_NE(two, one) << "the case would not tell them apart";
+    }
+    EXPECT_EQ(lists.size(), 3u) << "validation, fixed, photographs";
+    EXPECT_GE(lists["fixed"], 3);
+  }
+
+  static void check_curves(const Table& curves) {
+    std::vector<std::string> fixed;  // of the first variant: where it was judged on that list
+    double before = -1;
+    for (std::size_t row = 0; row < curves.rows.size(); ++row) {
+      if (text_at(curves, row, 0) != "one" || text_at(curves, row, 3) != "fixed") continue;
+      fixed.push_back(text_at(curves, row, 2));
+      const double seconds = std::get<Measure>(curves.rows[row][5]).mean;
+      if (fixed.size() == 1) {
+        EXPECT_LT(seconds, 0.02) << "judging counts as training";
+      }
+      EXPECT_GT(seconds, before);
+      before = seconds;
+    }
+    EXPECT_THAT(fixed, testing::ElementsAre("0", "1", "2", "end"));
+    EXPECT_EQ(curves.columns[6].name, "ratio");
+  }
+
   ScratchFolder folder{"clerestory-ablation"};
   static inline std::unique_ptr<ScratchFolder> shared_;  // the rooms: alike in all cases
 };
@@ -227,6 +296,10 @@ TEST_F(TinyAblation, TrainsJudgesComparesAndSkipsWhatIsDone) {
   EXPECT_EQ(rerender.rows.size(), 9u);
   EXPECT_EQ(text_at(rerender, 3, 2), "all");
   EXPECT_GT(std::get<Measure>(rerender.rows[3][3]).mean, 0);
+  const Table rooms = table(place, "rooms");
+  ASSERT_EQ(rooms.rows.size(), 12u) << "six errors of the light, of two variants";
+  EXPECT_EQ(text_at(rooms, 11, 2), "all rays, log, log-RGB RMSE");
+  EXPECT_EQ(text_at(rooms, 11, 8), "-") << "one room is no spread";
 
   // The same again, but for tables that were lost: nothing is trained, the light has the same errors.
   for (const auto& [name, time] : times)
@@ -248,7 +321,9 @@ TEST_F(TinyAblation, MapsAreTrainedAndJudgedOnRoomsAndPhotographs) {
   const fs::path place =
       run({"model.kind=maps", "ablation.measures=[]", "ablation.data=" + (folder / "maps").string(), "model.growth=4",
            "model.first=16", "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]",
-           "ablation.frames=[\"" + frame + "\"]", "loss.radiance=hdr", "ablation.judged_setting=held_out"});
+           "ablation.frames=[\"" + frame + "\"]", "loss.radiance=hdr", "ablation.judged_setting=held_out",
+           "ablation.judged_rooms=3", "log.validate_every=1", "data.frames=[\"" + frame + "\"]",
+           "data.lists=[\"fixed=" + fixed_list() + "\"]"});
   EXPECT_FALSE(fs::exists(folder / "maps/train/room-s7300-00000/000_envmap.exr")) << "light that nobody reads";
   EXPECT_THAT(read_file(folder / "maps/test/generate.json"), HasSubstr("held_out"));
   EXPECT_THAT(read_file(folder / "maps/train/generate.json"), HasSubstr("\"training\""));
@@ -268,6 +343,10 @@ TEST_F(TinyAblation, MapsAreTrainedAndJudgedOnRoomsAndPhotographs) {
   }
   EXPECT_EQ(std::get<Measure>(maps.rows.front()[7]).mean, 3);
   EXPECT_EQ(std::get<Measure>(maps.rows.back()[7]).mean, 2) << "steps";
+  check_rooms(table(place, "rooms"));
+  check_curves(table(place, "curves"));
+  EXPECT_THAT(read_file(place / "report.html"), HasSubstr("Rooms of fixed"));
+  EXPECT_THAT(read_file(place / "provenance.json"), HasSubstr("\"rooms of fixed\": \"2 views of "));
 }
 
 TEST_F(TinyAblation, ClampedTruthIsLearnedClamped) {

@@ -1,0 +1,87 @@
+#include "host/math/bootstrap.hpp"
+
+#include <cmath>
+#include <random>
+
+#include "host/error.hpp"
+#include "host/math/statistics.hpp"
+
+namespace clerestory {
+namespace {
+
+using Numbers = std::vector<double>;
+
+constexpr double kShare = 0.95;
+constexpr double kNormalLimit = 1.959963984540054;  // what holds that share of a normal distribution
+
+void check(const Repeated& mine, const Repeated& other) {
+  for (const Repeated* side : {&mine, &other})
+    if (side->empty()) throw usage_error("no repetition", "paired_bootstrap", "0", "at least 1");
+  const std::size_t questions = mine[0].size();
+  for (const Repeated* side : {&mine, &other})
+    for (const Numbers& one : *side)
+      if (one.size() != questions || questions < 2)
+        throw usage_error("unlike numbers of questions", "paired_bootstrap", fmt::format("{}", one.size()),
+                          fmt::format("{}, at least 2", questions));
+}
+
+/// Means over repetitions.
+Numbers by_question(const Repeated& side) {
+  Numbers means;
+  for (std::size_t q = 0; q < side[0].size(); ++q) {
+    Numbers all;
+    for (const Numbers& one : side) all.push_back(one[q]);
+    means.push_back(mean(all));
+  }
+  return means;
+}
+
+Numbers by_repetition(const Repeated& side) {
+  Numbers means;
+  for (const Numbers& one : side) means.push_back(mean(one));
+  return means;
+}
+
+/// Departures from the mean, as wide as their draws with replacement have to be: those of n are short of the variance
+/// by (n - 1) / n, and Student's t of so many degrees of freedom is wider than a normal distribution.
+Numbers departures(const Numbers& values, std::size_t degrees) {
+  const auto n = static_cast<double>(values.size());
+  Numbers all(values.size(), 0.0);
+  if (values.size() < 2) return all;
+  const double wider = std::sqrt(n / (n - 1)) * student_limit(kShare, static_cast<int>(degrees)) / kNormalLimit;
+  const double centre = mean(values);
+  for (std::size_t i = 0; i < values.size(); ++i) all[i] = wider * (values[i] - centre);
+  return all;
+}
+
+/// The mean of as many, drawn with replacement.
+double drawn_mean(const Numbers& values, std::mt19937_64& random) {
+  CompensatedSum total;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    total.add(values[(random() >> 11) % values.size()]);  // 2^53 is so much more that no one is favoured
+  return total.value() / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+Difference paired_bootstrap(const Repeated& mine, const Repeated& other, std::uint64_t seed, int draws) {
+  check(mine, other);
+  const Numbers a = by_question(mine), b = by_question(other);
+  Numbers paired;
+  for (std::size_t q = 0; q < a.size(); ++q) paired.push_back(a[q] - b[q]);
+  const double middle = mean(paired);
+  const Numbers questions = departures(paired, paired.size() - 1);
+  const bool repeated = mine.size() > 1 && other.size() > 1;
+  const std::size_t degrees = mine.size() + other.size() - 2;
+  const Numbers none{0};
+  const Numbers mine_apart = repeated ? departures(by_repetition(mine), degrees) : none,
+                other_apart = repeated ? departures(by_repetition(other), degrees) : none;
+  std::mt19937_64 random(seed);
+  Numbers drawn;
+  for (int i = 0; i < draws; ++i)
+    drawn.push_back(middle + drawn_mean(questions, random) + drawn_mean(mine_apart, random) -
+                    drawn_mean(other_apart, random));
+  return {middle, quantile(drawn, (1 - kShare) / 2), quantile(drawn, (1 + kShare) / 2)};
+}
+
+}  // namespace clerestory
