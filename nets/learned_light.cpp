@@ -63,11 +63,32 @@ SmallMaps small_maps(const Scene& scene, int longer_side, double exposure) {
   return maps;
 }
 
+/// They as inputs of a graph.
+LightInputs inputs_of(Graph& graph, const SmallMaps& small, const Camera& whole, Value range) {
+  const auto map = [&](const char* name, int channels) {
+    return graph.input(name, {1, channels, small.image.height, small.image.width});
+  };
+  const Camera camera = whole.resized(small.image.width, small.image.height);
+  return {map("light image", 3),
+          map("light depth", 1),
+          {map("light albedo", 3), map("light normal", 3), map("light material", 3)},
+          graph.constant(camera_tensor(std::span(&camera, 1))),
+          range};
+}
+
+std::function<void(Executor&)> feed_of(const SmallMaps& small) {
+  return [small](Executor& executor) {  // what no part reads is passed over
+    executor.feed("light image", tensor_of(small.image)), executor.feed("light depth", tensor_of(small.depth));
+    executor.feed("light albedo", tensor_of(small.albedo)), executor.feed("light normal", tensor_of(small.normal));
+    executor.feed("light material", tensor_of(small.material));
+  };
+}
+
 /// Asks a picture of no importance, to learn which states there must be.
 void check_states(const LightNets& nets, bool in_view) {
   Graph graph;
   const Shape rays{1, 3, 1, 16};
-  const LitPicture picture = lit_pictures(graph, light_inputs(graph, 1, 32, 32), nets.sizes, false)[0];
+  const LitPicture picture = lit_pictures(graph, light_inputs(graph, 1, 64, 64), nets.sizes, false)[0];
   ask_light(graph, picture, nets.sizes, graph.input("points", rays), graph.input("directions", rays),
             graph.input("skip", {1, 1, 1, 16}, Type::Int));
   for (const Value& v : graph.states()) {
@@ -117,18 +138,10 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
   check_states(nets, in_view);
   const double exposure = exposure_of(scene.photo.data);
   const SmallMaps small = small_maps(scene, nets.longer_side, exposure);
+  const LightInputs picture = inputs_of(graph, small, scene.camera, v.range);
   LightSizes sizes = nets.sizes;
   sizes.out_of_view.march.jitter = false;  // the middle of each piece: no noise, and the same whatever the chunks
 
-  const auto map = [&](const char* name, int channels) {
-    return graph.input(name, {1, channels, small.image.height, small.image.width});
-  };
-  const Camera camera = scene.camera.resized(small.image.width, small.image.height);
-  const LightInputs picture{map("light image", 3),
-                            map("light depth", 1),
-                            {map("light albedo", 3), map("light normal", 3), map("light material", 3)},
-                            graph.constant(camera_tensor(std::span(&camera, 1))),
-                            v.range};
   LearnedValues values;
   values.photo = scale(v.photo, exposure);
   values.range = v.range;
@@ -165,11 +178,25 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
                                          here.photo, listed("in view", LightPart::InView), sizes.in_view);
     return scale(mix_light(near, far, rays.hits.u), 1 / exposure);
   };
-  light.feed = [small](Executor& executor) {  // what no part reads is passed over
-    executor.feed("light image", tensor_of(small.image)), executor.feed("light depth", tensor_of(small.depth));
-    executor.feed("light albedo", tensor_of(small.albedo)), executor.feed("light normal", tensor_of(small.normal));
-    executor.feed("light material", tensor_of(small.material));
+  light.feed = feed_of(small);
+  return light;
+}
+
+SceneLight li2020_scene_light(Graph& graph, const Scene& scene, const SceneValues& v, const RenderSettings& settings) {
+  const LightNets& nets = *settings.nets;
+  check_states(nets, true);
+  const double exposure = exposure_of(scene.photo.data);
+  const SmallMaps small = small_maps(scene, nets.longer_side, exposure);
+  const Gaussians lobes =
+      lit_pictures(graph, inputs_of(graph, small, scene.camera, v.range), nets.sizes, false)[0].lobes;
+  SceneLight light;
+  light.inputs = {lobes.axis, lobes.sharpness, scale(lobes.weight, 1 / exposure)};
+  light.states = in_precision(nets.states, settings.precision);
+  const Shape picture{1, 3, scene.height(), scene.width()};  // which rays.camera is of
+  light.radiance = [picture](const AskedRays& rays, std::span<const Value> in, RayCounts*) {
+    return gaussians_of_points({in[0], in[1], in[2]}, rays.camera, picture, rays.points, rays.direction);
   };
+  light.feed = feed_of(small);
   return light;
 }
 

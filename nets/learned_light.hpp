@@ -14,6 +14,12 @@ namespace clerestory {
 SceneLight learned_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
                          double rays_to_come);
 
+/// `light = li2020`: the light's net of Li et al. 2020 on the same small pictures. Wherever a ray starts it has the
+/// light of the pixel that the point is seen at: their light is known at surfaces in view alone, and over the whole
+/// sphere their lobes go on beneath a surface as above it. Throws as learned_light().
+SceneLight li2020_scene_light(Graph& graph, const Scene& scene, const SceneValues& values,
+                              const RenderSettings& settings);
+
 /// Least share of a part in Eq. 6 that is asked for: a ray's in-view part is left out when 1 - u is not above it, its
 /// out-of-view part when u is not.
 inline constexpr double kLeastShare = 1e-3;

@@ -85,6 +85,26 @@ Value rerender_loss(Graph& graph, const Shading& all, int b, int samples, bool r
                   squared_loss(weighed(apart), graph.fill(image.shape(), 0), mask, 1.0 / 3));
 }
 
+/// The terms of a picture under the light's net of Li et al.
+Value li2020_recon(Value answer, Value truth, Value known) {
+  return log_loss(answer, truth, known, 10.0 / 3, least_squares_scale(answer, truth, known));
+}
+
+Value li2020_rerender(const Gaussians& lobes, const LightInputs& picture) {
+  const Value image = li2020_seen_cells(picture);
+  const Li2020Shaded shaded = li2020_rescaled(li2020_shaded(lobes, picture), image);
+  return squared_loss(li2020_shown(shaded), image, li2020_lit_cells(picture), 1.0 / 3);
+}
+
+LightInputs picture_of(const LightInputs& all, int b) {
+  const Surfaces& s = all.surfaces;
+  return {item_of(all.image, b),
+          item_of(all.depth, b),
+          {item_of(s.albedo, b), item_of(s.normal, b), item_of(s.material, b)},
+          item_of(all.camera, b),
+          item_of(all.range, b)};
+}
+
 }  // namespace
 
 Value hdr_loss(Value prediction, Value truth, Value mask) {
@@ -118,9 +138,11 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   const LightLossWeights& w = o.weights;
   if (w.mixed + w.out_of_view + w.rerender + w.irradiance == 0)
     throw usage_error("every term has a weight of zero: nothing to train", "loss");
-  const std::vector<LitPicture> pictures =
-      lit_pictures(graph, light_inputs(graph, o.batch, o.height, o.width), sizes, true);
-  const Shading shading = w.rerender > 0 ? shading_inputs(graph, o) : Shading{};
+  if (sizes.li2020 && w.out_of_view + w.irradiance > 0)
+    throw usage_error("the light of Li et al. has no such terms", "loss.out_of_view, loss.irradiance", "above 0", "0");
+  const LightInputs inputs = light_inputs(graph, o.batch, o.height, o.width);
+  const std::vector<LitPicture> pictures = lit_pictures(graph, inputs, sizes, true);
+  const Shading shading = w.rerender > 0 && !sizes.li2020 ? shading_inputs(graph, o) : Shading{};
 
   const bool relative = o.radiance == RadianceLoss::Relative;
   const auto radiance_loss = relative ? relative_loss : hdr_loss;
@@ -137,11 +159,15 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
       };
       const Value truth = rays("light", 3), known = rays("known", 1);
       const LightAnswer answer = ask(rays("points", 3), rays("directions", 3), rays("skip", 1, Type::Int));
-      mixed.push_back(radiance_loss(answer.mixed, truth, known_hits(known, answer.hits, picture)));
+      mixed.push_back(sizes.li2020 ? li2020_recon(answer.mixed, truth, known)
+                                   : radiance_loss(answer.mixed, truth, known_hits(known, answer.hits, picture)));
       far.push_back(radiance_loss(answer.out_of_view, truth, known));
       irradiance.push_back(irradiance_loss(answer.mixed, truth));
     }
-    if (w.rerender > 0) rerender.push_back(rerender_loss(graph, shading, b, o.shade_samples, relative, ask));
+    if (w.rerender > 0 && sizes.li2020)
+      rerender.push_back(li2020_rerender(picture.lobes, picture_of(inputs, b)));
+    else if (w.rerender > 0)
+      rerender.push_back(rerender_loss(graph, shading, b, o.shade_samples, relative, ask));
   }
   graph.draws(0);
 

@@ -17,14 +17,15 @@ struct LightLossWeights {
 
 /// How radiance is compared. Hdr: RawNeRF's loss, as in the paper; its optimum is the mean of what may be. Relative:
 /// squared error of logarithms and, at a quarter, relative squared error, both with the floor of the measures (0.01);
-/// the picture rendered again is then compared relatively, too.
+/// the picture rendered again is then compared relatively, too. The light of Li et al. has losses of its own.
 enum class RadianceLoss { Hdr, Relative };
 RadianceLoss radiance_loss_of(const std::string& name);  // hdr | relative; throws usage_error
 
 struct LightTrainingOptions {
   int batch = 4, height = 120, width = 160;
-  int rows = 64, samples = 64;              // rays of a picture whose light is known: points x directions
-  int shade_height = 24, shade_width = 32;  // pixels of a picture that are rendered again, on a coarser grid
+  int rows = 64, samples = 64;  // rays of a picture whose light is known: points x directions
+  int shade_height = 24,
+      shade_width = 32;  // pixels (0 under sizes.li2020: none) of a picture that are rendered again, on a coarser grid
   int shade_samples = 16;
   LightLossWeights weights{};
   RadianceLoss radiance = RadianceLoss::Hdr;
@@ -43,6 +44,10 @@ struct LightTrainingOptions {
 ///   "shade_camera", "shade_image" {n,3,...}, "shade_mask" {n,1,...} (0 where emitters are seen), and
 ///   "shade_skip<b>" Int {1,1,pixels,samples}
 ///   "learning_rate" and "step" {1,1,1,1} (1 for the first).
+/// With sizes.li2020 the terms are theirs, and neither `radiance` nor the coarser grid is read:
+///   mixed     10 <(ln(1 + s L') - ln(1 + L))^2> over known rays and channels, s the least-squares scale of each
+///   picture rerender  <(clamp(diffuse + specular, 0, 1) - image)^2> over cells that do not emit, after
+///   li2020_rescaled()
 struct LightTraining {
   NamedValues losses;               // "loss" first
   std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: they stay as they are

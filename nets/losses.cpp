@@ -1,5 +1,6 @@
 #include "nets/losses.hpp"
 
+#include "host/error.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/map_loss.hpp"
 #include "host/ops/nn/pool.hpp"
@@ -19,7 +20,52 @@ Value masked_mean(Value map, Value mask, const Shape& shape) {
   return multiply(sum_to(multiply(map, mask), shape), reciprocal(pixels));
 }
 
+struct MapTerms {
+  Value albedo, normal, material, depth;
+};
+
+/// Depth is compared alike by both: after one scale a picture, in logarithms.
+Value scaled_depth_loss(const Maps& maps, const MapTargets& truth, double factor) {
+  const Value aligned = least_squares_scale(maps.depth, truth.depth, truth.geometry_mask);
+  return log_loss(maps.depth, truth.depth, truth.geometry_mask, factor, aligned);
+}
+
+Value clamp_to_unit(Value x) { return affine(relu(affine(relu(x), -1, 1)), -1, 1); }
+
+MapTerms li2020_terms(const Maps& maps, const MapTargets& truth) {
+  const Value aligned = least_squares_scale(detach(maps.albedo), truth.albedo, truth.albedo_mask);
+  const Value albedo = clamp_to_unit(multiply(maps.albedo, aligned));
+  const Value rough = slice(maps.material, 0, 1), true_rough = slice(truth.material, 0, 1);
+  return {squared_loss(albedo, truth.albedo, truth.albedo_mask, 4 * 1.5 / 3),
+          squared_loss(maps.normal, truth.normal, truth.geometry_mask, 4 * 1.0 / 3),
+          squared_loss(rough, true_rough, truth.material_mask, 4 * 0.5 * 4), scaled_depth_loss(maps, truth, 4 * 0.5)};
+}
+
+MapTerms zhu_terms(const Scope& scope, const Maps& maps, const MapTargets& truth, double perceptual) {
+  MapTerms terms{log_loss(maps.albedo, truth.albedo, truth.albedo_mask, 0.5 / 3),
+                 cosine_loss(maps.normal, truth.normal, truth.geometry_mask, 0.5),
+                 squared_loss(maps.material, truth.material, truth.material_mask, 0.5),
+                 scaled_depth_loss(maps, truth, 1)};
+  if (perceptual == 0) return terms;
+  const auto distance = [&](Value prediction, Value wanted, Value mask) {
+    return perceptual_distance(scope / "vgg", prediction, wanted, mask);
+  };
+  terms.albedo = add(terms.albedo, distance(maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * perceptual);
+  terms.normal = add(terms.normal, distance(maps.normal, truth.normal, truth.geometry_mask), 0.5 * perceptual);
+  for (const int map : {0, 1})
+    terms.material =
+        add(terms.material, distance(slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
+            0.25 * perceptual);
+  return terms;
+}
+
 }  // namespace
+
+MapLosses map_losses_of(const std::string& name) {
+  if (name == "zhu") return MapLosses::Zhu;
+  if (name == "li2020") return MapLosses::Li2020;
+  throw usage_error("there are no such terms", "loss.terms", name, "zhu or li2020");
+}
 
 Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask) {
   const auto features = [&](Value map) {
@@ -50,24 +96,8 @@ Value metallic_entropy(Value prediction, Value truth, Value mask) {
 }
 
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
-  Value albedo = log_loss(maps.albedo, truth.albedo, truth.albedo_mask, 0.5 / 3);
-  Value normal = cosine_loss(maps.normal, truth.normal, truth.geometry_mask, 0.5);
-  Value material = squared_loss(maps.material, truth.material, truth.material_mask, 0.5);
-  const Value aligned = least_squares_scale(maps.depth, truth.depth, truth.geometry_mask);
-  const Value depth = log_loss(maps.depth, truth.depth, truth.geometry_mask, 1, aligned);
-  const Value scale_term = squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask);
-  if (weights.perceptual > 0) {
-    const Scope vgg = scope / "vgg";
-    albedo =
-        add(albedo, perceptual_distance(vgg, maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * weights.perceptual);
-    normal =
-        add(normal, perceptual_distance(vgg, maps.normal, truth.normal, truth.geometry_mask), 0.5 * weights.perceptual);
-    for (const int map : {0, 1})
-      material = add(
-          material,
-          perceptual_distance(vgg, slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
-          0.25 * weights.perceptual);
-  }
+  const MapTerms compared = weights.terms == MapLosses::Li2020 ? li2020_terms(maps, truth)
+                                                               : zhu_terms(scope, maps, truth, weights.perceptual);
   NamedValues terms;
   Value total;
   const auto term = [&](const char* name, Value value, double weight) {
@@ -75,16 +105,16 @@ NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets&
     terms.emplace_back(name, weight == 1 ? value : scale(value, weight));
     total = total ? add(total, terms.back().second) : terms.back().second;
   };
-  term("albedo", albedo, weights.albedo);
-  term("normal", normal, weights.normal);
-  term("material", material, weights.material);
-  term("depth", depth, weights.depth);
+  term("albedo", compared.albedo, weights.albedo);
+  term("normal", compared.normal, weights.normal);
+  term("material", compared.material, weights.material);
+  term("depth", compared.depth, weights.depth);
   if (weights.log_depth > 0)
     term("log_depth", log_depth_loss(maps.depth, truth.depth, truth.geometry_mask), weights.log_depth);
   if (weights.metallic > 0)
     term("metallic", metallic_entropy(slice(maps.material, 1, 1), slice(truth.material, 1, 1), truth.material_mask),
          weights.metallic);
-  term("scale", scale_term, weights.scale);
+  term("scale", squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask), weights.scale);
   if (!total) throw usage_error("every term has a weight of zero: nothing to train", "loss");
   terms.insert(terms.begin(), {"loss", total});
   return terms;

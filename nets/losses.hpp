@@ -15,9 +15,14 @@ struct MapTargets {
   Value albedo_mask, geometry_mask, material_mask, scale_mask;
 };
 
+/// Whose terms: of Zhu et al. 2022, or of Li et al. 2020.
+enum class MapLosses { Zhu, Li2020 };
+MapLosses map_losses_of(const std::string& name);  // zhu | li2020; throws usage_error
+
 /// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
 struct LossWeights {
   double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 0;
+  MapLosses terms = MapLosses::Zhu;
 };
 
 /// Masked mean squared distance of VGG16's relu3_3 features of two maps (one or three channels) times the mask.
@@ -41,6 +46,9 @@ Value metallic_entropy(Value prediction, Value truth, Value mask);
 ///             gradient
 ///   metallic  metallic_entropy, beyond the paper: has the squared term's minimum, but its slope where metal is missed
 ///   scale     <(l' - l)^2>, beyond the paper: ln of the scene's scale
+/// Those of Li et al., without a perceptual part, with s as above and means over channels, too:
+///   albedo    6 <(clamp(s A', 0, 1) - A)^2>_m      normal  4 <|n' - n|^2>_m
+///   material  2 <(2 R' - 2 R)^2>_m, of their [-1, 1]  depth   2 <(ln(1 + max(0, s D')) - ln(1 + D))^2>_m
 using NamedValues = std::vector<std::pair<std::string, Value>>;
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights);
 

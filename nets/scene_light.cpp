@@ -33,6 +33,8 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
   if (is_learned_light(settings.light)) {
     if (!settings.nets)
       throw usage_error("learned light without its weights", "--light", settings.light, "--light-weights DIR");
+    check_method(settings);
+    if (settings.light == "li2020") return li2020_scene_light(graph, scene, v, settings);
     return learned_light(graph, v, scene, settings, rays_to_come);
   }
   if (settings.light == "image")
@@ -52,13 +54,22 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
 }  // namespace
 
 const std::vector<std::string>& light_names() {
-  static const std::vector<std::string> names{"image", "constant", "panorama", "net", "out_of_view"};
+  static const std::vector<std::string> names{"image", "constant", "panorama", "net", "out_of_view", "li2020"};
   return names;
 }
 
 bool is_learned_light(const std::string& name) {
   check_name(name);
-  return name == "net" || name == "out_of_view";
+  return name == "net" || name == "out_of_view" || name == "li2020";
+}
+
+void check_method(const RenderSettings& settings) {
+  if (!is_learned_light(settings.light)) return;
+  const bool theirs = settings.nets->sizes.li2020.has_value();
+  if ((settings.light == "li2020") != theirs)
+    throw usage_error("weights of another method", settings.nets->note,
+                      theirs ? "the light's net of Li et al. 2020" : "LightNet and the net out of view",
+                      theirs ? "--light li2020" : "a training of light.net = li2020, or --light net");
 }
 
 SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,

@@ -38,12 +38,15 @@ struct SceneLight {
   std::shared_ptr<States> states;       // for the executor; may be empty
 };
 
-/// The light that settings.light names: image | constant | panorama | net | out_of_view. Learned light reads
-/// settings.nets. `scene` is the one that lights, without inserted objects. Throws usage_error: an unknown name, no
-/// nets, nets that lack a state. settings.lamps are added. `rays_to_come`: about how many are asked in a run;
-/// many may share answers (learned_light).
+/// The light that settings.light names: image | constant | panorama | net | out_of_view | li2020. Learned light, the
+/// last three, reads settings.nets. `scene` is the one that lights, without inserted objects. Throws usage_error: an
+/// unknown name, no nets, nets that lack a state. settings.lamps are added. `rays_to_come`: about how many are asked in
+/// a run; many may share answers (learned_light).
 SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
                        double rays_to_come = 0);
+
+/// Throws usage_error when settings.light is learned and settings.nets are those of another method.
+void check_method(const RenderSettings& settings);
 
 /// Names that scene_light() knows.
 const std::vector<std::string>& light_names();

@@ -50,6 +50,7 @@ void load_light_nets(RenderSettings& settings, const fs::path& weights, Device d
   nets->sizes = loaded.net, nets->longer_side = loaded.longer_side(), nets->states = loaded.states;
   nets->note = path.string();
   settings.nets = nets;
+  check_method(settings);
 }
 
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
@@ -58,6 +59,7 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
   record.facts["light"] = answerer_text(settings) + (choice.why.empty() ? "" : ", " + choice.why);
   say("light: " + record.facts["light"]);
   if (!is_learned_light(settings.light) || choice.lamps == "none") return;
+  if (settings.light == "li2020") return void(record.facts["lamps"] = "none: the light of Li et al. answers alone");
   const LampFit fit = fit_lamps(device, scene, settings);
   settings.lamps = fit.lamps;
   record.facts["lamps"] = fmt::format(
@@ -88,14 +90,15 @@ std::string answerer_text(const RenderSettings& settings) {
 }
 
 std::vector<std::string> lights_to_choose() {
-  if (shipped_light()) return {"net", "out_of_view", "image", "panorama", "constant"};
-  return {"image", "panorama", "constant", "net", "out_of_view"};
+  if (shipped_light()) return {"net", "out_of_view", "image", "panorama", "constant", "li2020"};
+  return {"image", "panorama", "constant", "net", "out_of_view", "li2020"};
 }
 
 std::string lights_note() {
   return "Light: net is learned, for what is in view and for what is not, and the default where its weights are found; "
          "out_of_view is its second part alone; image takes the photograph where rays hit and its mean elsewhere; "
-         "panorama puts the photograph at infinity; constant is its mean.";
+         "panorama puts the photograph at infinity; constant is its mean; li2020 is the light's net of Li et al. 2020, "
+         "whose weights --light-weights names.";
 }
 
 }  // namespace clerestory

@@ -196,7 +196,7 @@ LightBatch light_batch(const std::vector<std::shared_ptr<const LightView>>& view
     append(batch, "camera", camera_tensor(std::span(&p.camera, 1)));
     append(batch, "range", depth_range(Tensor({1, 1, p.depth.height, p.depth.width}, p.depth.data)));
     put_rays(batch, p.rays, o.samples, at);
-    if (o.weights.rerender > 0) put_shading(batch, p, o, keys[b], at);
+    if (o.weights.rerender > 0 && o.shade_width > 0) put_shading(batch, p, o, keys[b], at);
   }
   return batch;
 }

@@ -26,17 +26,20 @@ Schema make_schema() {
   s.section("model", "The network.");
   s.text("model.kind", "maps", "what is trained: MGNet's maps, or the light", {"maps", "light"});
   s.text("model.preset", "compact",
-         "size of the net; shared: one decoder for all maps; lite: and EfficientNet-Lite as its encoder",
-         {"paper", "compact", "shared", "lite"});
+         "size of the net; shared: one decoder for all maps; lite: and EfficientNet-Lite as its encoder; li2020: the "
+         "net of Li et al. 2020, as large as compact or as in their paper (maps)",
+         {"paper", "compact", "shared", "lite", "li2020", "li2020_paper"});
   s.integer("model.growth", 0, "channels that each dense layer adds; 0: the preset's", {0, 256});
   s.integer("model.first", 0, "channels of the first convolution; 0: the preset's", {0, 1024});
   s.integers("model.layers", {}, "layers of the four dense blocks, or of lite's seven stages; empty: the preset's",
              {1, 256});
-  s.integers("model.channels", {}, "channels of lite's seven stages; empty: the preset's", {1, 4096});
-  s.integers("model.decoder", {},
-             "channels of the decoders' five steps, multiples of 32, 16, 16, 8, 4, or of the shared one's six, of 8; "
-             "empty: the preset's",
-             {1, 4096});
+  s.integers("model.channels", {},
+             "channels of lite's seven stages, or of li2020's six, multiples of 16; empty: the preset's", {1, 4096});
+  s.integers(
+      "model.decoder", {},
+      "channels of the decoders' five steps, multiples of 32, 16, 16, 8, 4, or of the shared one's six, of 8, or "
+      "of li2020's six, of 16; empty: the preset's",
+      {1, 4096});
   s.integer("model.width", 160, "width of the views it is trained on, pixels", {16, 4096});
   s.integer("model.height", 120, "height; views of other proportions are cut at the centre", {16, 4096});
   s.text("model.init", "",
@@ -137,6 +140,10 @@ Schema make_schema() {
          {0, 0.999999});
 
   s.section("loss", "Weights of the terms; their sum is minimised. A weight of 0 leaves the term's target unlearned.");
+  s.text(
+      "loss.terms", "zhu",
+      "maps: the terms of albedo, normal, material and depth: of Zhu et al. 2022, or of Li et al. 2020: squared errors",
+      {"zhu", "li2020"});
   s.real("loss.albedo", 1, "log-space squared error of albedo", {0, none});
   s.real("loss.normal", 1, "1 - cosine of normals", {0, none});
   s.real("loss.material", 1, "squared error of roughness and metallic", {0, none});
@@ -160,6 +167,11 @@ Schema make_schema() {
          {"hdr", "relative"});
 
   s.section("light", "The light's nets and what they are shown (model.kind = light).");
+  s.text(
+      "light.net", "zhu",
+      "whose: LightNet and the net out of view, after Zhu et al. 2022, or the one of Li et al. 2020, which has none of "
+      "the sizes below, is compared by losses of its own (loss.radiance is not read) and knows no free probes",
+      {"zhu", "li2020"});
   s.text("light.output", "", "how LightNet's last number becomes radiance; empty: the preset's",
          {"", "released", "softplus", "exp", "residual"});
   s.text("light.delta", "linear",
@@ -230,6 +242,17 @@ MgnetSize maps_net_of(const Config& c) {
     forbid(imagenet_input(c), c, "model.input", "EfficientNet-Lite is shown its own",
            "plain where model.preset = lite");
     replace("model.channels", encoder.channels), replace("model.layers", encoder.layers);
+  } else if (net.li2020()) {
+    auto& encoder = std::get<Li2020MapsSize>(net.encoder);
+    for (const char* key : {"model.growth", "model.first"})
+      forbid(c.integer(key) > 0, c, key, "the net of Li et al. has no such size", "0 where model.preset = li2020");
+    forbid(!c.integers("model.layers").empty(), c, "model.layers", "the net of Li et al. has no such sizes",
+           "none where model.preset = li2020");
+    forbid(imagenet_input(c), c, "model.input", "the net of Li et al. is shown the picture as it is",
+           "plain where model.preset = li2020");
+    replace("model.channels", encoder.encoder);
+    forbid(std::ranges::any_of(encoder.encoder, [](int n) { return n % kLi2020Group != 0; }), c, "model.channels",
+           "channels do not divide into groups", fmt::format("multiples of {}", kLi2020Group));
   } else {
     auto& encoder = std::get<DensenetSize>(net.encoder);
     forbid(!c.integers("model.channels").empty(), c, "model.channels", "DenseNet has no such sizes",
@@ -245,12 +268,18 @@ MgnetSize maps_net_of(const Config& c) {
   return net;
 }
 
+bool is_li2020_light(const Config& c) { return c.text("light.net") == "li2020"; }
+
 /// The preset's light with what the config changes.
 LightSizes light_net_of(const Config& c) {
   const std::string& preset = c.text("model.preset");
   forbid(preset != "paper" && preset != "compact", c, "model.preset", "the light's nets have no such preset",
          "paper or compact");
   LightSizes sizes = light_sizes(preset);
+  if (is_li2020_light(c)) {
+    sizes.li2020 = li2020_light_size(preset);
+    return sizes;
+  }
   InViewSize& in_view = sizes.in_view;
   sizes.delta = delta_depth_of(c.text("light.delta"));
   sizes.in_view.trunk.imagenet_input = sizes.out_of_view.trunk.imagenet_input = imagenet_input(c);
@@ -290,6 +319,10 @@ LightTrainingOptions light_step_of(const Config& c, const Size& size, const Trai
   for (const char* key : {"light.samples", "light.shade_samples"})
     forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
   step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender"), c.real("loss.irradiance")};
+  if (is_li2020_light(c)) {  // it has no such parts, and renders its own cells
+    step.weights.out_of_view = step.weights.irradiance = 0;
+    step.shade_width = step.shade_height = 0;
+  }
   step.radiance = radiance_loss_of(c.text("loss.radiance"));
   step.adam.beta1 = train.beta1, step.adam.beta2 = train.beta2, step.average = train.average;
   return step;
@@ -420,6 +453,9 @@ LossSection loss_of(const Config& c) {
   LossSection o;
   o.perceptual_weights = c.text("loss.perceptual_weights");
   LossWeights& w = o.weights;
+  w.terms = map_losses_of(c.text("loss.terms"));
+  forbid(w.terms == MapLosses::Li2020 && !o.perceptual_weights.empty(), c, "loss.perceptual_weights",
+         "the terms of Li et al. have no perceptual part", "none where loss.terms = li2020");
   w.albedo = c.real("loss.albedo"), w.normal = c.real("loss.normal"), w.material = c.real("loss.material");
   w.depth = c.real("loss.depth"), w.log_depth = c.real("loss.log_depth"), w.scale = c.real("loss.scale");
   w.metallic = c.real("loss.metallic"), w.perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
@@ -432,6 +468,7 @@ LightSection light_of(const Config& c, const TrainingOptions& o) {
   if (o.model.kind == "light") light.step = light_step_of(c, o.model.size, o.train);
   light.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), a.flip, a.exposure_low,
                     a.exposure_high,         c.flag("light.ldr")};
+  if (is_li2020_light(c)) light.sampling.probe_rows = 0;
   light.maps = c.text("light.maps"), light.maps_weights = c.text("light.maps_weights");
   return light;
 }

@@ -293,9 +293,9 @@ std::filesystem::path Trainer::encoder_to_begin_with() const {
     return model.kind == "maps" && model.net.lite() && model.encoder == "imagenet" ? imagenet_encoder()
                                                                                    : std::filesystem::path();
   if (std::filesystem::is_directory(model.init) || !is_imported(model.init)) return {};
-  const bool shown_so = model.kind == "light"
-                            ? model.light.in_view.trunk.imagenet_input
-                            : !model.net.lite() && std::get<DensenetSize>(model.net.encoder).imagenet_input;
+  const auto* dense = std::get_if<DensenetSize>(&model.net.encoder);
+  const bool shown_so =
+      model.kind == "light" ? model.light.in_view.trunk.imagenet_input : dense && dense->imagenet_input;
   if (!shown_so)
     throw usage_error("this encoder reads pictures as nets of ImageNet do", model.init, "model.input = plain",
                       "model.input = imagenet");

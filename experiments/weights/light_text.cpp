@@ -38,7 +38,16 @@ const std::vector<std::string>& words_of(DeltaDepth) {
 /// binding: without it this does not compile, so that no field is forgotten.
 template <class Sizes, class Field>
 void each_field(Sizes& sizes, const Field& field) {
-  auto& [in_view, out_of_view, delta] = sizes;
+  auto& [in_view, out_of_view, delta, li2020] = sizes;
+  field("delta", delta, 0, 0);
+  if (li2020) {
+    auto& [entry, encoder, decoder, lobes] = *li2020;
+    field("li2020.entry", entry, kLi2020Group, 4096);
+    field("li2020.encoder", encoder, kLi2020Group, 4096);
+    field("li2020.decoder", decoder, kLi2020Group, 4096);
+    field("li2020.lobes", lobes, 1, 64);
+    return;
+  }
   const auto trunk_fields = [&](const std::string& part, auto& trunk) {
     auto& [blocks, channels, stages, imagenet_input] = trunk;
     field(part + ".blocks", blocks, 1, 64);
@@ -88,7 +97,6 @@ void each_field(Sizes& sizes, const Field& field) {
     field("out_of_view.shells.channels", channels, 16, 4096);
     field("out_of_view.shells.code", code, 1, 65536);
   }
-  field("delta", delta, 0, 0);
 }
 
 template <class T>
@@ -125,10 +133,11 @@ struct Given {
       refuse(fmt::format("a whole number, {} to {}", least, most));
     to = static_cast<int>(value);
   }
-  void read(std::array<int, 4>& to, double least, double most) const {
+  template <std::size_t N>
+  void read(std::array<int, N>& to, double least, double most) const {
     std::vector<int> values;
     read(values, least, most);
-    if (values.size() != to.size()) refuse("four numbers such as 3-4-6-3");
+    if (values.size() != to.size()) refuse(fmt::format("{} numbers such as {}", N, fmt::join(to, "-")));
     std::ranges::copy(values, to.begin());
   }
   void read(std::vector<int>& to, double least, double most) const {
@@ -146,6 +155,15 @@ struct Given {
     to = static_cast<Enum>(found - words.begin());
   }
 };
+
+void check_groups(const Li2020LightSize& size, const std::string& where) {
+  const auto check = [&](const auto& channels) {
+    if (std::ranges::any_of(channels, [](int n) { return n % kLi2020Group != 0; }))
+      throw usage_error("channels do not divide into groups", where + ": net: li2020",
+                        fmt::format("{}", fmt::join(channels, "-")), fmt::format("multiples of {}", kLi2020Group));
+  };
+  check(size.entry), check(size.encoder), check(size.decoder);
+}
 
 }  // namespace
 
@@ -170,6 +188,7 @@ LightSizes light_from_text(const std::string& text, const std::string& where) {
     throw usage_error("the shape of the light's nets cannot be read", where + ": net", text,
                       "each key once, as " + light_text(light_sizes("compact")));
   LightSizes sizes;
+  if (given.contains("li2020.encoder")) sizes.li2020.emplace();
   each_field(sizes, [&](const std::string& key, auto& value, double least, double most) {
     const auto found = given.find(key);
     if (found == given.end()) return;
@@ -179,6 +198,7 @@ LightSizes light_from_text(const std::string& text, const std::string& where) {
   if (!given.empty())
     throw usage_error("the light's nets have no such field", where + ": net", given.begin()->first,
                       "as " + light_text(sizes));
+  if (sizes.li2020) check_groups(*sizes.li2020, where);
   if (sizes.in_view.again >= sizes.in_view.layers)
     throw usage_error("no layer left that is given the input again", where + ": net: in_view.again",
                       fmt::format("{}", sizes.in_view.again), fmt::format("less than {}", sizes.in_view.layers));

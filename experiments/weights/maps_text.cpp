@@ -1,5 +1,6 @@
 #include "experiments/weights/maps_text.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <span>
 #include <sstream>
@@ -24,6 +25,7 @@ std::string encoder_text(const DensenetSize& e) {
       fmt::format("growth {}, {} first channels, layers {}", e.growth, e.first, fmt::join(e.layers, "-"));
   return e.imagenet_input ? fmt::format("{}, {}", text, kImagenetInput) : text;
 }
+std::string encoder_text(const Li2020MapsSize& e) { return fmt::format("li2020 {}", fmt::join(e.encoder, "-")); }
 std::string encoder_text(const EfficientnetSize& e) {
   return fmt::format("channels {}, layers {}", fmt::join(e.channels, "-"), fmt::join(e.layers, "-"));
 }
@@ -63,6 +65,11 @@ bool read_encoder(const std::vector<std::string>& parts, EfficientnetSize& e) {
          read_list(parts[0].substr(9), e.channels, 4096) && read_list(parts[1].substr(7), e.layers, 256);
 }
 
+bool read_encoder(const std::vector<std::string>& parts, Li2020MapsSize& e) {
+  return parts.size() == 2 && parts[0].starts_with("li2020 ") && read_list(parts[0].substr(7), e.encoder, 4096) &&
+         std::ranges::all_of(e.encoder, [](int channels) { return channels % kLi2020Group == 0; });
+}
+
 /// "decoder 128-64-32-16-16" or "shared decoder ..." into the net's steps; false if it is something else.
 bool read_steps(const std::string& text, MgnetSize& net) {
   const std::string name = net.shared() ? "shared decoder " : "decoder ";
@@ -82,7 +89,10 @@ std::vector<std::string> parts_of(const std::string& text) {
 
 MgnetSize net_from_text(const std::string& text, const std::string& where) {
   const bool shared = text.find("shared decoder") != std::string::npos;
-  MgnetSize net = mgnet_size(text.starts_with("channels ") ? "lite" : shared ? "shared" : "compact");
+  MgnetSize net = mgnet_size(text.starts_with("channels ") ? "lite"
+                             : text.starts_with("li2020 ") ? "li2020"
+                             : shared                      ? "shared"
+                                                           : "compact");
   const std::vector<std::string> parts = parts_of(text);
   const bool sane = std::visit([&](auto& encoder) { return read_encoder(parts, encoder); }, net.encoder) &&
                     read_steps(parts.back(), net);

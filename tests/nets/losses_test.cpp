@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "nets/mgnet_training.hpp"
 #include "nets/vgg.hpp"
 #include "tests/nets/golden.hpp"
@@ -126,6 +128,102 @@ TEST(Losses, MetallicEntropyAgainstItsDefinitionAndGradient) {
       EXPECT_NEAR(results[1].real[i], slope, 1e-6 * std::abs(slope)) << i;
     }
   }
+}
+
+// The terms of Li et al. on maps that are given: one scale a picture, of albedo clamped after it, of depth in
+// logarithms.
+TEST(Losses, OfLiEtAlAgainstTheirDefinition) {
+  constexpr int batch = 2, pixels = 15;
+  std::map<std::string, Tensor> t;
+  for (const auto& [name, channels] : {std::pair{"albedo", 3}, {"normal", 3}, {"material", 2}, {"depth", 1}})
+    for (const std::string whose : {"their ", "true "}) {
+      Tensor& map = t[whose + name] = formula(whose + name, {batch, channels, 3, 5});
+      for (double& x : map.real) x = std::string(name) == "normal" ? 2 * x : 0.5 + x;
+    }
+  for (double& x : t["true albedo"].real) x = 0.5 + 0.5 * x;  // the scale brings some of theirs beyond 1
+  for (const char* name : {"albedo_mask", "geometry_mask", "material_mask"}) {
+    t[name] = formula(name, {batch, 1, 3, 5});
+    for (double& x : t[name].real) x = x > -0.3;
+  }
+  const auto at = [&](const std::string& name, int n, int c, int i) { return t.at(name).at(n, c, i / 5, i % 5); };
+  /// factor * the mean over the mask of e, which sums over channels.
+  const auto mean = [&](const char* mask, double factor, const auto& e) {
+    double sum = 0, count = 0;
+    for (int n = 0; n < batch; ++n)
+      for (int i = 0; i < pixels; ++i) sum += at(mask, n, 0, i) * e(n, i), count += at(mask, n, 0, i);
+    return factor * sum / count;
+  };
+  const auto scale = [&](const std::string& map, const char* mask, int channels, int n) {
+    double product = 0, square = 0;
+    for (int i = 0; i < pixels; ++i)
+      for (int c = 0; c < channels; ++c) {
+        const double theirs = at("their " + map, n, c, i) * at(mask, n, 0, i);
+        product += theirs * at("true " + map, n, c, i), square += theirs * theirs;
+      }
+    return product / square;
+  };
+  const auto square = [](double x) { return x * x; };
+  int clamped = 0;
+  std::map<std::string, double> wanted;
+  wanted["albedo"] = mean("albedo_mask", 6.0 / 3, [&](int n, int i) {
+    double e = 0;
+    for (int c = 0; c < 3; ++c) {
+      const double scaled = scale("albedo", "albedo_mask", 3, n) * at("their albedo", n, c, i);
+      clamped += scaled > 1, e += square(std::min(scaled, 1.0) - at("true albedo", n, c, i));
+    }
+    return e;
+  });
+  wanted["normal"] = mean("geometry_mask", 4.0 / 3, [&](int n, int i) {
+    double e = 0;
+    for (int c = 0; c < 3; ++c) e += square(at("their normal", n, c, i) - at("true normal", n, c, i));
+    return e;
+  });
+  wanted["material"] = mean("material_mask", 2, [&](int n, int i) {
+    return square(2 * at("their material", n, 0, i) - 2 * at("true material", n, 0, i));
+  });
+  wanted["depth"] = mean("geometry_mask", 2, [&](int n, int i) {
+    const double s = scale("depth", "geometry_mask", 1, n);
+    return square(std::log1p(s * at("their depth", n, 0, i)) - std::log1p(at("true depth", n, 0, i)));
+  });
+  EXPECT_GT(clamped, 2);
+
+  Graph graph;
+  std::map<std::string, Value> v;
+  for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+  const Value one = graph.fill({batch, 1, 1, 1}, 1);
+  const Maps maps{v["their albedo"], v["their material"], v["their normal"], v["their depth"], one};
+  const MapTargets truth{v["true albedo"],
+                         v["true normal"],
+                         v["true material"],
+                         v["true depth"],
+                         one,
+                         v["albedo_mask"],
+                         v["geometry_mask"],
+                         v["material_mask"],
+                         one};
+  const NamedValues terms = mgnet_losses({graph, true, ""}, maps, truth, {.scale = 0, .terms = MapLosses::Li2020});
+  std::vector<Value> outputs;
+  for (const auto& [name, value] : terms) outputs.push_back(value);
+  outputs.push_back(gradient(terms.front().second, std::vector<Value>{v["their albedo"]}).front());
+  const std::vector<Tensor> results =
+      evaluate(graph, outputs, device_for(Precision::Double), t, {.precision = Precision::Double});
+  double sum = 0;
+  for (std::size_t i = 1; i < terms.size(); ++i) {
+    const double value = wanted.at(terms[i].first);
+    EXPECT_NEAR(results[i].real[0], value, 1e-12 * value) << terms[i].first;  // sums of some 100 numbers
+    sum += value;
+  }
+  EXPECT_EQ(terms.size(), 5u);
+  const double pixels_known = std::accumulate(t["albedo_mask"].real.begin(), t["albedo_mask"].real.end(), 0.0);
+  for (int n = 0; n < batch; ++n)
+    for (int i = 0; i < pixels; ++i)
+      for (int c = 0; c < 3; ++c) {  // the scale is a constant to the gradient
+        const double s = scale("albedo", "albedo_mask", 3, n), scaled = s * at("their albedo", n, c, i);
+        const double slope = scaled < 1 ? 4 * s * (scaled - at("true albedo", n, c, i)) : 0;
+        EXPECT_NEAR(results[5].at(n, c, i / 5, i % 5), at("albedo_mask", n, 0, i) * slope / pixels_known, 1e-12);
+      }
+  EXPECT_NEAR(results[0].real[0], sum, 1e-12 * sum);
+  EXPECT_THROW(map_losses_of("barron"), Error);
 }
 
 TEST(Losses, TermsAreWeightedAndAddUp) {
