@@ -21,6 +21,8 @@ struct OpCase {
   std::vector<std::string> kernels = {};
   /// Reals of local memory (seven eighths of a device's) that they need: others stand in where there is less.
   std::size_t local_elements = 0;
+  /// Those without which the op refuses to run: nothing stands in.
+  std::size_t least_local_elements = 0;
   /// Work-items of a group that they need.
   std::size_t group = 1;
   /// Reals that must fit into one piece of the device's memory.

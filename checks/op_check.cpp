@@ -423,7 +423,9 @@ std::vector<Bodies> bodies_of(const OpCase& c) {
 }
 
 bool can_run(const Device& device, const OpCase& c, Bodies bodies) {
+  const Precision widest = device.has_double() ? Precision::Double : Precision::Single;
   return device.info().max_group >= (bodies == Bodies::InGroups ? std::size_t{kGroup} : c.group) &&
+         device.info().local_room() >= c.least_local_elements * real_size(widest) &&
          device.info().max_allocation >= c.piece_elements * real_size(Precision::Single);
 }
 

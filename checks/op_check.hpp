@@ -27,7 +27,7 @@ CheckedDevices checked_devices(const Device& device);
 enum class Bodies { OfDevice, InGroups, InTiles, ByProducts };
 /// Those that the kernels of the case have.
 std::vector<Bodies> bodies_of(const OpCase& op_case);
-/// False where they need groups of more work-items, or more memory in one piece, than the device has.
+/// False where they need groups of more work-items, or more memory in one piece or of a group, than the device has.
 bool can_run(const Device& device, const OpCase& op_case, Bodies bodies);
 /// False where its kernels need more local memory than the device has: others stand in for them.
 bool has_local_memory_for(const Device& device, const OpCase& op_case, Precision precision);

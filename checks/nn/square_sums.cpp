@@ -17,7 +17,7 @@ std::string name_of(std::size_t i) { return fmt::format("x{}", i); }
 OP_CASES(square_sums) {
   OpCase c{.stem = "square_sums",
            .label = "unlike_shapes",
-           .kernels = {"square_sums"},
+           .kernels = {"square_sums", "square_totals"},
            .build =
                [](Graph&, const Values& v) {
                  std::vector<Value> tensors;

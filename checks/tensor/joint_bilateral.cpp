@@ -37,14 +37,17 @@ std::vector<Tap> taps_of(const Tensors& in, int n, int j, int i, const JointBila
   return taps;
 }
 
-/// Weights of the taps that are like the one which most agree with.
+/// Weights of the taps that are like the one which most agree with, the first of those within 1e-5.
 void keep_mode(std::vector<Tap>& taps, double alike) {
   const auto agreed = [&](const Tap& with) {
     double sum = 0;
     for (const Tap& tap : taps) sum += tap.weight * gauss(squared_distance(with.value, tap.value), alike);
     return sum;
   };
-  const Tap mode = *std::ranges::max_element(taps, {}, agreed);
+  Tap mode;
+  double most = -1;
+  for (const Tap& tap : taps)
+    if (const double sum = agreed(tap); sum > most * 1.00001) mode = tap, most = sum;
   for (Tap& tap : taps) tap.weight *= gauss(squared_distance(mode.value, tap.value), alike);
 }
 

@@ -142,20 +142,25 @@ class Verdict {
   }
 
  private:
-  /// In one process; where that ends by a signal, op by op, so that the others are checked all the same.
+  /// In one process; where that ends by a signal, op by op, and where the device is lost, with those that come next in
+  /// another: the others are checked all the same.
   void run(const std::vector<std::string>& stems) {
     const std::string launches = (scratch_ / "launches").string();
     fs::remove(launches);
     std::vector<std::string> arguments{"env",      "CLERESTORY_LAUNCHES=" + launches, program(), "check",
                                        "--device", std::to_string(info_.index),       "--json",  "--quiet"};
     if (options_.quick) arguments.push_back("--quick");
-    if (!options_.all || stems.size() == 1)
+    if (stems.size() < options_.only.size() || !options_.all)
       arguments.insert(arguments.end(), {"--only", fmt::format("{}", fmt::join(stems, ","))});
     Silence silence(launches, options_.patience);
     const ChildResult child = run_child(arguments, "", [&] { return silence.is_bearable(); });
     give_up_if_interrupted("check");
     // A driver that crashes when all is said (Oclgrind does) has done its work.
-    if (const Json found = Json::parse(child.out, nullptr, false); !found.is_discarded()) return read(found);
+    if (const Json found = Json::parse(child.out, nullptr, false); !found.is_discarded()) {
+      read(found);
+      if (found.contains("lost")) run_rest(stems, found);
+      return;
+    }
     if (ended_by_signal(child)) {
       if (stems.size() == 1) return lost(stems[0], child, silence);
       for (const std::string& stem : stems) run({stem});
@@ -166,6 +171,14 @@ class Verdict {
                   child.errors);
     state_ = "refused", why_ = last_line(child.errors);
     failures_.push_back({{"kernel", "all"}, {"fault", why_}});
+  }
+
+  /// What the device was lost before. Nobody is asked again who was not answered.
+  void run_rest(const std::vector<std::string>& stems, const Json& found) {
+    std::vector<std::string> rest;
+    for (const std::string& stem : stems)
+      if (std::ranges::none_of(found["ops"], [&](const Json& op) { return op["stem"] == stem; })) rest.push_back(stem);
+    if (!rest.empty() && rest.size() < stems.size()) run(rest);
   }
 
   void lost(const std::string& stem, const ChildResult& child, const Silence& silence) {
@@ -430,6 +443,25 @@ void conclude(const Json& all, const DevicesOptions& options, const CommonOption
                 "no kernel was checked: every device is refused, by its driver's fault or by one of tensor/probe.cl");
 }
 
+bool is_same_device(const Json& a, const Json& b) {
+  for (const char* key : {"index", "name", "platform", "driver", "less", "told"})
+    if (a.at("device").value(key, Json("")) != b.at("device").value(key, Json(""))) return false;
+  return true;
+}
+
+/// What one device showed in several checks, each of some ops (--only): all of their kernels, the worse state.
+void join(Json& verdict, const Json& further) {
+  std::set<std::string> known;
+  for (const Json& kernel : verdict.at("kernels")) known.insert(kernel.at("kernel"));
+  for (const Json& kernel : further.at("kernels"))
+    if (!known.contains(kernel.at("kernel"))) verdict["kernels"].push_back(kernel);
+  for (const Json& failure : further.at("failures"))
+    if (std::ranges::find(verdict.at("failures"), failure) == verdict.at("failures").end())
+      verdict["failures"].push_back(failure);
+  if (verdict.at("state") == "right") verdict["state"] = further.at("state");
+  verdict["quick"] = verdict.value("quick", false) || further.value("quick", false);
+}
+
 Json read_result(const std::string& file) {
   try {
     Json all = Json::parse(read_file(file));
@@ -470,7 +502,14 @@ void show_devices(const DevicesOptions& options, const CommonOptions& common) {
   all["devices"] = Json::array();
   for (const std::string& file : options.from) {
     const Json result = read_result(file);
-    for (const Json& verdict : result.at("devices")) all["devices"].push_back(verdict);
+    for (const Json& verdict : result.at("devices")) {
+      Json& devices = all["devices"];
+      const auto same = std::ranges::find_if(devices, [&](const Json& known) { return is_same_device(known, verdict); });
+      if (same == devices.end())
+        devices.push_back(verdict);
+      else
+        join(*same, verdict);
+    }
   }
   conclude(all, options, common);
 }

@@ -28,7 +28,7 @@ std::vector<std::string> listed_variants();
 /// device failed, and devices that are refused or lost; U of them without a reproducer in checks/reproducers that shows
 /// its fault there. Throws ErrorKind::Failed when a device that programs would use fails, or all are refused.
 void check_devices(const DevicesOptions& options, const CommonOptions& common);
-/// The same from files.
+/// The same from files. What several of them say of one device, each of some ops, is one verdict.
 void show_devices(const DevicesOptions& options, const CommonOptions& common);
 
 /// shown_by() a file on the device of that index. Throws ErrorKind::Failed when it shows its fault.

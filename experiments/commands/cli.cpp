@@ -254,8 +254,7 @@ Command& Command::common(std::initializer_list<Common> which) {
             "--gemm",
             "Who multiplies in every net: CLBlast, or our packed kernels, which hold a small net of the light whole; "
             "direct: these without minimal filtering of convolutions; auto: what `clerestory tune` measured faster, "
-            "else packed on a CPU and CLBlast elsewhere; small nets "
-            "whole",
+            "else packed; small nets whole",
             to.gemm, gemm_choices());
         break;
       case Common::Tile:

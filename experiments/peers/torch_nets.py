@@ -12,6 +12,9 @@ Prints a line `RATIO <name> <our time / peer's time> bar <most> goal <wanted>` a
 over 5 % of the cores meanwhile: such a row says little. "conv" rows are weighted by FLOP: all shapes of the paper's and the
 compact preset, one after the other. With --before there are rows `BEFORE <name> <our time / the older one's>` too, and what has no peer is
 judged by them. Exit 1 when a bar is missed.
+
+On a GPU: `--device NAME --peer-device cuda`; PyTorch then multiplies in float32 (no TF32), and a run ends when the GPU has.
+Bars are those of CPUs, "busy" says nothing there.
 """
 import argparse
 import json
@@ -57,12 +60,14 @@ def bar_of(name, bars, wide):
 # Ours: seconds of runs by row.
 
 
-def ours(binary, family, runs, only):
+def ours(binary, family, runs, only, device):
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "bench.json")
         command = [binary, "bench", family, "--quiet", "--no-clblast", f"--runs={runs}", f"--json={path}"]
         if only:
             command.append(f"--only={only}")
+        if device:
+            command.append(f"--device={device}")
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             sys.exit(f"{' '.join(command)}: {done.stderr.strip()}")
@@ -249,12 +254,19 @@ MLPS = {"in view, paper": lambda _: LightMlp(4096).radiance, "field, paper": lam
 FAMILIES = ("conv", "gemm", "mlp", "nets")
 
 
+def wait():
+    if torch.get_default_device().type == "cuda":
+        torch.cuda.synchronize()
+
+
 def timed(job, runs):
     job()
     seconds = []
     for _ in range(runs):
+        wait()
         start = time.perf_counter()
         job()
+        wait()
         seconds.append(time.perf_counter() - start)
     return seconds
 
@@ -293,7 +305,7 @@ class Family:
         with Load() as load:
             for program, binary in (("before", self.options.before), ("ours", self.options.binary)):
                 if binary:
-                    self.gather(program, our_rows(self.name, ours(binary, self.name, runs, only)))
+                    self.gather(program, our_rows(self.name, ours(binary, self.name, runs, only, self.options.device)))
             with torch.no_grad():
                 self.gather("peer", peer_rows(self.name, list(self.runs["ours"]), runs))
         self.others = max(self.others, load.others)
@@ -367,13 +379,17 @@ def main():
     parser.add_argument("--only", default="", help="nets: rows whose name contains this")
     parser.add_argument("--runs", type=int, default=9, help="at least, of each program, in rounds of three")
     parser.add_argument("--shapes", action="store_true", help="a line for every shape too: ours, the peer's, ratio")
+    parser.add_argument("--device", default="", help="ours runs on this OpenCL device")
+    parser.add_argument("--peer-device", default="cpu", help="PyTorch's: cpu or cuda")
     parser.add_argument("--table", help="a file for the same as Markdown")
     options = parser.parse_args()
-    device = ours(options.binary, "peak", 0, "")
+    torch.set_default_device(options.peer_device)
+    torch.backends.cudnn.allow_tf32 = torch.backends.cuda.matmul.allow_tf32 = False
+    device = ours(options.binary, "peak", 0, "", options.device)
     wide = device["float_width"] >= 16
     title = (
-        f"{device['device']}, tile {device['tile']}, {device['peak_gflops']:.0f} GFLOP/s; PyTorch {torch.__version__}, "
-        f"{torch.get_num_threads()} threads; load {' '.join(f'{x:.2f}' for x in os.getloadavg())}"
+        f"{device['device']}, tile {device['tile']}, {device['peak_gflops']:.0f} GFLOP/s; PyTorch {torch.__version__} on "
+        f"{options.peer_device}, {torch.get_num_threads()} threads; load {' '.join(f'{x:.2f}' for x in os.getloadavg())}"
     )
     print(title)
     each = min(3, options.runs)

@@ -79,11 +79,11 @@ void each_field(Sizes& sizes, const Field& field) {
     field("out_of_view.stem", stem, 1, 65536);
     field("out_of_view.inner", inner, 1, 65536);
     field("out_of_view.rank", rank, 1, 1024);
-    field("out_of_view.octaves", octaves, 0, 16);
+    field("out_of_view.octaves", octaves, 0, 10);
     field("out_of_view.hidden", hidden, 1, 1024);
     field("out_of_view.segments", segments, 1, 1024);
     field("out_of_view.near", near, 0, 1e3);
-    field("out_of_view.radius", radius, 0, 1e3);
+    field("out_of_view.radius", radius, 1e-3, 1e3);
     field("out_of_view.jitter", jitter, 0, 1);
     field("out_of_view.released_output", released_output, 0, 1);
     field("out_of_view.log_input", log_input, 0, 1);

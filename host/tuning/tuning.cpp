@@ -156,7 +156,7 @@ std::optional<TuningInUse> tuning_in_use(const Device& device) {
 std::string preferred_gemm(const Device& device) {
   if (const auto used = tuning_in_use(device); used && (used->shipped || used->tuning.kernels == gemm_kernels()))
     return used->tuning.gemm;
-  return device.info().cpu ? "packed" : "clblast";
+  return "packed";  // untuned, CLBlast's gradient of weights takes most of a training step on a GPU
 }
 
 }  // namespace clerestory

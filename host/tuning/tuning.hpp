@@ -61,7 +61,7 @@ struct TuningInUse {
 std::optional<TuningInUse> tuning_in_use(const Device& device);
 
 /// Whose matrix products `auto` takes, "packed" or "clblast": those that were measured faster on the device, by the
-/// kernels of this program where the user has measured; without a measurement packed on a CPU and CLBlast elsewhere.
+/// kernels of this program where the user has measured; without a measurement our own.
 std::string preferred_gemm(const Device& device);
 
 }  // namespace clerestory

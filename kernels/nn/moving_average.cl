@@ -12,7 +12,8 @@ kernel void moving_average(SLOTS(SLOT), IN(step), const real keep, const int blo
   global const real *p = 0;
   FIND_SLOT(TAKE)
   const real t = AT(step, 0)[0];
-  const real share = R(1) - min(keep, (R(1) + t) / (R(10) + t));
+  const real grown = (R(1) + t) / (R(10) + t);
+  const real share = R(1) - (grown > keep ? keep : grown);  // min() may answer a step that is no number with `keep`
   FOR_ROW(i, length) {
     const int left = length - i, at = first + i;
     const lanes average = lanes_load(a + at, left);

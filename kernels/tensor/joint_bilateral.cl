@@ -7,26 +7,34 @@
 //
 // A mean of two walls' normals is the normal of neither. joint_bilateral_mode answers with one of the values that it
 // finds, and with those like it: a step of mean shift (Comaniciu and Meer 2002, IEEE TPAMI 24(5)) from the best of them,
-//   g(q, r) = exp(-|x(q) - x(r)|^2 / (2 alike^2)),  m = argmax_q sum_r k(p, r) g(q, r), the first of equals,
+//   g(q, r) = exp(-|x(q) - x(r)|^2 / (2 alike^2)),  m = argmax_q sum_r k(p, r) g(q, r), the first of those within 1e-5,
 //   y(p) = sum_q k(p, q) g(q, m) x(q) / sum_q k(p, q) g(q, m).
 #include "lib/real.clh"
 
 #define TAPS 16
+#define MODE_LEAD R(1.00001)  // by which a later value must have more: no rounding decides between two that have as much
+
+/// The small pixel at or before pixel i of `to` along one axis: (i + 1/2) n / to - 1/2 rounded down, in whole numbers, for
+/// a quotient that is rounded would choose neighbours by the device; `beyond` is the rest, in [0, 1).
+static inline int place_in(const int i, const int n, const int to, real *beyond) {
+  const long twice = (2 * (long)i + 1) * n + to;  // the place and a pixel more, of 2 to
+  const int next = (int)(twice / (2 * (long)to));
+  *beyond = (real)(twice - 2 * (long)to * next) / (real)(2 * to);
+  return next - 1;
+}
 
 /// Places of p's 4 x 4 pixels in the small guide and in x, and their weights k. Falloffs are 1 / (2 sigma^2).
 static void weigh(global const real *guide, global const real *small, const int p, const int x_w, const int h,
                   const int w, const int to_h, const int to_w, const real falloff, const real distance_falloff,
                   real k[TAPS], int from[TAPS]) {
-  const int row = p / to_w;
-  const real v = ((real)row + R(0.5)) * (real)h / (real)to_h - R(0.5);
-  const real u = ((real)(p - row * to_w) + R(0.5)) * (real)w / (real)to_w - R(0.5);
-  const int top = (int)floor(v) - 1, left = (int)floor(u) - 1;
+  real above, before;  // p's place, in small pixels beyond the one that it lies at or behind
+  const int top = place_in(p / to_w, h, to_h, &above) - 1, left = place_in(p % to_w, w, to_w, &before) - 1;
   const int plane = h * w, to_plane = to_h * to_w;
   for (int i = 0; i < TAPS; ++i) {
     const int qy = top + i / 4, qx = left + i % 4;
     const int cy = clamp(qy, 0, h - 1), cx = clamp(qx, 0, w - 1);
     from[i] = cy * x_w + cx;
-    const real dy = v - (real)qy, dx = u - (real)qx;
+    const real dy = above + (real)(1 - i / 4), dx = before + (real)(1 - i % 4);
     real unlike = R(0);
     for (int c = 0; c < 3; ++c) {
       const real d = guide[c * to_plane + p] - small[c * plane + cy * w + cx];
@@ -83,7 +91,7 @@ kernel void joint_bilateral_mode(IN(x), IN(guide_low), IN(guide), OUT(y), const 
       agreed[r] = k[r] * exp(-unlike * alike_falloff);
       sum += agreed[r];
     }
-    if (sum <= most) continue;
+    if (sum <= most * MODE_LEAD) continue;
     most = sum;
     for (int r = 0; r < TAPS; ++r) best[r] = agreed[r];
   }

@@ -202,8 +202,50 @@ TEST_F(CheckAll, CountsVariantsDevicesAndFailuresAndKeepsTheVerdict) {
   }
   ASSERT_EQ(check_all({}, {"--again"}), 0);
   EXPECT_THAT(text_of(results), Not(HasSubstr("as checked before")));
-  ASSERT_EQ(check({"--from", json.string() + "," + json.string()}, with_cache()), 0) << text_of(log);
+  auto other = found;  // of a machine elsewhere
+  for (auto& each : other["devices"]) each["device"]["driver"] = "another";
+  write_file(folder / "other.json", other.dump());
+  ASSERT_EQ(check({"--from", json.string() + "," + (folder / "other.json").string()}, with_cache()), 0) << text_of(log);
   EXPECT_EQ(last_line_of(results), fmt::format("kernels {} devices {} failed 0 unexplained 0", kernels, 2 * devices));
+}
+
+TEST_F(CheckAll, OneDeviceCheckedApartIsOneVerdict) {
+  const Surroundings changed = with_kernel("nn/unit_vector.cl", "? R(1e-6) :", "? R(1e-5) :");
+  const auto check_some = [&](const std::string& stem, int status) {
+    const fs::path file = folder / (stem + ".json");
+    EXPECT_EQ(check({"--device", "all", "--only", stem, "--json=" + file.string()}, with_cache(changed)), status)
+        << text_of(log);
+    return std::pair{file.string(), nlohmann::json::parse(text_of(file))["devices"]};
+  };
+  const auto [right, of_right] = check_some("pad", 0);
+  const auto [wrong, of_wrong] = check_some("unit_vector", 1);
+  EXPECT_EQ(check({"--from", right + "," + wrong, "--json=" + json.string()}), 1);
+  const auto joined = nlohmann::json::parse(text_of(json))["devices"];
+  ASSERT_EQ(joined.size(), of_right.size());
+  EXPECT_EQ(joined[0]["state"], "wrong");
+  EXPECT_EQ(joined[0]["failures"].size(), 1u);
+  EXPECT_EQ(joined[0]["kernels"].size(), of_right[0]["kernels"].size() + of_wrong[0]["kernels"].size());
+}
+
+TEST_F(CheckAll, WhatADeviceIsLostByIsNamedAndTheOthersAreChecked) {
+  const auto check_some = [&](const std::string& lost_after, int status) {
+    Surroundings around = with_cache();
+    if (!lost_after.empty()) around.environment["CLERESTORY_PRETEND"] = "lost_after=" + lost_after;
+    EXPECT_EQ(check({"--device", "all", "--only", "pad,ceilings,unit_vector", "--json=" + json.string()}, around), status)
+        << text_of(log);
+    return nlohmann::json::parse(text_of(json))["devices"][0];
+  };
+  const auto whole = check_some("", 0), lost = check_some("600", 1);
+  ASSERT_FALSE(lost["failures"].empty());
+  std::set<std::string> failed, seen, all;
+  for (const auto& failure : lost["failures"]) {
+    failed.insert(failure["kernel"]);
+    EXPECT_THAT(failure["fault"].get<std::string>(), HasSubstr("CL_DEVICE_NOT_AVAILABLE"));
+  }
+  for (const auto& kernel : lost["kernels"]) seen.insert(kernel["kernel"]);
+  for (const auto& kernel : whole["kernels"]) all.insert(kernel["kernel"]);
+  EXPECT_LT(failed.size(), all.size());
+  EXPECT_TRUE(std::ranges::includes(seen, all)) << lost;
 }
 
 TEST_F(CheckAll, OneSmallMistakeIsNamedByItsKernelAndForgottenWithIt) {

@@ -81,7 +81,7 @@ struct ConvWeightsOp : NotDifferentiable {
   Cost cost(const Node& node) const override { return conv_cost(shape(node.in_shape(0)), node.in_shape(0).n); }
   std::size_t workspace(const Node& node) const override {
     const ConvGeometry g = forward_pass(shape(node.in_shape(0))).geometry;
-    return std::max(partial_elements(g), columns_elements(g, norm.present, 1));
+    return std::max(partial_elements(g, node.in_shape(0).n), columns_elements(g, norm.present, 1));
   }
 
   void launch(Launch& l) const override {

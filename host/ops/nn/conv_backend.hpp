@@ -40,7 +40,7 @@ void run_packed(Launch& launch, const ConvPass& pass, int batch, const ConvSpec&
                 std::size_t at = 0);
 
 /// Most elements of partial sums that run_packed_weights takes from the workspace.
-std::size_t partial_elements(const ConvGeometry& geometry);
+std::size_t partial_elements(const ConvGeometry& geometry, int batch);
 /// gradient[outputs][depth], rows `row_pitch` apart, = sum over positions of target * source under each tap (+ bias of
 /// each column).
 void run_packed_weights(Launch& launch, const ConvGeometry& geometry, int batch, const ConvSpec& spec,

@@ -12,6 +12,7 @@ namespace {
 constexpr std::size_t scratch_elements = 128 * 1024;  // half a megabyte of floats: half of a usual L2 cache
 // Of kernels/nn/conv_gpu.cl: a tile's outputs and columns, eight of each to a work-item, and steps of a block.
 constexpr int gpu_rows = 64, gpu_columns = 128, gpu_each = 8, gpu_depth = 16;
+constexpr std::size_t gpu_groups = 512;  // that keep the largest of today busy: four to each of 132 multiprocessors
 
 bool on_gpu(const Launch& l, ConvKernels kernels) {
   return kernels == ConvKernels::Gpu || (kernels == ConvKernels::ByPlan && !l.device.info().cpu);
@@ -151,8 +152,19 @@ void run_packed(Launch& l, const ConvPass& pass, int batch, const ConvSpec& spec
   });
 }
 
-std::size_t partial_elements(const ConvGeometry& g) {
-  return static_cast<std::size_t>(most_partials(g)) * g.outputs * g.depth();
+namespace {
+
+/// Partial sums of backward weights on a GPU: as many as fill it where the weights alone are too few tiles.
+std::size_t gpu_partials(const ConvGeometry& g, int batch) {
+  const std::size_t tiles = blocks(g.outputs, gpu_rows) * blocks(g.depth(), gpu_columns);
+  const std::size_t stretches = blocks(g.positions(), gpu_depth) * static_cast<std::size_t>(batch);
+  return std::min((gpu_groups + tiles - 1) / tiles, stretches);
+}
+
+}  // namespace
+
+std::size_t partial_elements(const ConvGeometry& g, int batch) {
+  return std::max(static_cast<std::size_t>(most_partials(g)), gpu_partials(g, batch)) * g.outputs * g.depth();
 }
 
 void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvSpec& spec, const TensorView& source,
@@ -162,10 +174,9 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
   const auto winograd = gpu ? std::nullopt : winograd_weights_blocking(l, g, batch, spec);
   ConvBlocking b;
   if (!gpu && !winograd) b = block_weights(g, batch, scratch(l, spec));
-  const int partials =
-      gpu        ? static_cast<int>(std::min<std::size_t>(most_partials(g), blocks(g.positions(), gpu_depth) * batch))
-      : winograd ? winograd->partials
-                 : b.partials;
+  const int partials = gpu        ? static_cast<int>(gpu_partials(g, batch))
+                       : winograd ? winograd->partials
+                                  : b.partials;
   const bool direct = partials == 1 && !bias && row_pitch == g.depth();
   const TensorView& sums = direct ? gradient : l.workspace;
   if (gpu) {

@@ -107,7 +107,7 @@ struct MatmulOp : Op {
   std::size_t workspace(const Node& node) const override {
     const Sizes s = sizes(node);
     return spec.transpose_b
-               ? partial_elements(inner_product_pass(s.c, s.depth, s.depth, s.depth))
+               ? partial_elements(inner_product_pass(s.c, s.depth, s.depth, s.depth), 1)
                : packed_elements(product_pass(s.c, s.depth, false, s.depth, s.c.columns, s.c.columns).geometry);
   }
 
