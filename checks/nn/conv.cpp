@@ -29,6 +29,12 @@ const std::vector<Named>& all_kernels() {
   return all;
 }
 
+/// Reals of local memory for backward weights by minimal filtering; with less the direct form stands in.
+constexpr std::size_t kWinogradWeights = 14'000;
+/// Those that the direct form needs of a stride 2 and 7x7 taps, where it is told to run: 48 KiB are too few for
+/// doubles.
+constexpr std::size_t kSevenTaps = 7'100;
+
 /// Calls visit(y index, x index, w index) for every product of the convolution.
 template <class Visit>
 void for_products(const Sizes& s, const Visit& visit) {
@@ -87,6 +93,7 @@ OpCase forward_case(const Sizes& s, const Named& k) {
   OpCase c;
   c.stem = "conv", c.label = s.label + "_" + k.name;
   c.kernels = k.forward, c.group = k.group;
+  if (k.kernels == ConvKernels::Cpu && s.w.h == 7) c.least_local_elements = kSevenTaps;
   c.inputs = inputs(s);
   c.build = [=](Graph&, const Values& v) -> std::vector<Value> { return {build(s, k.kernels, v)}; };
   c.reference = [=](const Tensors& in) -> std::vector<Tensor> { return {forward(s, in)}; };
@@ -112,7 +119,8 @@ OpCase backward_case(const Sizes& s, const Named& k) {
   OpCase c;
   c.stem = "conv", c.label = s.label + "_gradients_" + k.name;
   c.kernels = backward_kernels(s, k), c.group = k.group;
-  if (k.kernels == ConvKernels::Winograd) c.local_elements = 10'000;
+  if (k.kernels == ConvKernels::Cpu && s.w.h == 7) c.least_local_elements = kSevenTaps;
+  if (k.kernels == ConvKernels::Winograd) c.local_elements = kWinogradWeights;
   c.inputs = inputs(s);
   c.inputs["dy"] = integers(s.y(), 4);
   c.build = [=](Graph&, const Values& v) {
@@ -132,6 +140,7 @@ OpCase normalised_case(const Sizes& s, const Named& k, bool relu, std::vector<st
   OpCase c;
   c.stem = "conv", c.label = s.label + "_normalised_" + k.name;
   c.kernels = std::move(launched), c.group = k.group;
+  if (k.kernels == ConvKernels::Winograd) c.local_elements = kWinogradWeights;
   const Shape per_channel{1, s.x.c, 1, 1};
   c.inputs = {{"x", random_tensor(s.x, 1)},
               {"w", random_tensor(s.w, 2)},

@@ -504,7 +504,8 @@ void show_devices(const DevicesOptions& options, const CommonOptions& common) {
     const Json result = read_result(file);
     for (const Json& verdict : result.at("devices")) {
       Json& devices = all["devices"];
-      const auto same = std::ranges::find_if(devices, [&](const Json& known) { return is_same_device(known, verdict); });
+      const auto same =
+          std::ranges::find_if(devices, [&](const Json& known) { return is_same_device(known, verdict); });
       if (same == devices.end())
         devices.push_back(verdict);
       else

@@ -174,9 +174,7 @@ void run_packed_weights(Launch& l, const ConvGeometry& g, int batch, const ConvS
   const auto winograd = gpu ? std::nullopt : winograd_weights_blocking(l, g, batch, spec);
   ConvBlocking b;
   if (!gpu && !winograd) b = block_weights(g, batch, scratch(l, spec));
-  const int partials = gpu        ? static_cast<int>(gpu_partials(g, batch))
-                       : winograd ? winograd->partials
-                                  : b.partials;
+  const int partials = gpu ? static_cast<int>(gpu_partials(g, batch)) : winograd ? winograd->partials : b.partials;
   const bool direct = partials == 1 && !bias && row_pitch == g.depth();
   const TensorView& sums = direct ? gradient : l.workspace;
   if (gpu) {
