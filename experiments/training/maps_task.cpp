@@ -141,7 +141,7 @@ class MapsTask : public TrainingTask {
   }
 
   void judge_frames(Judgement& judgement) {
-    JudgedErrorsList& photographs = judgement.views.emplace_back("photographs");
+    JudgedErrorsList& photographs = judgement.views.emplace_back(JudgedErrorsList{"photographs", {}});
     for (const JudgedFrame& frame : frames_) {
       const FrameResult result = clerestory::judge(frame, predictor_, means_);
       judgement.point.frames.push_back({frame.name, result.ours, result.constant, result.scale});

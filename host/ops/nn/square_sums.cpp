@@ -34,8 +34,7 @@ struct SquareSumsOp : NotDifferentiable {  // up to kSlots tensors
     // A slot that is left over names the last tensor, and no work-group takes it.
     const auto slot = [&](std::size_t i) {
       const TensorView& x = l.inputs[std::min(i, l.inputs.size() - 1)];
-      const int item = static_cast<int>(x.shape.item());
-      return x.stride == item ? std::tuple(x, 1, x.shape.n * item) : std::tuple(x, x.shape.n, item);
+      return std::tuple(x, x.shape.n, static_cast<int>(x.shape.item()));
     };
     const int tensors = static_cast<int>(l.inputs.size());
     const int block = row_blocks(l.device, std::numeric_limits<int>::max()).length;
