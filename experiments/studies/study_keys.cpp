@@ -16,6 +16,13 @@ void add_maps_keys(Schema& schema) {
   schema.section("maps", "Predicted maps.").text("maps.weights", "", "MGNet's weights; empty: the shipped ones");
 }
 
+void add_li2020_keys(Schema& schema) {
+  schema.section("li2020", "The rival of Li et al. 2020.")
+      .text("li2020.weights", "",
+            "Folder of its weights: maps.safetensors, light_local.safetensors, light_global.safetensors; empty: it is "
+            "left out, and named as lacking");
+}
+
 void add_incident_keys(Schema& schema) {
   schema.section("incident", "Light along rays; study.seeds draws of rays.")
       .integer("incident.views", 3, "Views of each room", {1, 100})

@@ -111,6 +111,48 @@ fs::path StudyRun::use_maps() {
   return file;
 }
 
+namespace {
+
+/// Throws usage_error naming the folder where a file of these is missing.
+void check_holds(const fs::path& folder, std::initializer_list<const char*> files) {
+  for (const char* file : files)
+    if (!fs::is_regular_file(folder / file))
+      throw usage_error("this folder lacks weights of Li et al. 2020", (folder / file).string(), {},
+                        "maps.safetensors, light_local.safetensors and light_global.safetensors");
+}
+
+constexpr const char* kLacking = "lacking";
+
+}  // namespace
+
+std::optional<fs::path> StudyRun::use_li2020_maps() {
+  const fs::path folder = config_.text("li2020.weights");
+  if (folder.empty()) return lacks("Li et al. 2020 (li2020.weights)"), std::nullopt;
+  check_holds(folder, {"maps.safetensors"});
+  use(folder / "maps.safetensors");
+  return folder / "maps.safetensors";
+}
+
+bool StudyRun::use_li2020_light(RenderSettings& settings) {
+  const fs::path folder = config_.text("li2020.weights");
+  if (folder.empty()) return lacks("Li et al. 2020 (li2020.weights)"), false;
+  check_holds(folder, {"light_local.safetensors", "light_global.safetensors"});
+  settings.light = "li2020";
+  load_light_nets(settings, folder, device_);
+  for (const fs::path& file : weights_files(folder)) use(file);
+  return true;
+}
+
+void StudyRun::lacks(const std::string& what) {
+  std::string& all = provenance_.facts[kLacking];
+  if (all.find(what) == std::string::npos) all += (all.empty() ? "" : "; ") + what;
+}
+
+std::string StudyRun::lacking() const {
+  const auto all = provenance_.facts.find(kLacking);
+  return all == provenance_.facts.end() ? "" : " Lacking: " + all->second + ".";
+}
+
 /// From here on there may be records: what they rest on is kept beside them.
 void StudyRun::record_rooms() {
   provenance_.rooms = {rooms_.setting == Setting::HeldOut ? "held_out" : "training", rooms_.seeds};

@@ -46,6 +46,14 @@ class StudyRun {
   void use_light(RenderSettings& settings);
   /// MGNet's weights by `maps.weights`, used from now on.
   std::filesystem::path use_maps();
+  /// The maps' weights of Li et al. 2020 by `li2020.weights`, used from now on; nothing where none are named.
+  std::optional<std::filesystem::path> use_li2020_maps();
+  /// Their light for these settings, which becomes li2020. False where no weights are named.
+  bool use_li2020_light(RenderSettings& settings);
+  /// A rival or data that a comparison ought to have: named in the provenance and by lacking().
+  void lacks(const std::string& what);
+  /// A sentence for a table's note: " Lacking: ...", or nothing.
+  std::string lacking() const;
 
   /// Into the run's metrics, then to records_.
   void add_record(MetricRecord record);
