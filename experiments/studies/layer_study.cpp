@@ -59,7 +59,10 @@ class LayerStudy : public StudyRun {
   void measure() override {
     ours_.light = config_.text("study.light"), ours_.thickness = config_.real("study.thickness");
     choose_sampler(ours_);
-    use_light(ours_);
+    if (ours_.light != "li2020")
+      use_light(ours_);
+    else if (!use_li2020_light(ours_))
+      throw usage_error("which weights of Li et al. 2020?", "study.light", ours_.light, "li2020.weights=DIR beside it");
     const std::vector<fs::path> views = make_views(view_options());
     for (const MetricRecord& r : records_) step_ = std::max(step_, r.step);
     const std::vector<Method> methods = this->methods();
@@ -124,7 +127,7 @@ class LayerStudy : public StudyRun {
     for (Method& m : methods)
       if (m.equal_time) m.settings.spp = samples_in(of_grid, scene, m.settings);
 
-    std::vector<StripPicture> strip{{"photograph", scene.photo}, {"truth", truth}};  // then three methods
+    std::vector<StripPicture> strip{{"photograph", scene.photo}, {"truth", truth}};  // then four methods
     for (std::size_t m = 0; m < methods.size(); ++m)
       for (std::int64_t s = 0; s < seeds; ++s) {
         const std::int64_t step = first + static_cast<std::int64_t>(m) * seeds + s + 1;
@@ -139,11 +142,11 @@ class LayerStudy : public StudyRun {
                              {at + "seconds", r.seconds},
                              {at + "samples", static_cast<double>(methods[m].settings.spp)}}};
         add_record(std::move(record));
-        if (s == 0 && (methods[m].name == "grid" || methods[m].equal_time))
+        if (s == 0 && (methods[m].name == "li2020" || methods[m].name == "grid" || methods[m].equal_time))
           strip.push_back({methods[m].label, r.radiance});
         progress.advance();
       }
-    if (v < 4 && strip.size() == 5) write_strip(run_.artifact(fmt::format("view{}.png", v)), strip);
+    if (v < 4 && strip.size() == 6) write_strip(run_.artifact(fmt::format("view{}.png", v)), strip);
   }
 
   /// Mean over views for each seed, then mean and deviation over seeds.
@@ -213,7 +216,7 @@ void add_layer_keys(Schema& schema) {
   schema.integers("study.spp", {4, 16, 64, 256}, "Samples a pixel of the Monte Carlo rows", {2, 65536})
       .integer("study.truth_spp", 16384, "Samples a pixel of the truth", {2, 1048576})
       .real("study.glossy_below", 0.35, "Roughness below which a pixel counts as glossy", {0, 1})
-      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama", "net"});
+      .text("study.light", "image", "Who answers for radiance", {"image", "constant", "panorama", "net", "li2020"});
 }
 
 std::string run_layer_study(const Config& config, const std::vector<std::string>& command) {

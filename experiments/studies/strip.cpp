@@ -35,7 +35,8 @@ void write_sheet(const fs::path& png, const std::vector<std::vector<StripPicture
     for (std::size_t k = 0; k < rows[r].size(); ++k) {
       for (int c = 0; c < 3; ++c)
         for (int y = 0; y < h; ++y) {
-          const float* row = rows[r][k].picture.plane(c) + static_cast<std::ptrdiff_t>(y) * w;
+          const float* row = rows[r][k].picture.plane(std::min(c, rows[r][k].picture.channels - 1)) +
+                             static_cast<std::ptrdiff_t>(y) * w;
           const std::ptrdiff_t line = static_cast<std::ptrdiff_t>(r) * h + y;
           std::copy(row, row + w, sheet.plane(c) + line * sheet.width + static_cast<std::ptrdiff_t>(k) * w);
         }

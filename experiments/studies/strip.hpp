@@ -17,7 +17,7 @@ struct StripPicture {
 /// A PNG of radiance pictures of one size in a row, all at the exposure of the first, and their labels beside it.
 void write_strip(const std::filesystem::path& png, const std::vector<StripPicture>& pictures);
 
-/// The same of several rows of pictures of one size, display values in [0, 1]; labels row by row.
+/// The same of several rows of pictures of one size, display values in [0, 1], one channel as grey; labels row by row.
 void write_sheet(const std::filesystem::path& png, const std::vector<std::vector<StripPicture>>& rows);
 
 /// The labels of a strip; none where there are none beside the picture.

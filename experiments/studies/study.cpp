@@ -36,7 +36,7 @@ struct StudyKind {
 /// The list of studies: a new one is a line here. Trainings have a list of their own (training_study.hpp).
 const std::vector<StudyKind>& kinds() {
   static const std::vector<StudyKind> all{
-      {"layer", {add_layer_keys, add_light_keys, add_thickness_keys}, run_layer_study},
+      {"layer", {add_layer_keys, add_light_keys, add_li2020_keys, add_thickness_keys}, run_layer_study},
       {"truth", {add_truth_keys, add_thickness_keys}, run_truth_study},
       {"edges", {add_edge_keys, add_maps_keys}, run_edge_study},
       {"edit", {add_edit_keys, add_light_keys}, run_edit_study},
