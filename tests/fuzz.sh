@@ -42,7 +42,7 @@ fuzz() { # target
     -print_final_stats=1 -artifact_prefix="build/fuzz/found/$1-" >"$said" 2>&1 &
   pid=$!
   while now=$(spent $pid) && had=$now && [ "$now" -lt "$seconds" ]; do sleep 1; done
-  kill -USR1 $pid 2>/dev/null || true # ends after the input that it reads
+  kill -USR2 $pid 2>/dev/null || true # ends after the input that it reads; a device's compiler takes USR1 for itself
   wait $pid
 }
 
