@@ -63,6 +63,8 @@ bool is_learned_light(const std::string& name) {
   return name == "net" || name == "out_of_view" || name == "li2020";
 }
 
+std::string light_of(const LightSizes& sizes) { return sizes.li2020 ? "li2020" : "net"; }
+
 void check_method(const RenderSettings& settings) {
   if (!is_learned_light(settings.light)) return;
   const bool theirs = settings.nets->sizes.li2020.has_value();

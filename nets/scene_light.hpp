@@ -45,6 +45,8 @@ struct SceneLight {
 SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
                        double rays_to_come = 0);
 
+/// The learned light that nets of these sizes answer for, out_of_view aside: net | li2020.
+std::string light_of(const LightSizes& sizes);
 /// Throws usage_error when settings.light is learned and settings.nets are those of another method.
 void check_method(const RenderSettings& settings);
 

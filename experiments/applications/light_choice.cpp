@@ -10,36 +10,10 @@
 #include "nets/known_lamps.hpp"
 
 namespace clerestory {
-namespace {
-
 namespace fs = std::filesystem;
 
-constexpr const char* kVariable = "CLERESTORY_LIGHT_WEIGHTS";
-
-bool holds_light(const fs::path& folder) {
-  return fs::exists(folder / "light_local.safetensors") && fs::exists(folder / "light_global.safetensors");
-}
-
-}  // namespace
-
-std::optional<fs::path> shipped_light() {
-  for (const fs::path& folder : shipped_places(kVariable))
-    if (holds_light(folder)) return folder;
-  return std::nullopt;
-}
-
 fs::path find_light_weights(const RenderSettings& settings, const fs::path& weights) {
-  if (!is_learned_light(settings.light)) return {};
-  const std::string expected = "light_local.safetensors and light_global.safetensors";
-  const std::optional<fs::path> shipped = weights.empty() ? shipped_light() : std::nullopt;
-  if (weights.empty() && !shipped)
-    throw usage_error("there are no weights of the light; name some with --light-weights or CLERESTORY_LIGHT_WEIGHTS",
-                      text_of(shipped_places(kVariable)), "none", expected);
-  if (shipped) return *shipped;
-  if (!fs::exists(weights)) throw usage_error("there is no such file or folder", weights.string(), {}, expected);
-  if (fs::is_directory(weights) && !holds_light(weights))
-    throw usage_error("this folder has no weights of the light", weights.string(), {}, expected);
-  return weights;
+  return is_learned_light(settings.light) ? light_or_shipped(weights) : fs::path();
 }
 
 void load_light_nets(RenderSettings& settings, const fs::path& weights, Device device) {
@@ -75,9 +49,9 @@ void choose_light(RenderSettings& settings, LightChoice& choice, const std::stri
   if (asked) {
     if (!choice.weights.empty() && !is_learned_light(light)) choice.why = "which needs no --light-weights";
   } else if (!choice.weights.empty()) {
-    settings.light = "net";
+    settings.light = light_of(read_light_sizes(light_or_shipped(choice.weights)));
   } else if (!is_learned_light(light)) {
-    choice.why = "for there are no weights of the light in " + text_of(shipped_places(kVariable));
+    choice.why = "for there are no weights of the light in " + text_of(light_places());
   }
 }
 

@@ -1,7 +1,6 @@
 // Which nets answer for a learned light, as every command finds them.
 #pragma once
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,10 +9,6 @@
 
 namespace clerestory {
 
-/// Folder of the light's weights that come with the program: CLERESTORY_LIGHT_WEIGHTS, or the first of shipped_places()
-/// that holds them; nothing when none does.
-std::optional<std::filesystem::path> shipped_light();
-
 /// How a learned light is had; other lights are as they are.
 struct LightChoice {
   std::filesystem::path weights;  // folder or file; empty: the shipped ones
@@ -21,8 +16,9 @@ struct LightChoice {
   std::string why = "";           // who answers is not who was hoped for: said and recorded beside the answer
 };
 
-/// Sets settings.light from the command line: `light`, if it was `asked` for; else what a default is: net where
-/// --light-weights names weights, else `light`.
+/// Sets settings.light from the command line: `light`, if it was `asked` for; else what a default is: where weights are
+/// named (choice.weights) the light that they answer for, else `light`. Throws what light_or_shipped() and
+/// read_light_sizes() throw.
 void choose_light(RenderSettings& settings, LightChoice& choice, const std::string& light, bool asked);
 
 /// The sampler where none was asked for: the photograph as light has its lamps in view, and directions go there too.
@@ -33,12 +29,11 @@ void choose_sampler(RenderSettings& settings);
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record);
 
-/// Where a learned light's weights are: `weights`, if empty the shipped ones; nothing for other lights. Throws
-/// usage_error when there are none.
+/// Where a learned light's weights are: light_or_shipped(weights); nothing for other lights.
 std::filesystem::path find_light_weights(const RenderSettings& settings, const std::filesystem::path& weights);
 
-/// Sets settings.nets if settings.light is learned. `weights`: folder or file of load_light(), empty: the shipped ones.
-/// Throws usage_error when there are none, or what load_light() throws.
+/// Sets settings.nets if settings.light is learned. `weights`: as light_or_shipped() takes them.
+/// Throws usage_error also when they are of another light, or what load_light() throws.
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);
 
 /// "image", or the name of a learned light and its weights: for provenance and report.

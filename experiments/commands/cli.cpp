@@ -222,6 +222,10 @@ Command& Command::arguments(const std::string& meta, const std::string& doc, std
 Command& Command::light(std::vector<std::string> lights, std::filesystem::path& weights, std::string& lamps) {
   state_->common.light = lights.front();
   return choice("--light", "Where the light along a ray comes from (below)", state_->common.light, std::move(lights))
+      .option("--method", "NAME|DIR",
+              "Whose nets: zhu, li2020, or a folder of weights of maps and light, in place of --weights and "
+              "--light-weights; also of which light by default",
+              state_->common.method)
       .option("--light-weights", "DIR", "Weights of a learned light: a folder or a file", weights)
       .choice("--lamps", "Lamps out of view, which explain the photograph's shading under a learned light", lamps,
               {"fit", "none"});

@@ -32,6 +32,7 @@ struct CommonOptions {
   std::filesystem::path weights;     // --weights; empty: the shipped ones
   std::string preset = "compact";    // --preset paper|compact
   std::string light;                 // --light, of the command's own choices (Command::light)
+  std::string method;                // --method (Command::light); empty: not named
   std::string gemm = "auto";         // --gemm clblast|packed|auto
   std::string tile = "auto";         // --tile, of host/cl/tile.hpp
   std::optional<std::string> json;   // --json: empty for stdout, else a file
@@ -119,7 +120,8 @@ class Command {
   Command& arguments(const std::string& meta, const std::string& doc, std::vector<std::string>& to, int least = 0);
 
   Command& common(std::initializer_list<Common> which);
-  /// --light with the lights that this command can use, the first of them by default; --light-weights, --lamps.
+  /// --light with the lights that this command can use, the first of them by default; --method, --light-weights,
+  /// --lamps.
   Command& light(std::vector<std::string> lights, std::filesystem::path& weights, std::string& lamps);
   /// Printed below the options by --help: examples, units.
   Command& notes(const std::string& text);

@@ -6,6 +6,7 @@
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/method_option.hpp"
 #include "experiments/commands/sample_options.hpp"
 #include "host/io/data_files.hpp"
 #include "host/report/progress.hpp"
@@ -41,7 +42,7 @@ void add_edit_command(CommandLine& line) {
     options->mask = found_data(options->mask);
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
-    choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
+    take_method(common, options->render, options->lit_by);
     options->goal = take_samples(common, *samples, options->render);
     catch_interrupts();
     const std::string summary = edit(*options);

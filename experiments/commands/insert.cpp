@@ -5,6 +5,7 @@
 #include "experiments/applications/run_report.hpp"
 #include "experiments/applications/run_results.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/method_option.hpp"
 #include "experiments/commands/record_json.hpp"
 #include "experiments/commands/sample_options.hpp"
 #include "host/io/data_files.hpp"
@@ -99,7 +100,7 @@ void add_insert_command(CommandLine& line) {
       throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
-    choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
+    take_method(common, options->render, options->lit_by);
     options->goal = take_samples(common, *samples, options->render);
     catch_interrupts();
     insert(*options);

@@ -3,6 +3,7 @@
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/method_option.hpp"
 #include "experiments/commands/record_json.hpp"
 #include "experiments/commands/sample_options.hpp"
 #include "host/io/data_files.hpp"
@@ -68,10 +69,10 @@ void add_invert_command(CommandLine& line) {
     if (!options->camera.empty()) options->camera = found_data(options->camera);
     if (!options->mask.empty()) options->mask = found_data(options->mask);
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
-    options->preset = common.preset, options->weights = common.weights;
+    options->preset = common.preset;
     options->command = common.command;
     options->render.seed = static_cast<std::uint32_t>(common.seed);
-    choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
+    options->weights = take_method(common, options->render, options->lit_by);
     options->goal = take_samples(common, *samples, options->render);
     if (*every_ray) {
       if (options->render.light != "net")

@@ -4,6 +4,7 @@
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_report.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/method_option.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -46,7 +47,7 @@ void add_light_command(CommandLine& line) {
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
     options->json = common.json.value_or("");
     options->render.seed = static_cast<std::uint32_t>(common.seed);
-    choose_light(options->render, options->lit_by, common.light, was_given(common, "--light"));
+    take_method(common, options->render, options->lit_by);
     catch_interrupts();
     const std::string summary = light(*options);
     const std::filesystem::path out = options->out.empty() ? options->run / "light.exr" : options->out;

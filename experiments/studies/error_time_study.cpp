@@ -68,7 +68,8 @@ class ErrorTimeStudy : public RoomStudy {
   void measure() override {
     for (ErrorTimePart& part : parts_) {
       use_light(part.truth.settings);
-      for (TimedEstimator& estimator : part.estimators) estimator.settings.nets = part.truth.settings.nets;
+      for (TimedEstimator& estimator : part.estimators)
+        estimator.settings.light = part.truth.settings.light, estimator.settings.nets = part.truth.settings.nets;
     }
     if (std::ranges::any_of(parts_, &ErrorTimePart::against_plain)) maps_ = use_maps();
     measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });

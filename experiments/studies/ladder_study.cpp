@@ -22,7 +22,7 @@ class LadderStudy : public RoomStudy {
  private:
   void measure() override {
     options_.render.light = "net", options_.render.spp = static_cast<int>(config_.integer("ladder.spp"));
-    use_light(options_.render);
+    use_light_of_two_parts(options_.render);
     options_.maps_weights = use_maps();
     options_.width = static_cast<int>(config_.integer("data.width"));
     options_.height = static_cast<int>(config_.integer("data.height"));

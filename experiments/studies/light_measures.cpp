@@ -134,7 +134,7 @@ class Measuring {
 
   Table rerender_table() {
     RenderSettings settings;
-    settings.light = "net", settings.spp = options_.spp;
+    settings.light = light_of(loaded_.net), settings.spp = options_.spp;
     load_light_nets(settings, run_ / kLastWeights, device_);
     const std::vector<RoughnessBin>& bins = roughness_bins();
     std::vector<std::vector<double>> relmse(bins.size()), smape(bins.size()), psnr(bins.size());

@@ -33,17 +33,19 @@ struct StudyKind {
 /// The list of studies: a new one is a line here. Trainings have a list of their own (training_study.hpp).
 const std::vector<StudyKind>& kinds() {
   static const std::vector<StudyKind> all{
-      {"layer", {add_layer_keys, add_light_keys, add_thickness_keys}, run_layer_study},
+      {"layer", {add_layer_keys, add_method_keys, add_light_keys, add_thickness_keys}, run_layer_study},
       {"truth", {add_truth_keys, add_thickness_keys}, run_truth_study},
-      {"edges", {add_edge_keys, add_maps_keys}, run_edge_study},
-      {"edit", {add_edit_keys, add_light_keys}, run_edit_study},
-      {"light", {add_light_keys, add_maps_keys, add_incident_keys}, run_light_study},
-      {"uncertainty", {add_uncertainty_keys, add_light_keys, add_maps_keys, add_incident_keys}, run_uncertainty_study},
-      {"ladder", {add_ladder_keys, add_light_keys, add_maps_keys}, run_ladder_study},
-      {"user", {add_user_keys, add_light_keys, add_maps_keys}, run_user_study},
-      {"target", {add_target_keys, add_light_keys}, run_target_study},
-      {"error_time", {add_error_time_keys, add_light_keys, add_maps_keys}, run_error_time_study},
-      {"leave_out", {add_leave_out_keys, add_light_keys, add_maps_keys}, run_leave_out_study}};
+      {"edges", {add_edge_keys, add_method_keys, add_maps_keys}, run_edge_study},
+      {"edit", {add_edit_keys, add_method_keys, add_light_keys}, run_edit_study},
+      {"light", {add_method_keys, add_light_keys, add_maps_keys, add_incident_keys}, run_light_study},
+      {"uncertainty",
+       {add_uncertainty_keys, add_method_keys, add_light_keys, add_maps_keys, add_incident_keys},
+       run_uncertainty_study},
+      {"ladder", {add_ladder_keys, add_method_keys, add_light_keys, add_maps_keys}, run_ladder_study},
+      {"user", {add_user_keys, add_method_keys, add_light_keys, add_maps_keys}, run_user_study},
+      {"target", {add_target_keys, add_method_keys, add_light_keys}, run_target_study},
+      {"error_time", {add_error_time_keys, add_method_keys, add_light_keys, add_maps_keys}, run_error_time_study},
+      {"leave_out", {add_leave_out_keys, add_method_keys, add_light_keys, add_maps_keys}, run_leave_out_study}};
   return all;
 }
 const StudyKind& kind_named(const std::string& name) {

@@ -7,6 +7,14 @@ void add_thickness_keys(Schema& schema) {
               {0, 100});
 }
 
+void add_method_keys(Schema& schema) {
+  schema
+      .text("study.method", "",
+            "Whose nets: zhu, li2020, or a folder of weights of maps and light; not given: by maps.weights and "
+            "light.weights")
+      .optional();
+}
+
 void add_light_keys(Schema& schema) {
   schema.section("light", "Learned light.")
       .text("light.weights", "", "Its weights, a folder or a file; empty: the shipped ones");

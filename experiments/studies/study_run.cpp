@@ -61,6 +61,7 @@ std::string StudyRun::run() {
     return run_.path().string();
   }
   catch_interrupts();
+  choose_method();
   go_on();
   measure();
   conclude();
@@ -70,6 +71,21 @@ std::string StudyRun::run() {
   write_run_directory_report(run_.path(), true);
   run_.finish();
   return run_.path().string();
+}
+
+void StudyRun::choose_method() {
+  if (!config_.has("study.method")) return;
+  const std::string& named = config_.text("study.method");
+  for (const char* key : {"maps.weights", "light.weights"})
+    if (config_.has(key) && !config_.text(key).empty())
+      throw usage_error("a method names these weights as well", fmt::format("{} ({})", key, config_.origin(key)),
+                        config_.text(key), "none beside study.method = " + named);
+  method_ = find_method(named, fmt::format("study.method ({})", config_.origin("study.method")));
+  provenance_.facts["method"] = method_->name;
+}
+
+fs::path StudyRun::weights_of(const char* key, fs::path Method::*own) const {
+  return method_ ? *method_.*own : fs::path(config_.text(key));
 }
 
 /// Records of an interrupted run stand, if it was made with what is here now.
@@ -99,14 +115,23 @@ void StudyRun::use(const fs::path& file) {
 }
 
 void StudyRun::use_light(RenderSettings& settings) {
-  load_light_nets(settings, config_.text("light.weights"), device_);
+  const fs::path weights = weights_of("light.weights", &Method::light_weights);
+  if (settings.light == "net") settings.light = light_of(read_light_sizes(light_or_shipped(weights)));
+  load_light_nets(settings, weights, device_);
   provenance_.facts["light"] = answerer_text(settings);
   if (!settings.nets) return;
   for (const fs::path& file : weights_files(settings.nets->note)) use(file);
 }
 
+void StudyRun::use_light_of_two_parts(RenderSettings& settings) {
+  use_light(settings);
+  if (settings.light != "net")
+    throw usage_error("this study takes the light apart into in view and out of view, which this light is not made of",
+                      settings.nets->note, settings.light, "weights of zhu");
+}
+
 fs::path StudyRun::use_maps() {
-  const fs::path file = weights_or_shipped(config_.text("maps.weights"));
+  const fs::path file = weights_or_shipped(weights_of("maps.weights", &Method::maps));
   use(file);
   return file;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "experiments/truth/room_list.hpp"
+#include "experiments/weights/method.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/config.hpp"
 #include "host/report/metrics.hpp"
@@ -42,9 +43,12 @@ class StudyRun {
   /// Whatever file results rest on becomes an input of the provenance, with its hash. Throws ErrorKind::Usage when the
   /// run was begun with another one of that name.
   void use(const std::filesystem::path& file);
-  /// Nets of `light.weights` for the settings' learned light, used from now on. Throws what load_light_nets() throws.
+  /// Nets of `study.method` or `light.weights` for the settings' learned light, used from now on; settings.light = net
+  /// becomes the one that they answer for. Throws what load_light_nets() throws.
   void use_light(RenderSettings& settings);
-  /// MGNet's weights by `maps.weights`, used from now on.
+  /// The same for a study that takes light = net apart. Throws usage_error where it has not two parts.
+  void use_light_of_two_parts(RenderSettings& settings);
+  /// Weights of the maps by `study.method` or `maps.weights`, used from now on.
   std::filesystem::path use_maps();
 
   /// Into the run's metrics, then to records_.
@@ -59,10 +63,14 @@ class StudyRun {
 
  private:
   void go_on();
+  void choose_method();
+  /// The weights that the key names, else the method's, else none.
+  std::filesystem::path weights_of(const char* key, std::filesystem::path Method::*own) const;
   void record_rooms();
   /// The rooms of rooms_.described that the run is about, in their order; none where there is no such file.
   std::vector<RoomDescription> described_rooms() const;
 
+  std::optional<Method> method_;          // of study.method
   std::optional<Provenance> earlier_;     // what the interrupted run was made with
   std::optional<MetricsWriter> metrics_;  // keeps the time
 };

@@ -37,7 +37,7 @@ class UncertaintyStudy : public RoomStudy {
     options_ = lit_room_options(config_);
     RenderSettings settings;
     settings.light = "net";
-    use_light(settings);
+    use_light_of_two_parts(settings);
     if (options_.predicted) options_.maps_weights = use_maps();
     const LightNets& nets = *settings.nets;
     const Size views{options_.width, options_.height};

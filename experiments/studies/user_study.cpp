@@ -30,8 +30,9 @@ std::vector<Job> jobs() {
   return all;
 }
 
-std::string label_of(const std::string& light) {
-  if (light == "net+lamps") return "Clerestory: learned light, lamps fitted";
+/// `ours`: nets are those that come with Clerestory.
+std::string label_of(const std::string& light, bool ours) {
+  if (light == "net+lamps") return ours ? "Clerestory: learned light, lamps fitted" : "learned light, lamps fitted";
   if (light == "net") return "learned light alone";
   if (light == "constant+fit") return "one constant, fitted as lamps are";
   if (light == "constant+lamps") return "mean colour, lamps fitted";
@@ -102,6 +103,7 @@ class UserStudy : public RoomStudy {
     return rooms.empty() ? Cell() : Cell(over_rooms(rooms));
   }
 
+  std::string label(const std::string& light) const { return label_of(light, !config_.has("study.method")); }
   std::vector<std::string> rows() const {
     std::vector<std::string> lights = config_.texts("user.lights");
     lights.push_back(kUnchanged);
@@ -145,7 +147,7 @@ class UserStudy : public RoomStudy {
           {s.column, fmt::format("{}, {}", s.figure.name, s.figure.unit), Best::None, s.figure.digits});
     for (const std::string& maps : {kPredictedMaps, kTrueMaps})
       for (const std::string& light : rows()) {
-        std::vector<Cell> row{maps, label_of(light)};
+        std::vector<Cell> row{maps, label(light)};
         for (const Shown& s : shown) row.push_back(cell(maps, light, s.job, s.figure));
         table.add(std::move(row));
       }
@@ -164,7 +166,7 @@ class UserStudy : public RoomStudy {
         for (const std::string& light : rows()) {
           const auto rooms = values(maps, light, job.key, kShownPsnr);
           if (rooms.empty()) continue;
-          std::vector<Cell> row{job.name, maps, label_of(light)};
+          std::vector<Cell> row{job.name, maps, label(light)};
           for (const RadianceFigure& f : kRadianceFigures) row.push_back(cell(maps, light, job.key, f));
           row.push_back(Measure{static_cast<double>(rooms.size())});
           table.add(std::move(row));
@@ -176,7 +178,7 @@ class UserStudy : public RoomStudy {
   Table differences_table() const {
     Table table;
     const std::string& ours = config_.texts("user.lights").at(0);
-    table.title = label_of(ours) + " less the others, room by room";
+    table.title = label(ours) + " less the others, room by room";
     table.note =
         "A difference of at most two spreads is none; spread is the larger of that over seeds and the standard error "
         "over "
@@ -191,7 +193,7 @@ class UserStudy : public RoomStudy {
       for (const std::string& maps : {kPredictedMaps, kTrueMaps})
         for (const std::string& light : rows()) {
           if (light == ours || values(maps, light, job.key, kShownPsnr).empty()) continue;
-          std::vector<Cell> row{job.name, maps, label_of(light)};
+          std::vector<Cell> row{job.name, maps, label(light)};
           for (const RadianceFigure& f : {kShownPsnr, kSmape}) {
             const PairedDifference d = difference(maps, ours, light, job.key, f);
             row.insert(row.end(), {Measure{d.mean, d.spread, 2}, std::string(d.verdict())});

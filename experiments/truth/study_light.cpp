@@ -25,7 +25,8 @@ StudyLight study_light(const std::string& name) {
 
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
   const StudyLight study = study_light(name);
-  base.light = study.light, base.fit = study.fit;
+  base.light = study.light == "net" && base.nets ? light_of(base.nets->sizes) : study.light;
+  base.fit = study.fit;
   if (study.fitted == "lamps") base.lamps = fit_lamps(device, scene, base).lamps;
   if (study.fitted == "fit") base.constant = fit_constant(device, scene, base);
   return base;

@@ -6,7 +6,8 @@
 
 namespace clerestory {
 
-/// A light as studies name it: a name of light_names(); "net+lamps", one with lamps fitted to its scene;
+/// A light as studies name it: a name of light_names(); "net" is whichever
+/// learned light the nets answer for; "net+lamps", one with lamps fitted to its scene;
 /// "constant+fit", the constant that is fitted to it (nets/constant_light.hpp). FLOOR,RIDGE after either weigh the fit:
 /// "net+lamps .5,1".
 struct StudyLight {

@@ -1,7 +1,9 @@
 #include "experiments/weights/shipped.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/io/data_files.hpp"
 
@@ -11,6 +13,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kWeights = "nets/weights";
+
+bool holds_light(const fs::path& folder) {
+  return fs::is_directory(folder) &&
+         std::ranges::all_of(weights_files(folder), [](const fs::path& file) { return fs::exists(file); });
+}
 
 /// The first of these that is there; a place that is a folder holds it by its `name`.
 fs::path first_found(std::vector<fs::path> places, const char* name, const char* else_what) {
@@ -38,6 +45,27 @@ fs::path imagenet_encoder() {
                      "the encoder's weights are not there; model.encoder = \"random\" does without");
 }
 
+std::vector<fs::path> light_places() { return shipped_places("CLERESTORY_LIGHT_WEIGHTS"); }
+
+std::optional<fs::path> shipped_light() {
+  for (const fs::path& folder : light_places())
+    if (holds_light(folder)) return folder;
+  return std::nullopt;
+}
+
 fs::path weights_or_shipped(const fs::path& given) { return given.empty() ? shipped_weights() : given; }
+
+fs::path light_or_shipped(const fs::path& given) {
+  const std::string expected = "light_local.safetensors and light_global.safetensors";
+  const std::optional<fs::path> shipped = given.empty() ? shipped_light() : std::nullopt;
+  if (given.empty() && !shipped)
+    throw usage_error("there are no weights of the light; name some with --light-weights or CLERESTORY_LIGHT_WEIGHTS",
+                      text_of(light_places()), "none", expected);
+  if (shipped) return *shipped;
+  if (!fs::exists(given)) throw usage_error("there is no such file or folder", given.string(), {}, expected);
+  if (fs::is_directory(given) && !holds_light(given))
+    throw usage_error("this folder has no weights of the light", given.string(), {}, expected);
+  return given;
+}
 
 }  // namespace clerestory

@@ -63,6 +63,12 @@ std::string trained_kind(const TensorFile& file, const std::string& where) {
   return said ? kind->second : stored_history(file, where).kind();
 }
 
+void must_be_maps(const TensorFile& file, const std::string& where) {
+  if (const std::string kind = trained_kind(file, where); kind != "maps")
+    throw usage_error(fmt::format("these are weights of {} {}", kind == "light" ? "the" : "an", kind), where, "",
+                      "weights of the maps");
+}
+
 void must_be_light(const TensorFile& file, const std::string& where) {
   if (const std::string kind = trained_kind(file, where); kind != "light")
     throw usage_error("these are no weights of the light", where, "weights of the " + kind,
@@ -196,12 +202,24 @@ Moments read_moments(const std::filesystem::path& path) {
   return stored_moments(read_weights_files(path), path.string());
 }
 
+MgnetSize read_maps_size(const std::filesystem::path& path) {
+  const std::string where = path.string();
+  const TensorFile file = read_safetensors(path);
+  must_be_maps(file, where);
+  return net_from_text(fact(file, "net", where), where);
+}
+
+LightSizes read_light_sizes(const std::filesystem::path& path) {
+  const std::filesystem::path first = weights_files(path)[0];
+  const TensorFile file = read_safetensors(first);
+  must_be_light(file, first.string());
+  return light_from_text(fact(file, "net", first.string()), first.string());
+}
+
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   const std::string where = path.string();
   const TensorFile file = read_finite_safetensors(path);
-  if (const std::string kind = trained_kind(file, where); kind != "maps")
-    throw usage_error(fmt::format("these are weights of {} {}", kind == "light" ? "the" : "an", kind), where, "",
-                      "weights of the maps");
+  must_be_maps(file, where);
   LoadedWeights out;
   out.net = net_from_text(fact(file, "net", where), where);
   fill(out, file, where, maps_states(out.net), std::move(device));

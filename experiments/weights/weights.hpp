@@ -62,6 +62,11 @@ History read_history(const std::filesystem::path& path);
 /// Second moments of a weights file, a checkpoint or a light's folder; none where it has none.
 Moments read_moments(const std::filesystem::path& path);
 
+/// What nets weights are of, as their metadata say: of the maps, or of the light as load_light() takes them. Throws
+/// usage_error naming the file when it is of the other kind or says nothing that makes sense.
+MgnetSize read_maps_size(const std::filesystem::path& path);
+LightSizes read_light_sizes(const std::filesystem::path& path);
+
 /// What weights of either kind hold for inference.
 struct LoadedStates {
   std::string preset;
