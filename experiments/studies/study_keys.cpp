@@ -10,9 +10,9 @@ void add_thickness_keys(Schema& schema) {
 void add_method_keys(Schema& schema) {
   schema
       .text("study.method", "",
-            "Whose nets: zhu, li2020, or a folder of weights of maps and light; not given: by maps.weights and "
+            "Whose nets: zhu, li2020, or a folder of weights of maps and light; empty: by maps.weights and "
             "light.weights")
-      .optional();
+      .later();
 }
 
 void add_light_keys(Schema& schema) {

@@ -74,7 +74,7 @@ std::string StudyRun::run() {
 }
 
 void StudyRun::choose_method() {
-  if (!config_.has("study.method")) return;
+  if (!config_.has("study.method") || config_.text("study.method").empty()) return;
   const std::string& named = config_.text("study.method");
   for (const char* key : {"maps.weights", "light.weights"})
     if (config_.has(key) && !config_.text(key).empty())

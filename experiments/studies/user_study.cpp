@@ -103,7 +103,7 @@ class UserStudy : public RoomStudy {
     return rooms.empty() ? Cell() : Cell(over_rooms(rooms));
   }
 
-  std::string label(const std::string& light) const { return label_of(light, !config_.has("study.method")); }
+  std::string label(const std::string& light) const { return label_of(light, config_.text("study.method").empty()); }
   std::vector<std::string> rows() const {
     std::vector<std::string> lights = config_.texts("user.lights");
     lights.push_back(kUnchanged);

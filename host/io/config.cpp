@@ -385,8 +385,10 @@ std::string config_toml(const Config& config) { return entries_toml(config.entri
 
 std::string config_hash(const Config& config) {
   Entries naming;
-  for (const auto& [name, entry] : config.entries())
-    if (config.schema().find(name)->names_run) naming.insert({name, entry});
+  for (const auto& [name, entry] : config.entries()) {
+    const Schema::Key& key = *config.schema().find(name);
+    if (key.names_run && (key.default_names_run || entry.value != key.value)) naming.insert({name, entry});
+  }
   const std::uint64_t hash = content_hash(entries_toml(naming));
   return fmt::format("{:08x}", static_cast<std::uint32_t>(hash ^ (hash >> 32)));
 }

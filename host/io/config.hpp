@@ -47,6 +47,7 @@ class Schema {
     Bounds bounds = {};
     std::vector<std::string> choices = {};  // of a text; empty: any
     bool names_run = true;                  // part of config_hash
+    bool default_names_run = true;          // its default, too
   };
 
   /// Heading and introduction of a section ("model") on the page of keys. Optional.
@@ -68,6 +69,9 @@ class Schema {
   /// The key declared last does not change results (an output folder, a log interval, the seed that a run directory
   /// names by itself): it stays out of config_hash.
   Schema& aside();
+  /// The key declared last came later than results that are kept, which its default changes nothing of: only another
+  /// value is part of config_hash.
+  Schema& later();
   /// Takes in all keys and sections of another schema.
   Schema& include(const Schema& other);
 
@@ -154,7 +158,7 @@ Config parse_config(std::string_view toml, const std::string& name, const Schema
 /// All keys and values as TOML, sorted, without variants. Loading it gives the same config.
 std::string config_toml(const Config& config);
 
-/// Eight hexadecimal digits of everything that changes results (keys not declared `aside`).
+/// Eight hexadecimal digits of everything that changes results (keys not declared `aside`; `later`).
 std::string config_hash(const Config& config);
 
 /// The page of all keys in Markdown: a table of key, type, default, allowed, meaning for every section.

@@ -104,6 +104,11 @@ Schema& Schema::aside() {
   return *this;
 }
 
+Schema& Schema::later() {
+  keys_.at(last_).default_names_run = false;
+  return *this;
+}
+
 Schema& Schema::include(const Schema& other) {
   for (const auto& [name, key] : other.keys_) add(key);
   sections_.insert(other.sections_.begin(), other.sections_.end());

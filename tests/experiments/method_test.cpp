@@ -216,14 +216,5 @@ TEST_F(MethodStudies, RefuseWhatItIsNot) {
     EXPECT_THAT(refused(kind, {}), AllOf(HasSubstr("takes the light apart"), HasSubstr(li()), HasSubstr("li2020")));
 }
 
-// Results that are kept were made without the key: their configs' hashes stay.
-TEST(StudyMethod, IsNotInTheHashOfAConfigThatDoesNotNameIt) {
-  const auto hash = [](const std::vector<std::string>& words) {
-    return config_hash(Config(study_schema("user"), words));
-  };
-  EXPECT_FALSE(Config(study_schema("user"), {"study.kind=user"}).has("study.method"));
-  EXPECT_NE(hash({"study.kind=user"}), hash({"study.kind=user", "study.method=zhu"}));
-}
-
 }  // namespace
 }  // namespace clerestory

@@ -248,6 +248,10 @@ TEST_F(ConfigTest, HashFollowsResultsOnly) {
   EXPECT_EQ(config_hash(config), config_hash(config.with({"seed=9", "title=x"}))) << "keys that stand aside";
   EXPECT_NE(config_hash(config), config_hash(config.with({"model.width=33"})));
   EXPECT_NE(config_hash(config), config_hash(config.with({"+data.share.a=1"})));
+  Schema more = schema_;
+  more.text("model.kind", "", "Came after results that are kept.").later();
+  EXPECT_EQ(config_hash(config), config_hash(Config(more, {"model.width=32", "model.kind="}))) << "its default";
+  EXPECT_NE(config_hash(config), config_hash(Config(more, {"model.width=32", "model.kind=a"})));
 }
 
 TEST_F(ConfigTest, ProgramErrorsAreNotTheUsersFault) {
