@@ -65,13 +65,16 @@ bool is_learned_light(const std::string& name) {
 
 std::string light_of(const LightSizes& sizes) { return sizes.li2020 ? "li2020" : "net"; }
 
+bool nets_fit(const RenderSettings& settings) {
+  return !is_learned_light(settings.light) || (settings.light == "li2020") == settings.nets->sizes.li2020.has_value();
+}
+
 void check_method(const RenderSettings& settings) {
-  if (!is_learned_light(settings.light)) return;
+  if (nets_fit(settings)) return;
   const bool theirs = settings.nets->sizes.li2020.has_value();
-  if ((settings.light == "li2020") != theirs)
-    throw usage_error("weights of another method", settings.nets->note,
-                      theirs ? "the light's net of Li et al. 2020" : "LightNet and the net out of view",
-                      theirs ? "--light li2020" : "a training of light.net = li2020, or --light net");
+  throw usage_error("weights of another method", settings.nets->note,
+                    theirs ? "the light's net of Li et al. 2020" : "LightNet and the net out of view",
+                    theirs ? "--light li2020" : "a training of light.net = li2020, or --light net");
 }
 
 SceneLight scene_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,

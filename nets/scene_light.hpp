@@ -47,7 +47,9 @@ SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& sce
 
 /// The learned light that nets of these sizes answer for, out_of_view aside: net | li2020.
 std::string light_of(const LightSizes& sizes);
-/// Throws usage_error when settings.light is learned and settings.nets are those of another method.
+/// Whether settings.nets are of the method that settings.light is of; true of lights that are not learned.
+bool nets_fit(const RenderSettings& settings);
+/// Throws usage_error where they are of another.
 void check_method(const RenderSettings& settings);
 
 /// Names that scene_light() knows.

@@ -128,6 +128,8 @@ class LightStudy : public RoomStudy {
     options_ = lit_room_options(config_);
     settings_.light = "net";
     use_light(settings_);
+    std::ranges::copy_if(answerers(), std::back_inserter(answerers_),
+                         [&](const Answerer& who) { return who.asked.empty() || nets_answer(settings_, who.asked); });
     if (options_.predicted) options_.maps_weights = use_maps();
     measure_rooms([this](const ListedRoom& listed) {
       LitRoom room(device_, listed, options_);
@@ -158,7 +160,7 @@ class LightStudy : public RoomStudy {
 
   ViewAnswers ask(const Scene& scene, const ViewRays& rays) {
     ViewAnswers answers;
-    for (const Answerer& who : answerers()) {
+    for (const Answerer& who : answerers_) {
       if (who.asked.empty()) continue;
       Scene lit = scene;
       if (who.key == "clipped")
@@ -199,7 +201,7 @@ class LightStudy : public RoomStudy {
     std::ranges::copy_if(draw, std::back_inserter(surface), [&](std::size_t i) { return rays.asked.skip[i] >= 0; });
     for (const auto& [kind, used] : kinds) {
       if (used.empty()) continue;
-      for (const Answerer& who : answerers())
+      for (const Answerer& who : answerers_)
         note(Finding{"", kind, who.key}.of(item), error_of(who.key, truth, used, answers));
     }
     room_.add(kHitShare.of(item), static_cast<double>(kinds[0].second.size()) / static_cast<double>(draw.size()));
@@ -225,7 +227,7 @@ class LightStudy : public RoomStudy {
     };
     room_.add({kDistance.metric, kDistance.region, "", "", name}, distance);
     const std::vector<double> weights = probe_weights();
-    for (const Answerer& who : answerers()) {
+    for (const Answerer& who : answerers_) {
       note(finding("", who.key), error_of(who.key, truth, used, answers));
       if (who.key == "oracle") continue;
       const std::vector<float>& answer = answers.radiance.at(who.key);
@@ -287,7 +289,7 @@ class LightStudy : public RoomStudy {
     for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
     table.columns.push_back({"time", "s for a million rays", Best::None, 3});
     for (const Named& kind : ray_kinds())
-      for (const Answerer& who : answerers()) {
+      for (const Answerer& who : answerers_) {
         std::vector<Cell> row{kind.label, who.label};
         for (const RadianceFigure& f : kRadianceFigures)
           row.push_back(over_rooms_or_nothing(by_seed(f, kind.key, who.key)));
@@ -309,7 +311,7 @@ class LightStudy : public RoomStudy {
       table.columns.insert(table.columns.end(),
                            {{f.name, "difference", Best::None, 3}, {"full is", "", Best::None, 3}});
     for (const Named& kind : ray_kinds())
-      for (const Answerer& who : answerers()) {
+      for (const Answerer& who : answerers_) {
         if (who.key == "net" || found().room_means({kRelMse.key, kind.key, "net"}).empty()) continue;
         std::vector<Cell> row{kind.label, who.label};
         for (const RadianceFigure& f : figures) {
@@ -331,7 +333,7 @@ class LightStudy : public RoomStudy {
     table.columns = {{"distance", "m", Best::None, 3},    {"probes", "", Best::None, 4},
                      {"who answers", "", Best::None, 3},  {"relMSE", "eps 0.01", Best::None, 3},
                      {"relMSE", "median", Best::None, 3}, {"log-RGB RMSE", "", Best::None, 3}};
-    for (const Answerer& who : answerers()) {
+    for (const Answerer& who : answerers_) {
       const std::vector<double> relmse = found().room_means({kRelMse.key, "surface", who.key});
       if (relmse.empty()) continue;
       table.add({"0, on surfaces", Cell{}, who.label, measure_of(relmse), Measure{median(relmse)},
@@ -339,7 +341,7 @@ class LightStudy : public RoomStudy {
     }
     const std::vector<double>& from = distance_bins();
     for (std::size_t b = 0; b + 1 < from.size(); ++b)
-      for (const Answerer& who : answerers()) add_distance(table, from[b], from[b + 1], who);
+      for (const Answerer& who : answerers_) add_distance(table, from[b], from[b + 1], who);
     return table;
   }
 
@@ -421,7 +423,7 @@ class LightStudy : public RoomStudy {
       row.push_back(of(kAngle)), row.push_back(of(kRange));
       table.add(std::move(row));
     };
-    for (const Answerer& who : answerers()) add(who.label, [&](const std::string& m) { return rooms(m, who.key); });
+    for (const Answerer& who : answerers_) add(who.label, [&](const std::string& m) { return rooms(m, who.key); });
     const auto others = mean_panorama_errors();
     add("mean panorama of the other rooms", [&](const std::string& metric) {
       std::vector<std::vector<double>> means;
@@ -468,7 +470,8 @@ class LightStudy : public RoomStudy {
 
   LitRoomOptions options_;
   RenderSettings settings_;
-  RoomFindings room_;  // that is measured
+  std::vector<Answerer> answerers_;  // but those that the nets are not made of
+  RoomFindings room_;                // that is measured
 };
 
 }  // namespace

@@ -23,9 +23,23 @@ StudyLight study_light(const std::string& name) {
   return study;
 }
 
+namespace {
+
+/// "net" as the nets at hand have it.
+std::string light_of(const StudyLight& study, const RenderSettings& base) {
+  return study.light == "net" && base.nets ? light_of(base.nets->sizes) : study.light;
+}
+
+}  // namespace
+
+bool nets_answer(RenderSettings base, const std::string& name) {
+  base.light = light_of(study_light(name), base);
+  return nets_fit(base);
+}
+
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {
   const StudyLight study = study_light(name);
-  base.light = study.light == "net" && base.nets ? light_of(base.nets->sizes) : study.light;
+  base.light = light_of(study, base);
   base.fit = study.fit;
   if (study.fitted == "lamps") base.lamps = fit_lamps(device, scene, base).lamps;
   if (study.fitted == "fit") base.constant = fit_constant(device, scene, base);

@@ -200,6 +200,11 @@ TEST_F(MethodStudies, RestOnItsWeightsAlone) {
     if (const std::string path = input["path"]; path.ends_with(".safetensors")) weights.push_back(path);
   EXPECT_THAT(weights, testing::UnorderedElementsAre(li() + "/maps.safetensors", li() + "/light_local.safetensors",
                                                      li() + "/light_global.safetensors"));
+  const std::string light = ran("light", {"incident.views=1", "incident.points=10", "incident.ray_spp=2",
+                                          "incident.probes=1", "incident.probe_spp=1"});
+  EXPECT_EQ(provenance(light)["facts"]["light"], "li2020 (" + li() + ")");
+  const std::string who = text_of(fs::path(light) / "artifacts/1_ablation.table.json");
+  EXPECT_THAT(who, AllOf(HasSubstr("full (light = net)"), testing::Not(HasSubstr("out of view only"))));
   const nlohmann::json layer = provenance(ran("layer", {"study.light=net", "study.spp=[2]", "study.truth_spp=2"}));
   EXPECT_EQ(layer["facts"]["light"], "li2020 (" + li() + ")");
 }
