@@ -70,11 +70,9 @@ std::vector<std::string> lights_to_choose() {
 
 std::string lights_note() {
   return "Light: the default is what named weights answer for, else net where its weights are found. net is learned, "
-         "for "
-         "what is in view and for what is not; out_of_view is its second part alone; image takes the photograph where "
-         "rays hit and its mean elsewhere; panorama puts the photograph at infinity; constant is its mean; li2020 is "
-         "the "
-         "light's net of Li et al. 2020, whose weights --method or --light-weights names.";
+         "for what is in view and for what is not; out_of_view is its second part alone; image takes the photograph "
+         "where rays hit and its mean elsewhere; panorama puts the photograph at infinity; constant is its mean; "
+         "li2020 is the light's net of Li et al. 2020, whose weights --method or --light-weights names.";
 }
 
 }  // namespace clerestory

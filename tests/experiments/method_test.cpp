@@ -138,10 +138,9 @@ TEST_F(MethodCommands, TakeAFolderInPlaceOfEachWeights) {
   };
   const std::string by_method = asked({"--method", li()}, "method.exr");
   EXPECT_EQ(by_method, asked({"--light-weights", li()}, "weights.exr"));
-  EXPECT_NE(by_method, asked({"--method", "zhu"}, "zhu.exr"));
-  EXPECT_EQ(record(folder_ / "zhu.json")["facts"]["light"],
-            asked({}, "default.exr").empty() ? "" : record(folder_ / "default.json")["facts"]["light"]);
-  EXPECT_EQ(text_of(folder_ / "zhu.exr"), text_of(folder_ / "default.exr"));
+  const std::string ours = asked({"--method", "zhu"}, "zhu.exr");
+  EXPECT_EQ(ours, asked({}, "default.exr"));
+  EXPECT_NE(ours, by_method);
 
   // Under a light that needs no nets the maps alone are the method's.
   ASSERT_EQ(start(inverted(each, {"--method", li(), "--light", "constant"})), 0) << said();
