@@ -236,7 +236,7 @@ class RoomWriter {
     scale(out.image.data, out.exposure);
     scale(out.emission->data, out.exposure);
     scale(picture.variance.data, out.exposure * out.exposure);
-    write_exr(view_file(folder, id, "variance"), picture.variance, ExrType::Float);
+    if (options_.views.variance) write_exr(view_file(folder, id, "variance"), picture.variance, ExrType::Float);
     if (options_.balls) write_balls(folder, id, camera, seed, out.exposure, summary);
     write_camera(view_file(folder, id, "camera", "json"), camera, out.exposure);
     write_view(folder, id, out);  // its picture comes last: a view that has it is complete

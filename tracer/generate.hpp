@@ -38,8 +38,9 @@ struct RoomChoice {
 struct ViewChoice {
   int count = 5;
   int width = 160, height = 120, spp = 64;
-  double clamp = 0;   // most one indirect contribution adds, in units of the picture's white; 0: no bound
-  Handling handling;  // of cameras that are chosen, not read from a file
+  bool variance = true;  // also that of the picture's mean, which only those read who judge by it
+  double clamp = 0;      // most one indirect contribution adds, in units of the picture's white; 0: no bound
+  Handling handling;     // of cameras that are chosen, not read from a file
 };
 
 /// Environment maps and probes (host/io/light_files.hpp).

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
+#include <utility>
 
 #include "experiments/training/keyed.hpp"
 #include "experiments/training/photo.hpp"
@@ -16,65 +18,74 @@ void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
   to.insert(to.end(), padded.data.begin(), padded.data.end());
 }
 
+/// Puts the views of `more`, of the same size, behind those of `batch`.
+void append(TrainingBatch& batch, const TrainingBatch& more) {
+  batch.n += more.n, batch.w = more.w, batch.h = more.h;
+  for (auto member : {&TrainingBatch::image, &TrainingBatch::albedo, &TrainingBatch::normal, &TrainingBatch::material,
+                      &TrainingBatch::depth, &TrainingBatch::geometry_mask, &TrainingBatch::albedo_mask,
+                      &TrainingBatch::material_mask, &TrainingBatch::log_scale, &TrainingBatch::scale_mask})
+    (batch.*member).insert((batch.*member).end(), (more.*member).begin(), (more.*member).end());
+  batch.views.insert(batch.views.end(), more.views.begin(), more.views.end());
+}
+
+/// The view of a position as the net is given it.
+TrainingBatch batch_of_one(const MakeView& make, const Augmentation& augmentation, std::uint64_t seed,
+                           std::uint64_t position) {
+  NamedView view = make();
+  if (keyed_uniform(seed, position, photo_draw) < augmentation.photographs)
+    view.view.image = as_photographed(view.view.image, keyed_bits(seed, position, camera_draw));
+  const bool flip = augmentation.flip && keyed_uniform(seed, position, flip_draw) < 0.5;
+  const double target = augmentation.exposure_low + (augmentation.exposure_high - augmentation.exposure_low) *
+                                                        keyed_uniform(seed, position, exposure_draw);
+  TrainingBatch one = assemble_batch(view.view, flip, target / 0.9);
+  one.views = {std::move(view.name)};
+  return one;
+}
+
 }  // namespace
 
-TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip,
-                             const std::vector<double>& gain) {
+TrainingBatch assemble_batch(const PreparedView& view, bool flip, double gain) {
   TrainingBatch batch;
-  batch.n = static_cast<int>(views.size());
-  batch.w = padded_size(views.at(0).image.width), batch.h = padded_size(views[0].image.height);
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    const PreparedView& view = views[k];
-    Image normal = view.truth.normal, depth = view.truth.depth;
-    if (flip[k])
-      for (std::size_t i = 0; i < normal.pixels(); ++i) normal.data[i] = -normal.data[i];
-    for (float& d : depth.data) d = std::min(d, 1.0f);
-    const Image input = net_input(flip[k] ? mirrored(view.image) : view.image, gain[k]);
-    batch.image.insert(batch.image.end(), input.data.begin(), input.data.end());
-    append(batch.albedo, view.truth.albedo, flip[k], false);
-    append(batch.normal, normal, flip[k], false);
-    append(batch.material, view.truth.material, flip[k], false);
-    append(batch.depth, depth, flip[k], false);
-    append(batch.geometry_mask, view.masks.geometry, flip[k], false);
-    append(batch.albedo_mask, view.masks.albedo, flip[k], false);
-    append(batch.material_mask, view.masks.material, flip[k], false);
-    batch.scale_mask.push_back(view.scene_scale > 0 ? 1.0f : 0.0f);
-    batch.log_scale.push_back(view.scene_scale > 0 ? static_cast<float>(std::log(view.scene_scale)) : 0.0f);
-  }
+  batch.n = 1;
+  batch.w = padded_size(view.image.width), batch.h = padded_size(view.image.height);
+  Image normal = view.truth.normal, depth = view.truth.depth;
+  if (flip)
+    for (std::size_t i = 0; i < normal.pixels(); ++i) normal.data[i] = -normal.data[i];
+  for (float& d : depth.data) d = std::min(d, 1.0f);
+  batch.image = net_input(flip ? mirrored(view.image) : view.image, gain).data;
+  append(batch.albedo, view.truth.albedo, flip, false);
+  append(batch.normal, normal, flip, false);
+  append(batch.material, view.truth.material, flip, false);
+  append(batch.depth, depth, flip, false);
+  append(batch.geometry_mask, view.masks.geometry, flip, false);
+  append(batch.albedo_mask, view.masks.albedo, flip, false);
+  append(batch.material_mask, view.masks.material, flip, false);
+  batch.scale_mask = {view.scene_scale > 0 ? 1.0f : 0.0f};
+  batch.log_scale = {view.scene_scale > 0 ? static_cast<float>(std::log(view.scene_scale)) : 0.0f};
   return batch;
 }
 
-TrainingBatch training_batch(TrainingViews& from, const Augmentation& augmentation, std::uint64_t seed,
-                             std::int64_t first, std::int64_t step, int batch) {
-  std::vector<PreparedView> views;
-  std::vector<bool> flip;
-  std::vector<double> gain;
-  std::vector<std::string> names;
+std::future<TrainingBatch> begin_batch(TrainingViews& from, const Augmentation& augmentation, std::uint64_t seed,
+                                       std::int64_t first, std::int64_t step, int batch) {
+  std::vector<std::future<TrainingBatch>> views;
   for (int k = 0; k < batch; ++k) {
     const auto position = static_cast<std::uint64_t>(first + step * batch + k);
-    NamedView view = from.at(position);
-    if (keyed_uniform(seed, position, photo_draw) < augmentation.photographs)
-      view.view.image = as_photographed(view.view.image, keyed_bits(seed, position, camera_draw));
-    views.push_back(std::move(view.view));
-    names.push_back(std::move(view.name));
-    flip.push_back(augmentation.flip && keyed_uniform(seed, position, flip_draw) < 0.5);
-    const double target = augmentation.exposure_low + (augmentation.exposure_high - augmentation.exposure_low) *
-                                                          keyed_uniform(seed, position, exposure_draw);
-    gain.push_back(target / 0.9);
+    views.push_back(std::async(std::launch::async, [augmentation, seed, position, make = from.at(position)] {
+      return batch_of_one(make, augmentation, seed, position);
+    }));
   }
-  TrainingBatch out = assemble_batch(views, flip, gain);
-  out.step = step;
-  out.views = std::move(names);
-  return out;
+  return std::async(std::launch::async, [step, views = std::move(views)]() mutable {
+    TrainingBatch out;
+    out.step = step;
+    for (std::future<TrainingBatch>& view : views) append(out, view.get());
+    return out;
+  });
 }
 
-std::unique_ptr<BatchStream> batch_stream(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed,
-                                          std::int64_t first, int batch, std::int64_t first_step) {
-  return std::make_unique<BatchStream>(
-      [&views, augmentation, seed, first, batch](std::int64_t step) {
-        return training_batch(views, augmentation, seed, first, step, batch);
-      },
-      first_step);
-}
+BatchStream::BatchStream(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed, std::int64_t first,
+                         int batch, std::int64_t first_step)
+    : begun_([&views, augmentation, seed, first,
+              batch](std::int64_t step) { return begin_batch(views, augmentation, seed, first, step, batch); },
+             first_step) {}
 
 }  // namespace clerestory

@@ -3,7 +3,7 @@
 // goes on where the leg before it ended. A position counts views over all legs.
 #pragma once
 #include <cstdint>
-#include <memory>
+#include <future>
 #include <string>
 #include <vector>
 
@@ -33,17 +33,24 @@ struct Augmentation {
   double photographs = 0;                            // share of views seen through a camera (photo.hpp)
 };
 
-/// Views side by side, `flip` and `gain` per view.
-TrainingBatch assemble_batch(const std::vector<PreparedView>& views, const std::vector<bool>& flip,
-                             const std::vector<double>& gain);
+/// One view, its picture times `gain`.
+TrainingBatch assemble_batch(const PreparedView& view, bool flip, double gain);
 
-/// Batch `step` of a leg whose first view is at position `first`.
-TrainingBatch training_batch(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed,
-                             std::int64_t first, std::int64_t step, int batch);
+/// Begins batch `step` of a leg whose first view is at position `first`. Each view is made by a thread of its own.
+std::future<TrainingBatch> begin_batch(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed,
+                                       std::int64_t first, std::int64_t step, int batch);
 
-/// The batches of that leg from `first_step` on, a few ahead. The views must outlive it.
-using BatchStream = Prefetch<TrainingBatch>;
-std::unique_ptr<BatchStream> batch_stream(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed,
-                                          std::int64_t first, int batch, std::int64_t first_step);
+/// The batches of that leg from `first_step` on, a few being made at a time: a GPU takes a step in the time in which
+/// one core makes two views. The views must outlive it.
+class BatchStream {
+ public:
+  BatchStream(TrainingViews& views, const Augmentation& augmentation, std::uint64_t seed, std::int64_t first, int batch,
+              std::int64_t first_step);
+  /// As Prefetch::next().
+  TrainingBatch next() { return begun_.next().get(); }
+
+ private:
+  Prefetch<std::future<TrainingBatch>> begun_;
+};
 
 }  // namespace clerestory

@@ -63,8 +63,8 @@ class MapsTask : public TrainingTask {
     const int longer = std::max(options_.model.size.width, options_.model.size.height);
     for (const std::filesystem::path& folder : options_.data.frames) frames_.push_back(read_frame(folder, longer));
     means_ = progress.means, moment_steps_ = progress.moment_steps;
-    stream_ = batch_stream(*views_, options_.data.augmentation, options_.run.seed, first, options_.train.batch,
-                           progress.step);
+    stream_ = std::make_unique<BatchStream>(*views_, options_.data.augmentation, options_.run.seed, first,
+                                            options_.train.batch, progress.step);
   }
 
   StepResult step(double rate) override {

@@ -10,11 +10,13 @@
 
 namespace clerestory {
 
+inline constexpr int kBatchesAhead = 3;
+
 template <class Batch>
 class Prefetch {
  public:
   /// `make`(step) is called for first_step, first_step + 1, ..., by one thread; `ahead` results wait at most.
-  Prefetch(std::function<Batch(std::int64_t)> make, std::int64_t first_step, std::size_t ahead = 3)
+  Prefetch(std::function<Batch(std::int64_t)> make, std::int64_t first_step, std::size_t ahead = kBatchesAhead)
       : make_(std::move(make)), ahead_(ahead), thread_([this, first_step] { work(first_step); }) {}
 
   ~Prefetch() {

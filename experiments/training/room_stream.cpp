@@ -1,5 +1,7 @@
 #include "experiments/training/room_stream.hpp"
 
+#include <algorithm>
+
 #include "experiments/training/keyed.hpp"
 #include "host/error.hpp"
 #include "host/report/progress.hpp"
@@ -7,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-constexpr int kAhead = 4;                          // rooms made beyond those that are drawn from
+constexpr int kAhead = 4;                          // rooms made beyond those that are drawn from, a maker
 constexpr int kBehind = 2;                         // windows kept behind it, for a run that goes on from a checkpoint
 constexpr std::uint64_t kViewDraw = 0x726f6f6d73;  // purpose of the draw of a view
 constexpr std::uint64_t kFixedDraw = 0x6669786564;
@@ -34,16 +36,29 @@ std::string stream_text(const StreamOptions& options, std::size_t fixed_views) {
   return fmt::format("{}, {:.0f} % of the views from {} in folders", streamed, 100 * options.fixed, fixed_views);
 }
 
+int makers_beside(const Device& device) {
+  return device.info().cpu ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 3);
+}
+
 RoomStream::RoomStream(const StreamOptions& options, std::uint64_t seed, std::uint64_t first)
-    : options_(options), seed_(seed), oldest_(first_room(first)), wanted_(rooms(first)), made_(oldest_) {
+    : options_(options),
+      seed_(seed),
+      oldest_(first_room(first)),
+      wanted_(rooms(first)),
+      next_(oldest_),
+      made_(oldest_),
+      dropped_(oldest_) {
   // The index of a room has no end; the bound that a set has is of no use here.
   options_.rooms.rooms.count = 1000000;
   options_.rooms.interrupted = [this] {
     const std::lock_guard lock(mutex_);
     return stop_;
   };
-  maker_ = std::make_unique<RoomMaker>(Device::open(options_.device), options_.rooms);
-  thread_ = std::thread([this] { work(made_); });
+  const Device device = Device::open(options_.device);
+  if (options_.makers == 0) options_.makers = makers_beside(device);
+  auto maker = std::make_unique<RoomMaker>(device, options_.rooms);  // says what is wrong with the options
+  threads_.emplace_back([this, one = std::move(maker)]() mutable { work(std::move(one)); });
+  for (int i = 1; i < options_.makers; ++i) threads_.emplace_back([this] { work(nullptr); });
 }
 
 RoomStream::~RoomStream() {
@@ -52,30 +67,42 @@ RoomStream::~RoomStream() {
     stop_ = true;
   }
   changed_.notify_all();
-  thread_.join();
+  for (std::thread& thread : threads_) thread.join();
 }
 
-void RoomStream::work(std::int64_t room) {
+std::optional<std::int64_t> RoomStream::next_room() {
+  std::int64_t room = 0, dropped = 0, oldest = 0;
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return stop_ || error_ || next_ < wanted_ + kAhead * options_.makers; });
+    if (stop_ || error_) return std::nullopt;
+    room = next_++, dropped = dropped_;
+    oldest = std::max(dropped, oldest_ - kBehind * options_.window - unread_rooms());
+    dropped_ = oldest;
+  }
+  for (; dropped < oldest; ++dropped)
+    std::filesystem::remove_all(options_.rooms.out / room_name(options_.rooms, static_cast<int>(dropped)));
+  return room;
+}
+
+void RoomStream::has_made(std::int64_t room) {
+  const std::lock_guard lock(mutex_);
+  made_early_.insert(room);
+  while (made_early_.erase(made_) > 0) ++made_;
+  changed_.notify_all();
+}
+
+void RoomStream::work(std::unique_ptr<RoomMaker> maker) {
   try {
+    if (!maker) maker = std::make_unique<RoomMaker>(Device::open(options_.device), options_.rooms);
     GenerateSummary summary;
-    for (std::int64_t dropped = room;; ++room) {
-      std::int64_t oldest = 0;
-      {
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return stop_ || room < wanted_ + kAhead; });
-        if (stop_) return;
-        oldest = oldest_ - kBehind * options_.window;
-      }
-      for (; dropped < oldest; ++dropped)
-        std::filesystem::remove_all(options_.rooms.out / maker_->name(static_cast<int>(dropped)));
-      maker_->make(static_cast<int>(room), summary);
-      const std::lock_guard lock(mutex_);
-      made_ = room + 1;
-      changed_.notify_all();
+    while (const std::optional<std::int64_t> room = next_room()) {
+      maker->make(static_cast<int>(*room), summary);
+      has_made(*room);
     }
   } catch (...) {
     const std::lock_guard lock(mutex_);
-    error_ = std::current_exception();
+    if (!error_) error_ = std::current_exception();
     changed_.notify_all();
   }
 }
@@ -106,7 +133,7 @@ void RoomStream::need(std::uint64_t position) {
 ViewName RoomStream::view(std::uint64_t position, std::uint64_t number) const {
   const auto views = static_cast<std::uint64_t>(options_.rooms.views.count);
   const auto room = static_cast<int>(first_room(position) + static_cast<std::int64_t>(number / views));
-  return {options_.rooms.out / maker_->name(room), view_id(static_cast<int>(number % views))};
+  return {options_.rooms.out / room_name(options_.rooms, room), view_id(static_cast<int>(number % views))};
 }
 
 ViewName RoomStream::at(std::uint64_t position) {

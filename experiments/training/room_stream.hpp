@@ -5,8 +5,11 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "experiments/training/view_store.hpp"
 #include "tracer/generate.hpp"
@@ -20,6 +23,8 @@ struct StreamOptions {
   int window = 48;        // rooms that are drawn from at a time
   double fixed = 0;       // share of the views that come from the fixed training rooms
   double crop_low = 1;    // a view is cut to this share of its width, at least, drawn anew each time
+  int makers = 1;         // threads that make rooms, each with a queue of its own; 0: as many as makers_beside() says
+  int unread = 1;         // views whose place was asked for, and whose files are not read yet: they are not dropped
   std::string device;
 };
 
@@ -32,8 +37,12 @@ std::size_t views_in_window(const StreamOptions& options);
 /// "rooms of 2 views made on the way, each seen 8 times".
 std::string stream_text(const StreamOptions& options, std::size_t fixed_views);
 
+/// On a CPU one: nets and rooms share its cores. Beside another device a third of the host's cores; the others make
+/// batches.
+int makers_beside(const Device& device);
+
 /// Which rooms are drawn from at position p is a function of p alone: the `window` rooms that begin with number
-/// p / (views a room * times). Rooms are made ahead by a thread with a queue of its own, into a folder; those that no
+/// p / (views a room * times). Rooms are made ahead by threads with queues of their own, into a folder; those that no
 /// later position needs are deleted from it. A run that goes on finds its rooms there, or makes them again, the same.
 class RoomStream {
  public:
@@ -55,20 +64,26 @@ class RoomStream {
 
  private:
   std::int64_t first_room(std::uint64_t position) const { return rooms(position) - options_.window; }
-  void work(std::int64_t room);
+  std::int64_t unread_rooms() const { return rooms(static_cast<std::uint64_t>(options_.unread)) - options_.window; }
+  /// Makes rooms until the stream ends; without a maker it opens one of its own.
+  void work(std::unique_ptr<RoomMaker> maker);
+  /// The next room to make, once it is wanted; none when the stream ends. Drops what is over.
+  std::optional<std::int64_t> next_room();
+  void has_made(std::int64_t room);
   void need(std::uint64_t position);
   void wait_for(std::int64_t room);
   ViewName view(std::uint64_t position, std::uint64_t number) const;  // of the window
 
   StreamOptions options_;
   std::uint64_t seed_;
-  std::int64_t oldest_, wanted_, made_;  // rooms: still needed from, wanted below, made below
+  std::int64_t oldest_, wanted_, next_, made_,
+      dropped_;                        // rooms: needed from, wanted below, begun, made, dropped below
+  std::set<std::int64_t> made_early_;  // before one below them
   std::exception_ptr error_;
   bool stop_ = false, filled_ = false;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::unique_ptr<RoomMaker> maker_;
-  std::thread thread_;  // last: it uses all of the above
+  std::vector<std::thread> threads_;  // last: they use all of the above
 };
 
 }  // namespace clerestory

@@ -100,6 +100,11 @@ Schema make_schema() {
          {0, 1e6});
   s.integer("stream.times", 8, "times that a view is seen, in the mean", {1, 1e6});
   s.integer("stream.window", 48, "rooms that are drawn from at a time", {1, 4096});
+  s.integer(
+      "stream.makers", 0,
+      "threads that make rooms, each with a queue of its own; 0: one on a CPU, a third of the host's cores beside "
+      "another device",
+      {0, 256});
   s.real("stream.fixed", 0, "share of the views that come from data.train; 0: that is not read", {0, 1});
   s.real("stream.crop", 1, "maps: a view is cut to at least this share of its width, drawn anew each time", {0.1, 1});
   s.integer("stream.light_spp", 16, "light: samples of a texel of an environment map", {1, 4096});
@@ -336,7 +341,7 @@ StreamOptions stream_of(const Config& c, const Size& size) {
   rooms.rooms.setting = c.text("stream.setting") == "held_out" ? Setting::HeldOut : Setting::Training;
   rooms.rooms.seed = static_cast<std::uint64_t>(c.integer("stream.seed"));
   rooms.views.count = number("stream.views"), rooms.views.spp = number("stream.spp"),
-  rooms.views.clamp = c.real("stream.clamp");
+  rooms.views.clamp = c.real("stream.clamp"), rooms.views.variance = false;
   rooms.light.wanted = c.text("model.kind") == "light", rooms.rooms.split = "train";
   rooms.views.handling = {c.real("stream.roll"), c.real("stream.close_ups"), c.real("stream.from_above")};
   const double across = 1 - rooms.views.handling.close_ups;
@@ -346,6 +351,7 @@ StreamOptions stream_of(const Config& c, const Size& size) {
   const int scale = rooms.light.wanted ? 1 : number("stream.scale");  // light lies at the pixels of its view
   rooms.views.width = scale * size.width, rooms.views.height = scale * size.height;
   stream.times = number("stream.times"), stream.window = number("stream.window");
+  stream.makers = number("stream.makers"), stream.unread = number("train.batch") * (kBatchesAhead + 2);
   stream.fixed = c.real("stream.fixed"), stream.crop_low = c.real("stream.crop");
   stream.device = c.text("run.device");
   forbid(stream.on && c.real("train.epochs") > 0, c, "train.epochs", "a stream of rooms has no end to pass over",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <numeric>
 
 #include "experiments/training/keyed.hpp"
@@ -17,9 +18,8 @@ class FixedViews : public TrainingViews {
  public:
   FixedViews(ViewStore& store, std::uint64_t seed) : store_(store), order_(store.size(), seed) {}
 
-  NamedView at(std::uint64_t position) override {
-    const std::size_t view = order_.at(position);
-    return {store_.name(view).text(), store_.get(view)};
+  MakeView at(std::uint64_t position) override {
+    return [this, view = order_.at(position)] { return NamedView{store_.name(view).text(), store_.get(view)}; };
   }
 
   std::vector<ViewName> some(std::uint64_t, std::size_t most) override {
@@ -40,14 +40,20 @@ class StreamedViews : public TrainingViews {
     if (options.fixed > 0) fixed_ = fixed_views(*fixed, seed);
   }
 
-  NamedView at(std::uint64_t position) override {
+  MakeView at(std::uint64_t position) override {
     if (is_fixed(options_, seed_, position)) return fixed_->at(position);
     const ViewName name = rooms_.at(position);
-    const RoomView& view = recent_.get(name.text(), [&] { return read_view(name.room, name.id); });
+    // Read by the first of its positions that is made, before its files can be dropped: they outlive their window.
+    const SharedRead view = recent_.get(name.text(), [&] {
+      return std::async(std::launch::deferred, [name] { return read_view(name.room, name.id); }).share();
+    });
     const double share = options_.crop_low + (1 - options_.crop_low) * keyed_uniform(seed_, position, cut_draw);
-    const int width = std::max(1, static_cast<int>(std::lround(share * view.image.width)));
-    const int height = std::max(1, static_cast<int>(std::lround(share * view.image.height)));
-    return {name.text(), prepare_view(centre_of(view, width, height), size_.width, size_.height)};
+    return [this, name, view, share] {
+      const RoomView& whole = view.get();
+      const int width = std::max(1, static_cast<int>(std::lround(share * whole.image.width)));
+      const int height = std::max(1, static_cast<int>(std::lround(share * whole.image.height)));
+      return NamedView{name.text(), prepare_view(centre_of(whole, width, height), size_.width, size_.height)};
+    };
   }
 
   std::vector<ViewName> some(std::uint64_t position, std::size_t most) override {
@@ -58,11 +64,13 @@ class StreamedViews : public TrainingViews {
   }
 
  private:
+  using SharedRead = std::shared_future<RoomView>;
+
   StreamOptions options_;
   Size size_;
   std::uint64_t seed_;
   RoomStream rooms_;
-  Recent<RoomView> recent_;
+  Recent<SharedRead> recent_;
   std::unique_ptr<TrainingViews> fixed_;
 };
 

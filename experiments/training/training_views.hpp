@@ -1,5 +1,6 @@
 // The endless stream of views that a leg of training sees, whether they lie in folders or are made on the way.
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -27,13 +28,17 @@ class ViewOrder {
   std::vector<std::uint32_t> order_;
 };
 
+/// Reads, cuts and resizes a view that was chosen. May be called once, by any thread, while others are.
+using MakeView = std::function<NamedView()>;
+
 /// Which view stands at a position, and how it is cut, are functions of (seed, position). A position counts views over
 /// all legs.
 class TrainingViews {
  public:
   virtual ~TrainingViews() = default;
-  /// Positions do not fall. Throws what read_view throws.
-  virtual NamedView at(std::uint64_t position) = 0;
+  /// What makes the view of a position; it throws what read_view throws. Positions do not fall by more than a window
+  /// of rooms, and one thread asks for them.
+  virtual MakeView at(std::uint64_t position) = 0;
   /// Up to `most` of the views that stand at or near a position, spread, for the mean maps.
   virtual std::vector<ViewName> some(std::uint64_t position, std::size_t most) = 0;
 };

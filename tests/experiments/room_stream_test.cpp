@@ -110,7 +110,7 @@ TEST_F(RoomStreamTest, ViewsAreCutToTheirMiddleAndMixedWithFixedOnes) {
   const auto views = streamed_views(o, {12, 8}, &fixed, 7, 0);
   int from_fixed = 0;
   for (std::uint64_t position = 0; position < 64; ++position) {
-    const NamedView view = views->at(position);
+    const NamedView view = views->at(position)();
     EXPECT_EQ(view.view.image.width, 12);
     EXPECT_EQ(view.view.truth.depth.height, 8);
     from_fixed += view.name.find("/fixed/") != std::string::npos;

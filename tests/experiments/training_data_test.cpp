@@ -136,13 +136,13 @@ TEST_F(TrainingData, BatchesAreAFunctionOfSeedAndStep) {
   ViewStore store(names, 48, 36, 1 << 20), other(names, 48, 36, 0);
   const auto views = fixed_views(store, 3), others = fixed_views(other, 3);
   const Augmentation augmentation;
-  const auto stream = batch_stream(*views, augmentation, 3, 0, 4, 0);
+  const auto stream = std::make_unique<BatchStream>(*views, augmentation, 3, 0, 4, 0);
   std::vector<TrainingBatch> batches;
   for (int i = 0; i < 5; ++i) batches.push_back(stream->next());
   EXPECT_EQ(batches[0].w, 64);
   EXPECT_EQ(batches[0].h, 64);
   EXPECT_EQ(batches[0].image.size(), 4u * 3 * 64 * 64);
-  const auto resumed = batch_stream(*others, augmentation, 3, 0, 4, 3);
+  const auto resumed = std::make_unique<BatchStream>(*others, augmentation, 3, 0, 4, 3);
   for (int step = 3; step < 5; ++step) {
     const TrainingBatch batch = resumed->next();
     EXPECT_EQ(batch.step, step);
@@ -156,7 +156,7 @@ TEST_F(TrainingData, FlipMirrorsMapsAndNegatesNx) {
   const auto names = name_views({folder.path().string()}, "train");
   PreparedView view = prepare_view(read_view(names[1].room, names[1].id), 48, 36);
   view.truth.normal.at(0, 3, 10) = 0.5f;
-  const TrainingBatch plain = assemble_batch({view}, {false}, {1}), flipped = assemble_batch({view}, {true}, {1});
+  const TrainingBatch plain = assemble_batch(view, false, 1), flipped = assemble_batch(view, true, 1);
   const auto at = [](const std::vector<float>& data, int c, int y, int x) { return data[(c * 64 + y) * 64 + x]; };
   EXPECT_EQ(at(flipped.normal, 0, 3, 37), -0.5f);
   EXPECT_EQ(at(plain.normal, 0, 3, 10), 0.5f);
@@ -172,7 +172,7 @@ TEST_F(TrainingData, FlipMirrorsMapsAndNegatesNx) {
 TEST_F(TrainingData, BatchIsClampedAndScaled) {
   const auto names = name_views({folder.path().string()}, "train");
   const PreparedView view = prepare_view(read_view(names[1].room, names[1].id), 48, 36);
-  const TrainingBatch batch = assemble_batch({view}, {false}, {0.85 / 0.9});
+  const TrainingBatch batch = assemble_batch(view, false, 0.85 / 0.9);
   for (const float v : batch.image) ASSERT_TRUE(v >= 0 && v <= 1);
   EXPECT_FLOAT_EQ(batch.image[10 * 64 + 3], std::min(1.0f, view.image.at(0, 10, 3) * static_cast<float>(0.85 / 0.9)));
   for (const float d : batch.depth) ASSERT_TRUE(d >= 0 && d <= 1);
@@ -185,7 +185,7 @@ TEST_F(TrainingData, BrokenFileStopsTheStreamWithItsName) {
   std::ofstream(victim, std::ios::trunc) << "not a picture";
   ViewStore store(names, 48, 36, 1 << 20);
   const auto views = fixed_views(store, 3);
-  const auto stream = batch_stream(*views, {}, 3, 0, 6, 0);
+  const auto stream = std::make_unique<BatchStream>(*views, Augmentation{}, 3, 0, 6, 0);
   try {
     stream->next();
     FAIL() << "the broken file went unnoticed";
