@@ -46,15 +46,17 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
   if (settings.light == "constant")  // the photograph only says how large a picture is
     return without_nets({v.photo, settings.constant ? given(*settings.constant) : v.ambient}, false,
                         [](const AskedRays& rays, Asked in) { return constant_light(in[1], rays.direction, in[0]); });
-  return without_nets({v.photo, v.ambient}, false, [](const AskedRays& rays, Asked in) {
-    return panorama_light(in[0], in[1], rays.camera, rays.direction);
+  const auto distant = settings.light == "mirrored" ? mirrored_light : panorama_light;
+  return without_nets({v.photo, v.ambient}, false, [distant](const AskedRays& rays, Asked in) {
+    return distant(in[0], in[1], rays.camera, rays.direction);
   });
 }
 
 }  // namespace
 
 const std::vector<std::string>& light_names() {
-  static const std::vector<std::string> names{"image", "constant", "panorama", "net", "out_of_view", "li2020"};
+  static const std::vector<std::string> names{"image", "constant",    "panorama", "mirrored",
+                                              "net",   "out_of_view", "li2020"};
   return names;
 }
 

@@ -38,10 +38,10 @@ struct SceneLight {
   std::shared_ptr<States> states;       // for the executor; may be empty
 };
 
-/// The light that settings.light names: image | constant | panorama | net | out_of_view | li2020. Learned light, the
-/// last three, reads settings.nets. `scene` is the one that lights, without inserted objects. Throws usage_error: an
-/// unknown name, no nets, nets that lack a state. settings.lamps are added. `rays_to_come`: about how many are asked in
-/// a run; many may share answers (learned_light).
+/// The light that settings.light names: image | constant | panorama | mirrored | net | out_of_view | li2020. Learned
+/// light, the last three, reads settings.nets. `scene` is the one that lights, without inserted objects. Throws
+/// usage_error: an unknown name, no nets, nets that lack a state. settings.lamps are added. `rays_to_come`: about how
+/// many are asked in a run; many may share answers (learned_light).
 SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
                        double rays_to_come = 0);
 

@@ -53,14 +53,34 @@ std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Ran
   return std::nullopt;
 }
 
+Material uniform_material(const glm::vec3& albedo, float roughness, float metallic) {
+  Material m;
+  m.color_a = m.color_b = m.color_c = albedo;
+  m.roughness_a = m.roughness_b = m.roughness_c = roughness;
+  m.metallic_a = m.metallic_b = m.metallic_c = metallic;
+  m.uncapped = 1;
+  return m;
+}
+
+World with_mesh(const World& scene, const Camera& camera, const Mesh& mesh, const Material& material) {
+  World more = scene;
+  const int number = static_cast<int>(more.materials.size());
+  more.materials.push_back(material);
+  const auto vertex = [&](std::uint32_t i) {
+    const auto& p = mesh.positions[i];
+    const auto& n = mesh.normals[i];
+    return Vertex{glm::vec3(camera.to_world({p[0], p[1], p[2]})), glm::vec3(0),
+                  glm::vec3(camera.direction_to_world({n[0], n[1], n[2]}))};
+  };
+  for (const auto& [a, b, c] : mesh.indices)
+    more.triangles.push_back({.v = {vertex(a), vertex(b), vertex(c)}, .material = number, .smooth = true});
+  return more;
+}
+
 World with_ball(const World& scene, const Camera& camera, const BallPlace& place, const BallKind& kind) {
   World more = scene;
   Shapes shapes(more, glm::mat4(1), Random(0));
-  Material m;
-  m.color_a = m.color_b = m.color_c = glm::vec3(kind.albedo);
-  m.roughness_a = m.roughness_b = m.roughness_c = kind.roughness;
-  m.metallic_a = m.metallic_b = m.metallic_c = kind.metallic;
-  m.uncapped = 1;
+  const Material m = uniform_material(glm::vec3(kind.albedo), kind.roughness, kind.metallic);
   // 48 rings: the facets lie within 2e-3 of the radius of the true sphere, reflections follow the exact normals.
   shapes.sphere(glm::vec3(camera.to_world(place.center)), static_cast<float>(place.radius), shapes.material(m), 48);
   return more;

@@ -28,6 +28,12 @@ struct BallPlace {
 /// picture's height as seen. Nothing when the view has no such place.
 std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Random random);
 
+/// The same material everywhere, its albedo as given.
+Material uniform_material(const glm::vec3& albedo, float roughness, float metallic);
+
+/// The scene with one more mesh of a camera's space, smooth by its normals.
+World with_mesh(const World& scene, const Camera& camera, const Mesh& mesh, const Material& material);
+
 /// The scene with one more ball.
 World with_ball(const World& scene, const Camera& camera, const BallPlace& place, const BallKind& kind);
 

@@ -17,6 +17,7 @@
 #include "tracer/envmaps.hpp"
 #include "tracer/mitsuba_export.hpp"
 #include "tracer/probes.hpp"
+#include "tracer/stereo.hpp"
 #include "tracer/trace_scene.hpp"
 #include "tracer/views.hpp"
 
@@ -25,6 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+constexpr double kMostBaseline = 1;  // metres; rooms are a few wide
 
 void check(const GenerateOptions& o) {
   const auto range = [](const char* name, int value, int low, int high) {
@@ -45,6 +48,9 @@ void check(const GenerateOptions& o) {
   if (!(o.views.clamp >= 0 && o.views.clamp <= 1e6)) {
     throw usage_error("out of range", "--clamp", fmt::format("{}", o.views.clamp), "0 to 1e6; 0 sets no bound");
   }
+  if (o.baseline && !(*o.baseline > 0 && *o.baseline <= kMostBaseline))
+    throw usage_error("out of range", "--baseline", fmt::format("{}", *o.baseline),
+                      fmt::format("metres, above 0 to {}", kMostBaseline));
   const auto real_range = [](const char* name, double value, double high) {
     if (!(value >= 0 && value <= high))
       throw usage_error("out of range", name, fmt::format("{}", value), fmt::format("0 to {}", high));
@@ -82,6 +88,7 @@ json recipe(const GenerateOptions& o) {
            {"setting", o.rooms.setting == Setting::HeldOut ? "held_out" : "training"},
            {"box_rooms", o.rooms.boxes},
            {"exposure", "quantile"}};  // sets of before it was interpolated have none: they are not gone on with
+  if (o.baseline) all["stereo_baseline"] = *o.baseline;
   if (!o.rooms.seeds.empty()) all["room_seeds"] = o.rooms.seeds;
   if (!o.rooms.from.empty()) all["from_rooms"] = file_hash(o.rooms.from);
   // Left out where cameras are level and across the room, as in folders made before there were others.
@@ -202,7 +209,8 @@ void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
 }
 
-constexpr std::uint32_t kLightStream = 0x119475u;  // parts light's random numbers from the picture's
+constexpr std::uint32_t kLightStream = 0x119475u;   // parts light's random numbers from the picture's
+constexpr std::uint32_t kStereoStream = 0x57e4e0u;  // and those of the second camera
 // A view has some nineteen texels of environment maps for one of a probe, which is looked at on its own.
 constexpr int kProbeSpp = 4;
 
@@ -237,6 +245,7 @@ class RoomWriter {
     scale(out.emission->data, out.exposure);
     scale(picture.variance.data, out.exposure * out.exposure);
     if (options_.views.variance) write_exr(view_file(folder, id, "variance"), picture.variance, ExrType::Float);
+    if (options_.baseline) write_right(folder, id, camera, seed, most, out.exposure, summary);
     if (options_.balls) write_balls(folder, id, camera, seed, out.exposure, summary);
     write_camera(view_file(folder, id, "camera", "json"), camera, out.exposure);
     write_view(folder, id, out);  // its picture comes last: a view that has it is complete
@@ -289,6 +298,19 @@ class RoomWriter {
       scale(probe.radiance.data, exposure);
     }
     write_probes(folder, id, probes);
+  }
+
+  /// The second camera's picture under the first one's exposure, by other random numbers.
+  void write_right(const fs::path& folder, const std::string& id, const Camera& left, std::uint32_t seed, float most,
+                   double exposure, GenerateSummary& summary) {
+    const std::optional<Camera> right = right_camera(scene_, left, *options_.baseline);
+    if (!right) return;
+    const auto its = static_cast<std::uint32_t>(Random::mix(seed ^ kStereoStream));
+    TracePicture picture = scene_.picture(*right, options_.views.spp, its, kMaxDepth, kLightSamples, most);
+    note(picture.dropped, id + " right", its, summary);
+    scale(picture.mean.data, exposure);
+    write_radiance(view_file(folder, id, "right"), picture.mean);
+    write_stereo(folder, id, left, *right, exposure);
   }
 
   void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed,

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,8 @@ struct GenerateOptions {
   ViewChoice views;
   LightWanted light;
   bool balls = false;
+  /// Metres to the right at which a second camera stands (tracer/stereo.hpp), above 0; nothing: there is none.
+  std::optional<double> baseline;
   bool mitsuba = false;  // beside a room's views a folder mitsuba/ with its scene (tracer/mitsuba_export.hpp)
   /// Called after each view, made or skipped; `total` counts this shard's views. May be empty.
   std::function<void(int done, int total, bool made)> progress;

@@ -16,6 +16,7 @@
 #include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/generate.hpp"
+#include "tracer/stereo.hpp"
 
 namespace clerestory {
 namespace {
@@ -26,9 +27,10 @@ struct Options {
   GenerateOptions generate;
   PixelSize size{160, 120};
   std::optional<int> rooms, views;  // of a file all, else GenerateOptions's
+  std::optional<double> baseline;   // of --stereo
   fs::path write_rooms, list, sheet, manifest;
   std::string shard = "0/1", setting = "training", layout;
-  bool no_light = false, write_expected = false;
+  bool no_light = false, write_expected = false, stereo = false;
 };
 
 /// "I/N", 0 <= I < N.
@@ -165,6 +167,10 @@ void run(Options& options, const CommonOptions& common) {
     if (*common.spp > 1 << 20) throw usage_error("out of range", "--spp", std::to_string(*common.spp), "1 to 1048576");
     o.views.spp = static_cast<int>(*common.spp);
   }
+  if (options.baseline && !options.stereo)
+    throw usage_error("between which cameras?", "--baseline", fmt::format("{}", *options.baseline),
+                      "--stereo beside it");
+  if (options.stereo) o.baseline = options.baseline.value_or(kBaseline);
   read_shard(options.shard, o.rooms);
   check_layout(options);
   if (!options.manifest.empty()) return run_manifest(options, common);
@@ -236,6 +242,9 @@ void add_generate_command(CommandLine& line) {
       .option("--from-above", "SHARE", "of the views that look down from where a person stands; 0 by default",
               o.views.handling.from_above)
       .flag("--balls", "also each view with a mirror, a glossy and a diffuse ball", o.balls)
+      .flag("--stereo", "also each view from a second camera to the right, its camera file and its relative pose",
+            options->stereo)
+      .option("--baseline", "METRES", "between the cameras of --stereo, at most 1; 0.1 by default", options->baseline)
       .flag("--mitsuba",
             "also each room as a scene of Mitsuba 3, in its folder mitsuba/: scene.xml, PLY meshes, panorama",
             o.mitsuba)

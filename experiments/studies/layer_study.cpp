@@ -124,7 +124,7 @@ class LayerStudy : public StudyRun {
     for (Method& m : methods)
       if (m.equal_time) m.settings.spp = samples_in(of_grid, scene, m.settings);
 
-    std::vector<StripPicture> strip{{"photograph", scene.photo}, {"truth", truth}};  // then three methods
+    std::vector<StripPicture> strip{{"photograph", scene.photo}, {"truth", truth}};  // then four methods
     for (std::size_t m = 0; m < methods.size(); ++m)
       for (std::int64_t s = 0; s < seeds; ++s) {
         const std::int64_t step = first + static_cast<std::int64_t>(m) * seeds + s + 1;
@@ -139,11 +139,11 @@ class LayerStudy : public StudyRun {
                              {at + "seconds", r.seconds},
                              {at + "samples", static_cast<double>(methods[m].settings.spp)}}};
         add_record(std::move(record));
-        if (s == 0 && (methods[m].name == "grid" || methods[m].equal_time))
+        if (s == 0 && (methods[m].name == "li2020" || methods[m].name == "grid" || methods[m].equal_time))
           strip.push_back({methods[m].label, r.radiance});
         progress.advance();
       }
-    if (v < 4 && strip.size() == 5) write_strip(run_.artifact(fmt::format("view{}.png", v)), strip);
+    if (v < 4 && strip.size() == 6) write_strip(run_.artifact(fmt::format("view{}.png", v)), strip);
   }
 
   /// Mean over views for each seed, then mean and deviation over seeds.

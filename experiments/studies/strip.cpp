@@ -20,22 +20,29 @@ fs::path labels_of(const fs::path& png) { return fs::path(png).replace_extension
 }  // namespace
 
 void write_strip(const fs::path& png, const std::vector<StripPicture>& pictures) {
-  const Image& first = pictures.at(0).picture;
+  const double exposure = exposure_of(pictures.at(0).picture.data);
+  std::vector<StripPicture> shown;
+  for (const StripPicture& one : pictures) shown.push_back({one.label, show_radiance(one.picture, exposure)});
+  write_sheet(png, {shown});
+}
+
+void write_sheet(const fs::path& png, const std::vector<std::vector<StripPicture>>& rows) {
+  const Image& first = rows.at(0).at(0).picture;
   const int w = first.width, h = first.height;
-  const double exposure = exposure_of(first.data);
-  Image strip(static_cast<int>(pictures.size()) * w, h, 3);
-  for (std::size_t k = 0; k < pictures.size(); ++k) {
-    const Image shown = show_radiance(pictures[k].picture, exposure);
-    for (int c = 0; c < 3; ++c)
-      for (int y = 0; y < h; ++y) {
-        const float* row = shown.plane(c) + static_cast<std::ptrdiff_t>(y) * w;
-        std::copy(row, row + w,
-                  strip.plane(c) + static_cast<std::ptrdiff_t>(y) * strip.width + static_cast<int>(k) * w);
-      }
-  }
-  write_png(png, strip, Encoding::Linear);
+  Image sheet(static_cast<int>(rows[0].size()) * w, static_cast<int>(rows.size()) * h, 3);
   nlohmann::json labels = nlohmann::json::array();
-  for (const StripPicture& one : pictures) labels.push_back(one.label);
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    for (std::size_t k = 0; k < rows[r].size(); ++k) {
+      for (int c = 0; c < 3; ++c)
+        for (int y = 0; y < h; ++y) {
+          const float* row = rows[r][k].picture.plane(std::min(c, rows[r][k].picture.channels - 1)) +
+                             static_cast<std::ptrdiff_t>(y) * w;
+          const std::ptrdiff_t line = static_cast<std::ptrdiff_t>(r) * h + y;
+          std::copy(row, row + w, sheet.plane(c) + line * sheet.width + static_cast<std::ptrdiff_t>(k) * w);
+        }
+      labels.push_back(rows[r][k].label);
+    }
+  write_png(png, sheet, Encoding::Linear);
   write_file(labels_of(png), labels.dump() + "\n");
 }
 

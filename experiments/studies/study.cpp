@@ -10,6 +10,9 @@
 #include "experiments/studies/layer_study.hpp"
 #include "experiments/studies/leave_out_study.hpp"
 #include "experiments/studies/light_study.hpp"
+#include "experiments/studies/maps_study.hpp"
+#include "experiments/studies/objects_study.hpp"
+#include "experiments/studies/protocol_study.hpp"
 #include "experiments/studies/study_keys.hpp"
 #include "experiments/studies/target_study.hpp"
 #include "experiments/studies/training_study.hpp"
@@ -45,6 +48,11 @@ const std::vector<StudyKind>& kinds() {
       {"user", {add_user_keys, add_method_keys, add_light_keys, add_maps_keys}, run_user_study},
       {"target", {add_target_keys, add_method_keys, add_light_keys}, run_target_study},
       {"error_time", {add_error_time_keys, add_method_keys, add_light_keys, add_maps_keys}, run_error_time_study},
+      {"maps", {add_method_keys, add_rival_keys, add_maps_keys}, run_maps_study},
+      {"objects",
+       {add_objects_keys, add_method_keys, add_rival_keys, add_light_keys, add_maps_keys},
+       run_objects_study},
+      {"protocol", {add_protocol_keys, add_method_keys, add_rival_keys, add_maps_keys}, run_protocol_study},
       {"leave_out", {add_leave_out_keys, add_method_keys, add_light_keys, add_maps_keys}, run_leave_out_study}};
   return all;
 }

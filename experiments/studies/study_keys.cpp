@@ -24,6 +24,12 @@ void add_maps_keys(Schema& schema) {
   schema.section("maps", "Predicted maps.").text("maps.weights", "", "MGNet's weights; empty: the shipped ones");
 }
 
+void add_rival_keys(Schema& schema) {
+  schema.text("study.rival", "",
+              "Whose nets are judged beside: li2020, or a folder of weights of maps and light; empty: Li et al. 2020 are "
+              "left out, and named as lacking");
+}
+
 void add_incident_keys(Schema& schema) {
   schema.section("incident", "Light along rays; study.seeds draws of rays.")
       .integer("incident.views", 3, "Views of each room", {1, 100})

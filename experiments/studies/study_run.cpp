@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kLacking = "lacking";  // fact of the provenance
+
 bool is_seed(const std::string& key) { return key.ends_with(".seed") || key.ends_with(".seeds"); }
 
 /// Seeds, and counts of seeds, that the config names.
@@ -38,6 +40,10 @@ std::string changes_since(const Provenance& made) {
 }
 
 }  // namespace
+
+std::string rival_label(const Method& rival) {
+  return rival.name == "li2020" ? "Li et al. 2020" : rival.maps.parent_path().filename().string();
+}
 
 StudyRun::StudyRun(const Config& config, const std::vector<std::string>& command)
     : config_(config),
@@ -117,8 +123,12 @@ void StudyRun::use(const fs::path& file) {
 void StudyRun::use_light(RenderSettings& settings) {
   const fs::path weights = weights_of("light.weights", &Method::light_weights);
   if (settings.light == "net") settings.light = light_of(read_light_sizes(light_or_shipped(weights)));
-  load_light_nets(settings, weights, device_);
+  use_nets(settings, weights);
   provenance_.facts["light"] = answerer_text(settings);
+}
+
+void StudyRun::use_nets(RenderSettings& settings, const fs::path& weights) {
+  load_light_nets(settings, weights, device_);
   if (!settings.nets) return;
   for (const fs::path& file : weights_files(settings.nets->note)) use(file);
 }
@@ -134,6 +144,30 @@ fs::path StudyRun::use_maps() {
   const fs::path file = weights_or_shipped(weights_of("maps.weights", &Method::maps));
   use(file);
   return file;
+}
+
+std::optional<Method> StudyRun::use_rival() {
+  const std::string& named = config_.text("study.rival");
+  if (named.empty()) return lacks("Li et al. 2020 (study.rival)"), std::nullopt;
+  const Method rival = find_method(named, fmt::format("study.rival ({})", config_.origin("study.rival")));
+  use(rival.maps);
+  provenance_.facts["rival"] = rival.name;
+  return rival;
+}
+
+void StudyRun::use_light_of(const Method& rival, RenderSettings& settings) {
+  settings.light = rival.light;
+  use_nets(settings, rival.light_weights);
+}
+
+void StudyRun::lacks(const std::string& what) {
+  std::string& all = provenance_.facts[kLacking];
+  if (all.find(what) == std::string::npos) all += (all.empty() ? "" : "; ") + what;
+}
+
+std::string StudyRun::lacking() const {
+  const auto all = provenance_.facts.find(kLacking);
+  return all == provenance_.facts.end() ? "" : " Lacking: " + all->second + ".";
 }
 
 /// From here on there may be records: what they rest on is kept beside them.

@@ -19,6 +19,9 @@
 
 namespace clerestory {
 
+/// What tables call a method that is judged beside ours.
+std::string rival_label(const Method& rival);
+
 class StudyRun {
  public:
   StudyRun(const Config& config, const std::vector<std::string>& command);
@@ -50,6 +53,14 @@ class StudyRun {
   void use_light_of_two_parts(RenderSettings& settings);
   /// Weights of the maps by `study.method` or `maps.weights`, used from now on.
   std::filesystem::path use_maps();
+  /// The method of `study.rival`, its maps used from now on; nothing, and Li et al. 2020 lacking, where none is named.
+  std::optional<Method> use_rival();
+  /// Its light for these settings, which becomes the one that its nets answer for, used from now on.
+  void use_light_of(const Method& rival, RenderSettings& settings);
+  /// A rival or data that a comparison ought to have: named in the provenance and by lacking().
+  void lacks(const std::string& what);
+  /// A sentence for a table's note: " Lacking: ...", or nothing.
+  std::string lacking() const;
 
   /// Into the run's metrics, then to records_.
   void add_record(MetricRecord record);
@@ -64,6 +75,7 @@ class StudyRun {
  private:
   void go_on();
   void choose_method();
+  void use_nets(RenderSettings& settings, const std::filesystem::path& weights);
   /// The weights that the key names, else the method's, else none.
   std::filesystem::path weights_of(const char* key, std::filesystem::path Method::*own) const;
   void record_rooms();

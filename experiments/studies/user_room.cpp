@@ -6,6 +6,7 @@
 #include "experiments/applications/insert.hpp"
 #include "experiments/evaluation/light_errors.hpp"
 #include "experiments/evaluation/picture_error.hpp"
+#include "experiments/studies/resting.hpp"
 #include "experiments/truth/crop.hpp"
 #include "experiments/truth/judged_maps.hpp"
 #include "experiments/truth/predicted_scene.hpp"
@@ -160,28 +161,14 @@ class UserRoomMeasurement {
       if (shown && light == options_.lights[0]) result_.seconds = again.seconds;
       if (shown) result_.strip.push_back({light + ": re-render", again.radiance});
       for (const TrueBall& ball : balls_) {
-        const Insertion made = insert_into(device_, scene, {resting_on(scene, ball.object)}, settings, kBounces);
+        const Insertion made =
+            insert_into(device_, scene, {resting_on(scene, view_.scene, ball.object)}, settings, kBounces);
         note(light, ball.name, s, picture_error(made.composite, ball.picture, ball.shows));
         note(light, "around " + ball.name, s, picture_error(made.composite, ball.picture, ball.near));
         if (shown && &ball == &balls_[0]) result_.strip.push_back({light + ": ball", made.composite});
       }
     }
     measure_air(light, scene, settings);
-  }
-
-  /// The ball on the surface that the scene's depth says is there, as large as it looks in the picture: what --at does.
-  InsertedObject resting_on(const Scene& scene, InsertedObject ball) const {
-    auto& c = *ball.at_point;
-    const Vec3 foot = Vec3(c[0], c[1], c[2]) - *ball.radius * view_.camera.direction_to_camera({0, 1, 0});
-    const std::optional<Vec2> at = view_.camera.project(foot);
-    if (!at || at->x < 0 || at->y < 0 || at->x >= options_.width || at->y >= options_.height) return ball;
-    const auto x = static_cast<int>(at->x), y = static_cast<int>(at->y);
-    const auto predicted = static_cast<double>(scene.depth.at(0, y, x)),
-               known = static_cast<double>(view_.scene.depth.at(0, y, x));
-    if (!(predicted > 0 && known > 0)) return ball;
-    for (double& v : c) v *= predicted / known;
-    *ball.radius *= predicted / known;
-    return ball;
   }
 
   void measure_air(const std::string& light, const Scene& scene, const RenderSettings& settings) {

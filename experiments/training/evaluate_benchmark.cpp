@@ -91,7 +91,9 @@ BenchmarkResult evaluate_benchmark(const BenchmarkOptions& options) {
   const Benchmark benchmark = benchmark_of(options);
   BenchmarkResult told;
   Predict predict;
-  if (options.maps.empty()) {
+  if (options.method) {
+    predict = [&](std::size_t i) { return options.method(benchmark.picture(i)); };
+  } else if (options.maps.empty()) {
     predict = predicted_by(options, benchmark, told);
   } else {
     predict = given_maps(options.maps, options.albedo, benchmark.names);

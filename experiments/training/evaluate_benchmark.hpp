@@ -1,6 +1,7 @@
 // Weights, or maps of any other method, judged by the protocol of others, or as `clerestory evaluate` judges its own.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "experiments/evaluation/benchmark.hpp"
@@ -15,6 +16,8 @@ struct BenchmarkOptions {
   std::filesystem::path maps;  // of another method; empty: weights predict
   AlbedoCode albedo = AlbedoCode::Linear;
   std::filesystem::path weights;
+  /// A method that reads nothing but the picture (linear, of its own size), in place of weights; may be empty.
+  std::function<PredictedMaps(const Image& picture)> method;
   std::string device, gemm = "auto", tile = "auto";
 };
 

@@ -17,6 +17,7 @@
 #include "tests/tracer/scenes.hpp"
 #include "tracer/envmaps.hpp"
 #include "tracer/probes.hpp"
+#include "tracer/stereo.hpp"
 
 namespace clerestory {
 namespace {
@@ -225,6 +226,50 @@ TEST_F(Generate, ShardsTogetherAreTheWhole) {
   EXPECT_EQ(contents(root_ / "parts"), contents(whole.out));
 }
 
+// What a point of the left view is in the right one: moved by focal length times baseline over depth, and as bright.
+TEST_F(Generate, StereoPairsAreRectified) {
+  GenerateOptions o = small("a");
+  o.rooms.boxes = true, o.baseline = 0.125, o.views.spp = 64;
+  generate(test_device(), o);
+  for (const std::string id : {"000", "001"}) {
+    const fs::path room = o.out / room_name(o, 0);
+    const CameraFile left = read_camera(view_file(room, id, "camera", "json")),
+                     right = read_camera(view_file(room, id, "right_camera", "json"));
+    const auto pair = nlohmann::json::parse(read_file(view_file(room, id, "stereo", "json")));
+    EXPECT_NEAR(pair["baseline_m"].get<double>(), 0.125, 1e-12);
+    const auto pose = pair["right_to_left"].get<std::array<double, 16>>();
+    for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(pose[i], i == 3 ? 0.125 : i % 5 == 0 ? 1 : 0, 1e-12) << i;
+    EXPECT_EQ(right.exposure, left.exposure);
+    const Vec3 apart = left.camera.to_camera(right.camera.position());
+    EXPECT_NEAR(apart.x, 0.125, 1e-9);
+    EXPECT_NEAR(glm::length(apart), 0.125, 1e-9);
+
+    const RoomView view = read_view(room, id);
+    const Image picture = read_image(view_file(room, id, "right"));
+    ASSERT_EQ(picture.width, 32);
+    int moved = 0;
+    double as_bright = 0;
+    for (int y = 0; y < 24; ++y)
+      for (int x = 0; x < 32; ++x) {
+        const double depth = view.depth.at(0, y, x), at = x + 0.5 - left.camera.fx * 0.125 / depth;
+        if (at < 0) continue;
+        const float seen = picture.at(1, y, static_cast<int>(at)), was = view.image.at(1, y, x);
+        ++moved, as_bright += std::abs(seen - was) < 0.25f * (seen + was) ? 1 : 0;
+      }
+    ASSERT_GT(moved, 300);
+    EXPECT_GT(as_bright / moved, 0.85) << "but for edges and noise";
+  }
+}
+
+TEST_F(Generate, NoSecondCameraBehindAWall) {
+  TraceScene scene(test_device(), plain_room());  // its walls are 2 m from the middle
+  Camera left = Camera::from_fov(32, 24);
+  left.set_pose(Mat3(1), {1.75, 1, 0});
+  EXPECT_TRUE(right_camera(scene, left, 0.125));
+  EXPECT_FALSE(right_camera(scene, left, 0.25)) << "in the wall";
+  EXPECT_FALSE(right_camera(scene, left, 0.375)) << "behind it";
+}
+
 TEST_F(Generate, SeedsDiffer) {
   GenerateOptions a = small("a", 1), b = small("b", 2);
   a.rooms.count = b.rooms.count = 1, a.views.count = b.views.count = 1;
@@ -309,6 +354,8 @@ TEST_F(Generate, OptionsOutOfRange) {
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.light.probes = -1; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.light.probes = 101; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms.shard = 1; }));
+  for (const double baseline : {0.0, -0.1, 1.1, std::nan("")})
+    EXPECT_TRUE(refused([=](GenerateOptions& o) { o.baseline = baseline; })) << baseline;
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms.split = "some"; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.rooms.assets = "/nonexistent"; }));
   EXPECT_TRUE(refused([](GenerateOptions& o) { o.out.clear(); }));

@@ -137,4 +137,8 @@ Value panorama_light(Value image, Value ambient, Value camera, Value directions)
   return image_light(image, ambient, project_rays(directions, camera, image.shape()));
 }
 
+Value mirrored_light(Value image, Value ambient, Value camera, Value directions) {
+  return image_light(image, ambient, mirrored_rays(directions, camera, image.shape()));
+}
+
 }  // namespace clerestory

@@ -17,4 +17,7 @@ Value constant_light(Value ambient, Value rays, Value image);
 /// {n, 4, 1, 1}.
 Value panorama_light(Value image, Value ambient, Value camera, Value directions);
 
+/// The same of the photograph mirrored at its borders, so that it is seen all around (mirrored_rays()).
+Value mirrored_light(Value image, Value ambient, Value camera, Value directions);
+
 }  // namespace clerestory

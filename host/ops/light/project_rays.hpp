@@ -9,4 +9,8 @@ namespace clerestory {
 /// not show.
 Value project_rays(Value direction, Value camera, const Shape& picture);
 
+/// The same where the picture goes on mirrored at its borders, all around: -1 for directions (0, 0, 0) alone. The
+/// principal point lies in the picture.
+Value mirrored_rays(Value direction, Value camera, const Shape& picture);
+
 }  // namespace clerestory
