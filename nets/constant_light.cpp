@@ -4,8 +4,8 @@
 
 namespace clerestory {
 
-std::array<double, 3> fit_constant(Device& device, const Scene& scene, RenderSettings settings) {
-  settings.light = "constant", settings.constant = {1, 1, 1}, settings.lamps.clear();
+std::array<double, 3> fit_level(Device& device, const Scene& scene, RenderSettings settings) {
+  settings.level.reset(), settings.lamps.clear();
   const Image unit = render_scene(device, scene, settings).radiance;
   const std::size_t n = unit.pixels();
   const auto used = [&](std::size_t c, std::size_t i) {  // what is not shaded is black whatever the light
@@ -27,6 +27,11 @@ std::array<double, 3> fit_constant(Device& device, const Scene& scene, RenderSet
     if (squares > 0) fitted[c] = product / squares;
   }
   return fitted;
+}
+
+std::array<double, 3> fit_constant(Device& device, const Scene& scene, RenderSettings settings) {
+  settings.light = "constant", settings.constant = {1, 1, 1};
+  return fit_level(device, scene, std::move(settings));
 }
 
 }  // namespace clerestory

@@ -35,8 +35,9 @@ struct RenderSettings {
   std::string light = "image";        // image | constant | panorama | mirrored | net | out_of_view | li2020
   std::shared_ptr<const LightNets> nets;          // of learned light
   std::optional<std::array<double, 3>> constant;  // radiance of `constant`; none: ambient_of() the scene
+  std::optional<std::array<double, 3>> level;     // factors of `image`, `panorama` and `mirrored`, by channel; none: 1
   std::vector<SoftLamp> lamps;                    // added to any light (fit_lamps)
-  FitWeights fit;                                 // of fit_lamps() and fit_constant()
+  FitWeights fit;                                 // of fit_lamps() and fit_level()
   std::string brdf = "ggx";                       // ggx | li2020
   std::uint32_t seed = 0;
   Sharing sharing = Sharing::WhereItPays;

@@ -4,6 +4,7 @@
 
 #include "host/graph/map_chunks.hpp"
 #include "host/ops/light/image_light.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 #include "nets/known_lamps.hpp"
 #include "nets/learned_light.hpp"
 
@@ -37,17 +38,21 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
     if (settings.light == "li2020") return li2020_scene_light(graph, scene, v, settings);
     return learned_light(graph, v, scene, settings, rays_to_come);
   }
-  if (settings.light == "image")
-    return without_nets({v.photo, v.ambient}, true,
-                        [](const AskedRays& rays, Asked in) { return photograph_radiance(in[0], in[1], rays.hits); });
   const auto given = [&](const std::array<double, 3>& radiance) {
     return graph.constant(Tensor({1, 3, 1, 1}, std::vector<double>(radiance.begin(), radiance.end())));
   };
   if (settings.light == "constant")  // the photograph only says how large a picture is
     return without_nets({v.photo, settings.constant ? given(*settings.constant) : v.ambient}, false,
                         [](const AskedRays& rays, Asked in) { return constant_light(in[1], rays.direction, in[0]); });
+  const auto leveled = [&](Value light) {
+    return settings.level ? multiply(light, expand(given(*settings.level), light.shape())) : light;
+  };
+  const std::vector<Value> photograph{leveled(v.photo), leveled(v.ambient)};
+  if (settings.light == "image")
+    return without_nets(photograph, true,
+                        [](const AskedRays& rays, Asked in) { return photograph_radiance(in[0], in[1], rays.hits); });
   const auto distant = settings.light == "mirrored" ? mirrored_light : panorama_light;
-  return without_nets({v.photo, v.ambient}, false, [distant](const AskedRays& rays, Asked in) {
+  return without_nets(photograph, false, [distant](const AskedRays& rays, Asked in) {
     return distant(in[0], in[1], rays.camera, rays.direction);
   });
 }

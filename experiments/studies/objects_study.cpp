@@ -34,6 +34,7 @@ std::string label_of(const std::string& light) {
   if (light == "image") return "the photograph where rays hit";
   if (light == "panorama") return "the photograph at infinity";
   if (light == "mirrored") return "the photograph mirrored all around";
+  if (light == "mirrored+fit") return "the photograph mirrored, as bright as shading says";
   if (light == "constant") return "mean colour of the photograph";
   return light;
 }
@@ -211,7 +212,8 @@ void add_objects_keys(Schema& schema) {
       .texts("objects.shapes", {"ball", "bunny"}, "ball, or a model of assets/models")
       .real("objects.roughness", 0.02, "Of the metal they are made of", {0, 1})
       .real("objects.baseline", 0, "Metres to a second camera that takes a photograph of its own; 0: none", {0, 1})
-      .texts("objects.lights", {"net+lamps", "net", "image", "constant"}, "Who answers, beside study.rival")
+      .texts("objects.lights", {"net+lamps", "net", "image", "mirrored+fit", "constant"},
+             "Who answers, beside study.rival")
       .texts("objects.lacking", {}, "Rivals and data that a comparison would need and that are not here");
 }
 

@@ -38,6 +38,7 @@ std::string label_of(const std::string& light, bool ours) {
   if (light == "constant+lamps") return "mean colour, lamps fitted";
   if (light == "constant") return "mean colour of the photograph";
   if (light == "image") return "the photograph as light";
+  if (light == "mirrored+fit") return "the photograph mirrored all around, as bright as shading says";
   if (light == kUnchanged) return "none: the photograph unchanged";
   if (light == kOracle) return "oracle: the best constant, which reads the truth";
   return light;
@@ -264,7 +265,8 @@ void add_user_keys(Schema& schema) {
       .integer("user.probes", 4, "Points in free air; fewer where there is no place for them", {0, 100})
       .integer("user.probe_spp", 64, "Paths of a texel in each of two estimates of their light", {1, 65536})
       .texts("user.lights", {"net+lamps", "net", "constant+fit", "constant+lamps", "constant", "image"},
-             "Who answers, the first against the others; +lamps: lamps fitted, constant+fit: a fitted constant");
+             "Who answers, the first against the others; +lamps: lamps fitted, constant+fit, mirrored+fit: as bright "
+             "as shading says");
 }
 
 std::string run_user_study(const Config& config, const std::vector<std::string>& command) {

@@ -8,11 +8,20 @@
 
 namespace clerestory {
 
+namespace {
+
+bool has_level(const std::string& light) {
+  return light == "constant" || light == "image" || light == "panorama" || light == "mirrored";
+}
+
+}  // namespace
+
 StudyLight study_light(const std::string& name) {
   const std::size_t plus = std::min(name.find('+'), name.size()), space = std::min(name.find(' '), name.size());
   StudyLight study{name.substr(0, plus), plus < space ? name.substr(plus + 1, space - plus - 1) : "", {}};
-  if (plus < name.size() && study.fitted != "lamps" && !(study.fitted == "fit" && study.light == "constant"))
-    throw usage_error("nothing of that name is fitted to a light", name, study.fitted, "LIGHT+lamps or constant+fit");
+  if (plus < name.size() && study.fitted != "lamps" && !(study.fitted == "fit" && has_level(study.light)))
+    throw usage_error("nothing of that name is fitted to a light", name, study.fitted,
+                      "LIGHT+lamps, or constant+fit, image+fit, panorama+fit, mirrored+fit");
   if (study.fitted == "fit") study.fit = kConstantFit;
   if (space == name.size()) return study;
   const std::string weights = name.substr(space + 1);
@@ -42,7 +51,8 @@ RenderSettings under_light(RenderSettings base, const std::string& name, Device&
   base.light = light_of(study, base);
   base.fit = study.fit;
   if (study.fitted == "lamps") base.lamps = fit_lamps(device, scene, base).lamps;
-  if (study.fitted == "fit") base.constant = fit_constant(device, scene, base);
+  if (study.fitted == "fit" && study.light == "constant") base.constant = fit_constant(device, scene, base);
+  if (study.fitted == "fit" && study.light != "constant") base.level = fit_level(device, scene, base);
   return base;
 }
 

@@ -41,6 +41,7 @@ TEST(StudyLights, SayWhatIsFittedAndHowItIsWeighed) {
   EXPECT_EQ(study_light("image+lamps").fitted, "lamps");
   EXPECT_EQ(study_light("image+lamps").fit.floor, RenderSettings().fit.floor);
   EXPECT_EQ(study_light("constant+fit").fit.floor, kConstantFit.floor);
+  for (const char* name : {"image+fit", "panorama+fit", "mirrored+fit"}) EXPECT_EQ(study_light(name).fitted, "fit");
   const StudyLight weighted = study_light("constant+fit 0.25,3");
   EXPECT_EQ(weighted.light, "constant");
   EXPECT_EQ(weighted.fitted, "fit");

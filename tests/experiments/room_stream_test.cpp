@@ -81,6 +81,19 @@ TEST_F(RoomStreamTest, FromAnyPositionTheSameViewsOfTheSameBits) {
   EXPECT_LT(same, 20);  // another order
 }
 
+TEST_F(RoomStreamTest, ManyMakersMakeTheRoomsOfOne) {
+  RoomStream one(options("one"), 7, 0);
+  StreamOptions o = options("many");
+  o.makers = 3, o.unread = 4;
+  RoomStream many(o, 7, 0);
+  for (std::uint64_t position = 0; position < 60; ++position) {
+    const ViewName a = one.at(position), b = many.at(position);
+    EXPECT_EQ(place(a), place(b)) << position;
+    for (const char* map : {"im", "depth", "normal", "material"})
+      EXPECT_EQ(read_file(view_file(a.room, a.id, map)), read_file(view_file(b.room, b.id, map))) << position << map;
+  }
+}
+
 TEST_F(RoomStreamTest, WhatIsOverIsDropped) {
   {
     RoomStream stream(options("a"), 7, 0);

@@ -1,4 +1,5 @@
-// The studies that put methods side by side, whole, at a size where nothing can be said of the nets, which are untrained.
+// The studies that put methods side by side, whole, at a size where nothing can be said of the nets, which are
+// untrained.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,9 +33,12 @@ struct SideBySide : testing::Test {
   static std::string li() { return (*made_ / "li").string(); }
 
   static fs::path ran(const std::string& kind, const std::vector<std::string>& more) {
-    std::vector<std::string> words{"study.kind=" + kind, "run.root=" + (*made_ / "runs").string(),
-                                   "run.experiment=" + kind, "data.rooms=2",
-                                   "data.width=64",     "data.height=48",
+    std::vector<std::string> words{"study.kind=" + kind,
+                                   "run.root=" + (*made_ / "runs").string(),
+                                   "run.experiment=" + kind,
+                                   "data.rooms=2",
+                                   "data.width=64",
+                                   "data.height=48",
                                    "data.spp=4"};
     words.insert(words.end(), more.begin(), more.end());
     return run_study(Config(study_schema(kind), words), {"clerestory", "run"});
@@ -81,13 +85,15 @@ TEST_F(SideBySide, MapsOfAMethodBesideThemselves) {
 
 TEST_F(SideBySide, WithoutARivalItIsSaidToBeLacking) {
   const RunTables tables = study_tables(ran("maps", {"run.variant=alone"}));
-  EXPECT_THAT(tables.at("1_maps").note, AllOf(HasSubstr("Lacking: Li et al. 2020 (study.rival)"), HasSubstr("InteriorVerse")));
+  EXPECT_THAT(tables.at("1_maps").note,
+              AllOf(HasSubstr("Lacking: Li et al. 2020 (study.rival)"), HasSubstr("InteriorVerse")));
   EXPECT_TRUE(rows(tables.at("1_maps"), {"Li et al. 2020"}).empty());
 }
 
 TEST_F(SideBySide, MirrorObjectsUnderEachLight) {
-  const fs::path run = ran("objects", {"study.method=" + li(), "study.rival=" + li(), "objects.spp=4", "objects.truth_spp=8",
-                                       "objects.shapes=[ball]", "objects.lights=[net, constant, mirrored]", "data.rooms=3"});
+  const fs::path run =
+      ran("objects", {"study.method=" + li(), "study.rival=" + li(), "objects.spp=4", "objects.truth_spp=8",
+                      "objects.shapes=[ball]", "objects.lights=[net, constant, mirrored]", "data.rooms=3"});
   const RunTables tables = study_tables(run);
   const Table& objects = tables.at("1_objects");
   for (const char* maps : {"predicted", "true"}) {
@@ -95,7 +101,8 @@ TEST_F(SideBySide, MirrorObjectsUnderEachLight) {
     ASSERT_EQ(all.size(), 4u) << "three lights and the rival";
     EXPECT_EQ(words_of(all[3][2]), "Li et al. 2020");
     for (std::size_t c = 3; c < 6; ++c)
-      EXPECT_EQ(number_of(all[0][c]), number_of(all[3][c])) << "the same nets, by the same random numbers: column " << c;
+      EXPECT_EQ(number_of(all[0][c]), number_of(all[3][c]))
+          << "the same nets, by the same random numbers: column " << c;
     EXPECT_NE(number_of(all[0][3]), number_of(all[1][3]));
     for (const auto& row : rows(tables.at("2_bar"), {maps, "ball"}))
       EXPECT_THAT(words_of(row[7]), testing::AnyOf("reached", "missed"));
@@ -104,8 +111,9 @@ TEST_F(SideBySide, MirrorObjectsUnderEachLight) {
 }
 
 TEST_F(SideBySide, ObjectsSeenByTwoCameras) {
-  const fs::path run = ran("objects", {"run.variant=two", "objects.baseline=0.1", "objects.spp=2", "objects.truth_spp=4",
-                                       "objects.shapes=[bunny]", "objects.lights=[constant]", "data.rooms=3"});
+  const fs::path run =
+      ran("objects", {"run.variant=two", "objects.baseline=0.1", "objects.spp=2", "objects.truth_spp=4",
+                      "objects.shapes=[bunny]", "objects.lights=[constant]", "data.rooms=3"});
   const RunTables tables = study_tables(run);
   const auto all = rows(tables.at("1_objects"), {"predicted", "bunny"});
   ASSERT_EQ(all.size(), 1u);
@@ -114,7 +122,8 @@ TEST_F(SideBySide, ObjectsSeenByTwoCameras) {
 }
 
 TEST_F(SideBySide, ByTheProtocolOfOthers) {
-  const fs::path run = ran("protocol", {"maps.weights=" + li() + "/maps.safetensors", "study.rival=" + li(), "data.rooms=2"});
+  const fs::path run =
+      ran("protocol", {"maps.weights=" + li() + "/maps.safetensors", "study.rival=" + li(), "data.rooms=2"});
   const RunTables tables = study_tables(run);
   for (const char* data : {"our rooms, as NYUv2", "our rooms, as IIW"}) {
     const auto all = rows(tables.at("1_paper"), {data});
