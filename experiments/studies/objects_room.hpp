@@ -15,7 +15,7 @@ namespace clerestory {
 
 /// Who lights an object: a light of study_light(), with the maps of its method where maps are predicted.
 struct ObjectAnswerer {
-  std::string name;   // in results
+  std::string name;  // in results
   std::string light;
   std::filesystem::path maps;  // weights
   RenderSettings render;       // nets and samples
@@ -33,9 +33,9 @@ struct ObjectsOptions {
 /// An object in a photograph, over the pixels that it covers whole.
 struct ObjectError {
   std::string maps, answerer, shape;  // maps: predicted or true
-  double shown_psnr = 0;           // dB, of what a screen shows
-  double smape = 0;                // eps 0.01
-  double gradients = 0;            // gradient_energy() over the truth's
+  double shown_psnr = 0;              // dB, of what a screen shows
+  double smape = 0;                   // eps 0.01
+  double gradients = 0;               // gradient_energy() over the truth's
 };
 
 struct ObjectsRoom {

@@ -25,9 +25,10 @@ void add_maps_keys(Schema& schema) {
 }
 
 void add_rival_keys(Schema& schema) {
-  schema.text("study.rival", "",
-              "Whose nets are judged beside: li2020, or a folder of weights of maps and light; empty: Li et al. 2020 are "
-              "left out, and named as lacking");
+  schema.text(
+      "study.rival", "",
+      "Whose nets are judged beside: li2020, or a folder of weights of maps and light; empty: Li et al. 2020 are "
+      "left out, and named as lacking");
 }
 
 void add_incident_keys(Schema& schema) {

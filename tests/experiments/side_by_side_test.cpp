@@ -129,7 +129,9 @@ TEST_F(SideBySide, ByTheProtocolOfOthers) {
     const auto all = rows(tables.at("1_paper"), {data});
     ASSERT_EQ(all.size(), 4u) << "ours, the rival, simple methods, one value";
     for (std::size_t c = 2; c < all[0].size(); ++c)
-      if (all[0][c].index() > 0) EXPECT_EQ(number_of(all[0][c]), number_of(all[1][c])) << data << c;
+      if (all[0][c].index() > 0) {
+        EXPECT_EQ(number_of(all[0][c]), number_of(all[1][c])) << data << c;
+      }
   }
   EXPECT_EQ(tables.at("2_rooms").rows.size(), 4u);
   EXPECT_THAT(tables.at("1_paper").note,
