@@ -27,7 +27,7 @@ struct SideBySide : testing::Test {
   static void SetUpTestSuite() {
     set_quiet(true);
     made_ = std::make_unique<ScratchFolder>("clerestory-side-by-side");
-    write_untrained_li2020(li(), {64, 48});
+    write_untrained_li2020(li(), {96, 72});
   }
   static void TearDownTestSuite() { made_.reset(), set_quiet(false); }
   static std::string li() { return (*made_ / "li").string(); }
@@ -93,7 +93,8 @@ TEST_F(SideBySide, WithoutARivalItIsSaidToBeLacking) {
 TEST_F(SideBySide, MirrorObjectsUnderEachLight) {
   const fs::path run =
       ran("objects", {"study.method=" + li(), "study.rival=" + li(), "objects.spp=4", "objects.truth_spp=8",
-                      "objects.shapes=[ball]", "objects.lights=[net, constant, mirrored]", "data.rooms=3"});
+                      "objects.shapes=[ball]", "objects.lights=[net, constant, mirrored]", "data.rooms=3",
+                      "data.width=96", "data.height=72"});
   const RunTables tables = study_tables(run);
   const Table& objects = tables.at("1_objects");
   for (const char* maps : {"predicted", "true"}) {
