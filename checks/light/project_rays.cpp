@@ -49,7 +49,8 @@ OP_CASES(project_rays) {
     for (int p = 0; p < 16; ++p)
       for (int s = 0; s < 32; ++s) {
         const auto d = [&](int i) { return t.at("direction").at(0, i, p, s); };
-        const double turn = folded(std::atan2(d(0), -d(2)), std::atan(-9.25 / 14), std::atan(10.75 / 14));
+        const double azimuth = std::hypot(d(0), d(2)) > 0 ? std::atan2(d(0), -d(2)) : 0;  // straight up has none
+        const double turn = folded(azimuth, std::atan(-9.25 / 14), std::atan(10.75 / 14));
         const double rise =
             folded(std::atan(d(1) / (std::hypot(d(0), d(2)) * std::cos(turn))), std::atan(-5.5 / 13), std::atan(0.5));
         y.integer[static_cast<std::size_t>(p * 32 + s)] =
