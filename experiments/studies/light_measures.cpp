@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "experiments/applications/light_choice.hpp"
-#include "experiments/bench/light_bench.hpp"
 #include "experiments/evaluation/light_errors.hpp"
 #include "experiments/evaluation/picture_error.hpp"
 #include "experiments/studies/trained_run.hpp"
@@ -37,9 +36,12 @@ void add_cost_columns(Table& table) {
 }
 
 void add_row(Table& table, std::vector<Cell> cells, const LightCosts& costs) {
+  const auto part = [&](double RaySeconds::*seconds) {
+    return costs.rays ? Cell(Measure{(*costs.rays).*seconds}) : Cell();
+  };
   cells.insert(cells.end(),
                {Measure{costs.steps}, std::isfinite(costs.step_seconds) ? Cell(Measure{costs.step_seconds}) : Cell(),
-                Measure{costs.in_view}, Measure{costs.out_of_view}});
+                part(&RaySeconds::in_view), part(&RaySeconds::out_of_view)});
   table.add(std::move(cells));
 }
 
@@ -64,9 +66,10 @@ class Measuring {
 
  private:
   LightCosts costs() {
-    const RaySeconds rays = light_ray_seconds(device_, loaded_.net);
     const Leg& leg = loaded_.history.legs.back();
-    return {static_cast<double>(leg.steps), median_step_seconds(run_, leg.batch), rays.in_view, rays.out_of_view};
+    LightCosts costs{static_cast<double>(leg.steps), median_step_seconds(run_, leg.batch), {}};
+    if (!loaded_.net.li2020) costs.rays = light_ray_seconds(device_, loaded_.net);
+    return costs;
   }
 
   void judge() {

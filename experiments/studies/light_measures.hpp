@@ -1,9 +1,11 @@
 // What a trained light is worth: its tables for studies of trainings.
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "experiments/bench/light_bench.hpp"
 #include "experiments/studies/sweep.hpp"
 #include "host/cl/device.hpp"
 
@@ -11,9 +13,9 @@ namespace clerestory {
 
 /// What a training cost and what asking its result costs; every table of measures ends with it.
 struct LightCosts {
-  double steps = 0;                     // of training
-  double step_seconds = 0;              // median of a step; NaN: the training logged none
-  double in_view = 0, out_of_view = 0;  // seconds for a million rays (light_ray_seconds())
+  double steps = 0;                // of training
+  double step_seconds = 0;         // median of a step; NaN: the training logged none
+  std::optional<RaySeconds> rays;  // nothing of nets that have not two parts
 };
 
 struct LightMeasuring {

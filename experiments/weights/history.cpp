@@ -128,8 +128,9 @@ CardText card_text(const std::string& kind) {
   if (kind == "light")
     return {
         "Weights of the light",
-        "LightNet and the out-of-view field: the light that arrives at any point of a photographed room from any "
-        "direction. Trained from random weights on generated rooms alone, by the legs below.",
+        "The light that arrives at any point of a photographed room from any direction: LightNet and the net out of "
+        "view, unless a leg names another net (light.net). Trained from random weights on generated rooms alone, by "
+        "the legs below.",
         "relMSE: mean over rays and channels of d² / (truth² + 0.01); log-RGB RMSE: root of the mean of ln((y + "
         "0.01) / (truth + 0.01))²; then means over views, under true maps unless the last leg says light.maps: then "
         "under MGNet's. Trivial predictors: the photograph (the pixel that a ray hits, mixed by the hit's uncertainty "
@@ -137,7 +138,7 @@ CardText card_text(const std::string& kind) {
         "Trained on procedural rooms, under true maps unless a leg says light.maps. What lies outside of the picture "
         "is a guess at its colour and strength, without detail."};
   return {
-      "Weights of MGNet",
+      "Weights of the maps",
       "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on "
       "generated rooms alone, by the legs below; the first begins with random weights and, where `from` names it, an "
       "encoder that has learned on ImageNet.",

@@ -352,7 +352,7 @@ TEST_F(LightWeights, OneCardForAllThatLiesInAFolder) {
   fs::create_directories(maps.parent_path());
   fs::copy(shipped, maps), fs::copy(shipped, both);
   const std::string map = text_of(write_folder_card(folder / "maps", maps));
-  EXPECT_TRUE(map.starts_with("# Weights of MGNet\n"));
+  EXPECT_TRUE(map.starts_with("# Weights of the maps\n"));
   EXPECT_EQ(text_of(write_folder_card(folder / "out", both)), map + "\n" + light);
 }
 
