@@ -121,11 +121,12 @@ Value relative_loss(Value prediction, Value truth, Value mask) {
 
 Value irradiance_loss(Value prediction, Value truth) {
   const Shape& s = prediction.shape();
-  const auto means = [&](Value v) { return plane_mean(reshape(v, {1, s.c * s.h, s.w, 1})); };
-  const Value predicted = means(prediction);
-  const Value inverse = inverse_of_prediction(predicted, kLightFloor);
-  return squared_loss(multiply(predicted, inverse), multiply(means(truth), inverse), prediction.graph().fill({}, 1),
-                      1.0 / (s.c * s.h));
+  const int rows = s.c * s.h;
+  const auto means = [&](Value v) { return affine(plane_mean(reshape(v, {1, rows, s.w, 1})), 1, kLightFloor); };
+  const auto log = [](Value x) { return activate(x, Function::Log); };
+  const Value ours = means(prediction), theirs = means(truth);
+  const Value divergence = add(multiply(theirs, subtract(log(theirs), log(ours))), subtract(ours, theirs));
+  return plane_mean(reshape(divergence, {1, 1, rows, 1}));
 }
 
 RadianceLoss radiance_loss_of(const std::string& name) {

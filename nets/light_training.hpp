@@ -59,9 +59,11 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
 /// RawNeRF's loss of radiance (Mildenhall et al. 2022): <((y' - y) / (sg(y') + 0.001))^2>_m over mask and channels.
 /// prediction and truth {1,3,rows,samples}, mask {1,1,...}.
 Value hdr_loss(Value prediction, Value truth, Value mask);
-/// <((E' - E) / (sg(E') + 0.01))^2> with E' and E the means of prediction and truth {1,3,rows,samples} over each row.
-/// What is relative to the prediction has the mean for its optimum, where logarithms and what is relative to the truth
-/// have less: light that is right ray by ray in those shades a surface too dark.
+/// <E ln(E / E') - E + E'> with E' and E the means of prediction and truth {1,3,rows,samples} over each row, each +
+/// 0.01: the divergence of Poisson's distribution (Csiszar 1991), which has the mean for its optimum, where logarithms
+/// and what is relative to the truth have less: light that is right ray by ray in those shades a surface too dark. Its
+/// slope along ln E' is E' - E. That of a squared error relative to E' (RawNeRF's), whose optimum is the mean as well,
+/// is 1 - E / E': where a lamp shines on what was dark so far that is thousands, and one such row outweighs a batch.
 Value irradiance_loss(Value prediction, Value truth);
 /// <ln((y' + e) / (y + e))^2>_m + <(y' - y)^2 / (y^2 + e)>_m / 4 with e = 0.01; y' at least 0.
 Value relative_loss(Value prediction, Value truth, Value mask);

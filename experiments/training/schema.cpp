@@ -163,7 +163,7 @@ Schema make_schema() {
 
   s.real("loss.mixed", 1, "light: radiance of rays that hit, both nets mixed by their uncertainty", {0, none});
   s.real("loss.out_of_view", 1, "light: radiance of all rays, the out-of-view net alone", {0, none});
-  s.real("loss.irradiance", 0, "light: relative error of the mean radiance of each row of rays, both nets mixed",
+  s.real("loss.irradiance", 0, "light: Poisson's divergence of the mean radiance of each row of rays, both nets mixed",
          {0, none});
   s.real("loss.rerender", 0.1, "light: squared error of the picture rendered again", {0, none});
 

@@ -61,22 +61,23 @@ TEST(LightTraining, IrradianceLossAgainstItsDefinitionAndGradient) {
   constexpr std::size_t rows = 12, samples = 16;  // rows of every channel
   Tensor prediction = wide("prediction", kRays), truth = wide("truth", kRays);
   for (std::size_t i = 0; i < samples; ++i) prediction.real[i] = truth.real[samples + i] = 0;  // a dark row of each
-  double loss = 0;
+  double loss = 0, sizes = 0;
   std::vector<double> slope(rows * samples);
   for (std::size_t r = 0; r < rows; ++r) {
     double ours = 0, theirs = 0;
     for (std::size_t i = r * samples; i < (r + 1) * samples; ++i)
       ours += prediction.real[i] / samples, theirs += truth.real[i] / samples;
-    const double e = (ours - theirs) / (ours + 0.01);
-    loss += e * e / rows;
-    for (std::size_t i = 0; i < samples; ++i) slope[r * samples + i] = 2 * e / (ours + 0.01) / (rows * samples);
+    ours += 0.01, theirs += 0.01;
+    loss += (theirs * std::log(theirs / ours) - theirs + ours) / rows, sizes += (ours + theirs) / rows;
+    for (std::size_t i = 0; i < samples; ++i) slope[r * samples + i] = (1 - theirs / ours) / (rows * samples);
   }
   const std::vector<Tensor> results =
       loss_and_slope(prediction, [&](Graph& graph, Value p) { return irradiance_loss(p, graph.constant(truth)); });
-  // Sums of 16, the difference of two: 1e-12 leaves it two of its digits fewer than it has.
-  EXPECT_NEAR(results[0].real[0], loss, 1e-12 * loss);
+  // Sums of 16, and differences of what is as large as they are: logarithms here are below 10.
+  EXPECT_NEAR(results[0].real[0], loss, 10 * 32 * kDoubleRounding * sizes);
   for (std::size_t i = 0; i < slope.size(); ++i)
-    EXPECT_NEAR(results[1].real[i], slope[i], 1e-12 * std::abs(slope[i])) << i;
+    EXPECT_NEAR(results[1].real[i], slope[i], 32 * kDoubleRounding * (1.0 / (rows * samples) + std::abs(slope[i])))
+        << i;
 }
 
 // Of light that may be one or the other the loss of logarithms prefers the geometric mean, this one the mean.
@@ -94,7 +95,8 @@ TEST(LightTraining, IrradianceIsRightInTheMean) {
         .real[0];
   };
   EXPECT_LT(slope_at(1), 0);                                 // the geometric mean is too dark
-  EXPECT_NEAR(slope_at(5.05), 0, 2 * 96 * kDoubleRounding);  // the sum of 96 slopes below 1
+  EXPECT_NEAR(slope_at(5.05), 0, 2 * 96 * kDoubleRounding);  // the sum of 96 slopes of at most 1 / 96 each
+  EXPECT_NEAR(slope_at(0) * 0.01, 0.01 - 5.06, 1e-9) << "along its logarithm: as much as there is light, no more";
   EXPECT_GT(slope_at(6), 0);
 }
 
