@@ -56,7 +56,8 @@ MapTerms zhu_terms(const Scope& scope, const Maps& maps, const MapTargets& truth
     return through.from == PerceptualFeatures::From::Imported ? normal : affine(normal, 0.5, 0.5);
   };
   terms.albedo = add(terms.albedo, distance(maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * perceptual);
-  terms.normal = add(terms.normal, distance(seen(maps.normal), seen(truth.normal), truth.geometry_mask), 0.5 * perceptual);
+  terms.normal =
+      add(terms.normal, distance(seen(maps.normal), seen(truth.normal), truth.geometry_mask), 0.5 * perceptual);
   for (const int map : {0, 1})
     terms.material =
         add(terms.material, distance(slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
@@ -108,8 +109,9 @@ Value metallic_entropy(Value prediction, Value truth, Value mask) {
 }
 
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
-  const MapTerms compared = weights.terms == MapLosses::Li2020 ? li2020_terms(maps, truth)
-                                                               : zhu_terms(scope, maps, truth, weights.perceptual, weights.features);
+  const MapTerms compared = weights.terms == MapLosses::Li2020
+                                ? li2020_terms(maps, truth)
+                                : zhu_terms(scope, maps, truth, weights.perceptual, weights.features);
   NamedValues terms;
   Value total;
   const auto term = [&](const char* name, Value value, double weight) {

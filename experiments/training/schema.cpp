@@ -159,11 +159,12 @@ Schema make_schema() {
          {0, none});
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
   s.real("loss.perceptual", 0.02, "distance of features of maps, where loss.perceptual_features has any", {0, none});
-  s.text("loss.perceptual_features", "",
-         "maps: what the perceptual term looks through: VGG16 with random weights, the same for a run.seed; the encoder "
-         "of an MGNet that has learned on rooms; VGG16 with imported weights; empty: imported where "
-         "loss.perceptual_weights names a file, else no such term",
-         {"", "random", "rooms", "imported"})
+  s.text(
+       "loss.perceptual_features", "",
+       "maps: what the perceptual term looks through: VGG16 with random weights, the same for a run.seed; the encoder "
+       "of an MGNet that has learned on rooms; VGG16 with imported weights; empty: imported where "
+       "loss.perceptual_weights names a file, else no such term",
+       {"", "random", "rooms", "imported"})
       .later();
   s.text("loss.perceptual_weights", "",
          "file of these features: rooms: weights of maps; imported: ImageNet weights of VGG16, as `weights import` "

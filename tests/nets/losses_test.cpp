@@ -269,8 +269,8 @@ struct PerceptualTrial {
       : device(device_for(Precision::Double)), states(std::make_shared<States>(device, Precision::Double)) {
     const Scope scope{graph, true, through.scope()};
     prediction = graph.input("prediction", kStepMap);
-    distance = perceptual_distance(scope, prediction, graph.input("truth", kStepMap), graph.input("mask", kStepMask),
-                                   through);
+    distance =
+        perceptual_distance(scope, prediction, graph.input("truth", kStepMap), graph.input("mask", kStepMask), through);
     slope = gradient(distance, std::vector<Value>{prediction}).front();
     states->initialise(graph, seed);
   }
