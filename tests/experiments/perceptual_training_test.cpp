@@ -95,6 +95,25 @@ TEST_F(PerceptualRun, FeaturesStayAsTheyAreAndAreNotKept) {
   }
 }
 
+// Features are in no checkpoint: who goes on draws the same again.
+TEST_F(PerceptualRun, GoesOnInTheSameBits) {
+  const std::vector<std::string> settings{"train.steps=4", "log.validate_every=0", "log.checkpoint_every=2",
+                                          "loss.perceptual=1", "loss.perceptual_features=random"};
+  const auto last_of = [](const TrainingOutcome& outcome) {
+    auto tensors = read_safetensors(outcome.folder / "checkpoints/step-00000004.safetensors").tensors;
+    tensors.erase("training.progress");  // holds the time it took
+    return tensors;
+  };
+  const TrainingOutcome whole = run("runs", settings);
+  const auto unbroken = last_of(whole);
+  fs::remove(whole.folder / "DONE"), fs::remove(whole.folder / "checkpoints/step-00000004.safetensors");
+  const TrainingOutcome resumed = run("runs", settings);
+  EXPECT_THAT(text_of(resumed.folder / "log.txt"), HasSubstr("goes on after step 2 "));
+  const auto found = last_of(resumed);
+  ASSERT_EQ(found.size(), unbroken.size());
+  for (const auto& [name, tensor] : unbroken) EXPECT_EQ(found.at(name).values, tensor.values) << name;
+}
+
 TEST_F(PerceptualRun, WithoutFeaturesThereIsNoSuchTerm) {
   const auto weight = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all{"train.steps=1"};
