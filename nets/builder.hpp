@@ -11,11 +11,13 @@ struct Scope {
   Graph& graph;
   bool training = false;  // batch statistics and their updates, instead of running statistics
   std::string name;
+  bool frozen = false;  // no state below is trained: a net that others are only looked at through
 
   Scope operator/(const std::string& child) const {
-    return {graph, training, name.empty() ? child : name + "." + child};
+    return {graph, training, name.empty() ? child : name + "." + child, frozen};
   }
-  Value state(const std::string& child, const Shape& shape, const Init& init) const {
+  Value state(const std::string& child, const Shape& shape, Init init) const {
+    init.trainable = init.trainable && !frozen;
     return graph.state((*this / child).name, shape, init);
   }
 };

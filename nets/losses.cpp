@@ -41,17 +41,23 @@ MapTerms li2020_terms(const Maps& maps, const MapTargets& truth) {
           squared_loss(rough, true_rough, truth.material_mask, 4 * 0.5 * 4), scaled_depth_loss(maps, truth, 4 * 0.5)};
 }
 
-MapTerms zhu_terms(const Scope& scope, const Maps& maps, const MapTargets& truth, double perceptual) {
+MapTerms zhu_terms(const Scope& scope, const Maps& maps, const MapTargets& truth, double perceptual,
+                   const PerceptualFeatures& through) {
   MapTerms terms{log_loss(maps.albedo, truth.albedo, truth.albedo_mask, 0.5 / 3),
                  cosine_loss(maps.normal, truth.normal, truth.geometry_mask, 0.5),
                  squared_loss(maps.material, truth.material, truth.material_mask, 0.5),
                  scaled_depth_loss(maps, truth, 1)};
   if (perceptual == 0) return terms;
   const auto distance = [&](Value prediction, Value wanted, Value mask) {
-    return perceptual_distance(scope / "vgg", prediction, wanted, mask);
+    return perceptual_distance(scope / through.scope(), prediction, wanted, mask, through);
+  };
+  // Nets of pictures have seen nothing below 0; the paper's form leaves normals as they are.
+  const auto seen = [&](Value normal) {
+    return through.from == PerceptualFeatures::From::Imported ? normal : affine(normal, 0.5, 0.5);
   };
   terms.albedo = add(terms.albedo, distance(maps.albedo, truth.albedo, truth.albedo_mask), 0.5 * perceptual);
-  terms.normal = add(terms.normal, distance(maps.normal, truth.normal, truth.geometry_mask), 0.5 * perceptual);
+  terms.normal =
+      add(terms.normal, distance(seen(maps.normal), seen(truth.normal), truth.geometry_mask), 0.5 * perceptual);
   for (const int map : {0, 1})
     terms.material =
         add(terms.material, distance(slice(maps.material, map, 1), slice(truth.material, map, 1), truth.material_mask),
@@ -67,14 +73,21 @@ MapLosses map_losses_of(const std::string& name) {
   throw usage_error("there are no such terms", "loss.terms", name, "zhu or li2020");
 }
 
-Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask) {
+Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask,
+                          const PerceptualFeatures& through) {
+  using From = PerceptualFeatures::From;
   const auto features = [&](Value map) {
     const Shape& s = map.shape();
-    const Value shown = multiply(map, mask);
-    return vgg_features(scope, s.c == 3 ? shown : expand(shown, {s.n, 3, s.h, s.w}));
+    const Value masked = multiply(map, mask), shown = s.c == 3 ? masked : expand(masked, {s.n, 3, s.h, s.w});
+    if (through.from != From::Rooms) return vgg_features(scope, shown);
+    return mgnet_encoder(Scope{scope.graph, false, scope.name, true} / "encoder", shown, through.encoder)[1];
   };
-  const Value a = features(prediction), b = features(truth);
-  return squared_loss(a, b, average_pool(average_pool(mask)), 1.0 / a.shape().c);
+  const Value a = features(prediction), b = features(truth), known = average_pool(average_pool(mask));
+  const double share = 1.0 / a.shape().c;
+  const Value distance = squared_loss(a, b, known, share);
+  if (through.from == From::Imported) return distance;
+  constexpr double nothing = 1e-6;  // of an empty mask both are 0
+  return multiply(distance, reciprocal(affine(masked_mean(multiply(b, b), known, {1, 1, 1, 1}), share, nothing)));
 }
 
 Value log_depth_loss(Value prediction, Value truth, Value mask) {
@@ -96,8 +109,9 @@ Value metallic_entropy(Value prediction, Value truth, Value mask) {
 }
 
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
-  const MapTerms compared = weights.terms == MapLosses::Li2020 ? li2020_terms(maps, truth)
-                                                               : zhu_terms(scope, maps, truth, weights.perceptual);
+  const MapTerms compared = weights.terms == MapLosses::Li2020
+                                ? li2020_terms(maps, truth)
+                                : zhu_terms(scope, maps, truth, weights.perceptual, weights.features);
   NamedValues terms;
   Value total;
   const auto term = [&](const char* name, Value value, double weight) {

@@ -19,14 +19,34 @@ struct MapTargets {
 enum class MapLosses { Zhu, Li2020 };
 MapLosses map_losses_of(const std::string& name);  // zhu | li2020; throws usage_error
 
-/// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves VGG out.
+/// What the perceptual distance looks through; none of it is trained.
+struct PerceptualFeatures {
+  enum class From {
+    Imported,  // VGG16's relu3_3 with ImageNet's weights, as in the paper
+    Random,    // the same net with random weights
+    Rooms      // an encoder of MGNet that has learned on rooms, at 1/4 of the map
+  };
+  From from = From::Imported;
+  MgnetSize encoder = {};  // Rooms: of this net
+
+  /// First part of the names of its states.
+  const char* scope() const { return from == From::Rooms ? "rooms" : "vgg"; }
+};
+
+/// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves its features out.
 struct LossWeights {
   double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 0;
   MapLosses terms = MapLosses::Zhu;
+  PerceptualFeatures features = {};
 };
 
-/// Masked mean squared distance of VGG16's relu3_3 features of two maps (one or three channels) times the mask.
-Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask);
+/// Distance of the features f of two maps (one channel, repeated, or three) times the mask {n, 1, h, w}, which is
+/// averaged to the features' size; {1, 1, 1, 1}, over the whole batch. With c channels of features:
+///   Imported       <|f' - f|^2>_m / c
+///   Random, Rooms  <|f' - f|^2>_m / <|f|^2>_m: a part of the true map's, whatever size the features of a net have
+/// Rooms sees a map as MGNet sees a photograph; no value may be below 0. States are "<scope>.*". Sides: multiples of 4.
+Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Value mask,
+                          const PerceptualFeatures& through = {});
 
 /// <(e - 0.85 mean e)^2>_m with e = ln(D' + 0.01) - ln(D + 0.01), the mean over each picture's mask detached.
 Value log_depth_loss(Value prediction, Value truth, Value mask);
@@ -38,7 +58,7 @@ Value metallic_entropy(Value prediction, Value truth, Value mask);
 /// The terms by name, each 1x1x1x1, weighted; "loss" is first and is their sum. With <.>_m a masked mean and perc the
 /// perceptual distance:
 ///   albedo    0.5 (<(ln(1 + A') - ln(1 + A))^2>_m over pixels and channels + w perc)
-///   normal    0.5 (<|1 - n'.n|>_m + w perc)
+///   normal    0.5 (<|1 - n'.n|>_m + w perc); all but Imported features see (n + 1) / 2
 ///   material  0.5 (<(R' - R)^2 + (M' - M)^2>_m + w (perc_R + perc_M) / 2), each map repeated to three channels
 ///   depth     <(ln(1 + max(0, s D')) - ln(1 + D))^2>_m, s the least-squares scale of each picture, detached
 ///   log_depth log_depth_loss, beyond the paper (Eigen et al. 2014): sees relative error however near the surface; what

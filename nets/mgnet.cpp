@@ -83,6 +83,10 @@ std::string MgnetSize::steps_wanted() const {
          (shared() ? fmt::format("{}", kSharedGroup) : fmt::format("{}", fmt::join(kDecoderGroups, ", ")));
 }
 
+std::array<Value, 5> mgnet_encoder(const Scope& scope, Value image, const MgnetSize& size) {
+  return encoder_levels(scope, image, size.shared() ? with_logarithm(image) : Value(), size);
+}
+
 Maps mgnet(Graph& graph, Value image, const MgnetSize& size, bool training) {
   const Scope net{graph, training, ""};
   if (size.li2020()) return maps_of_li2020(net, image, std::get<Li2020MapsSize>(size.encoder));

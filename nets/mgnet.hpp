@@ -43,4 +43,8 @@ struct Maps {
 /// layer on the detached mean of the encoder's last feature, beyond the papers. The net of Li et al. knows no metal.
 Maps mgnet(Graph& graph, Value image, const MgnetSize& size, bool training);
 
+/// Features of mgnet()'s encoder at 1/2, 1/4, 1/8, 1/16 and less of `image` {n, 3, h, w}, from 0 up. States
+/// "<scope>.*" as mgnet() has them below "encoder". Not of the net of Li et al., which has no such encoder.
+std::array<Value, 5> mgnet_encoder(const Scope& scope, Value image, const MgnetSize& size);
+
 }  // namespace clerestory

@@ -17,7 +17,8 @@ struct MgnetTrainingOptions {
 /// {n,1,h,w}, "albedo_mask", "geometry_mask", "material_mask" {n,1,h,w}, "log_scale", "scale_mask" {n,1,1,1},
 /// "learning_rate" and "step" {1,1,1,1} (1 for the first). Compile with updates = true; states beside the parameters
 /// are moments "adam.m.<name>", "adam.v.<name>", averages "average.<name>" and running statistics. With
-/// weights.perceptual > 0 there are also "vgg.features.*", which the caller sets from ImageNet's weights.
+/// weights.perceptual > 0 there are also those of weights.features, which the caller sets from a file but where they
+/// are Random.
 struct MgnetTraining {
   Maps maps;
   NamedValues losses;               // "loss" first

@@ -3,11 +3,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/studies/edge_measures.hpp"
 #include "experiments/studies/trained_run.hpp"
 #include "experiments/training/evaluate.hpp"
 #include "experiments/weights/weights.hpp"
 
 namespace clerestory {
+namespace {
+
+Table measured_edges(const std::filesystem::path& run, const MapMeasuring& options) {
+  Device device = Device::open(options.device);
+  device.use_gemm(options.gemm);
+  const std::vector<EdgeErrors> views = measure_edges(run / kLastWeights, options.test, device);
+  write_judged_errors(run / kMeasuredErrors, edge_lists(views));
+  return edge_table(views);
+}
+
+}  // namespace
+
+const std::vector<std::string>& map_measures() {
+  static const std::vector<std::string> measures{"edges"};
+  return measures;
+}
 
 RunTables measure_maps(const std::filesystem::path& run, const MapMeasuring& options) {
   EvaluateOptions judging;
@@ -39,7 +56,9 @@ RunTables measure_maps(const std::filesystem::path& run, const MapMeasuring& opt
   for (const FrameResult& f : outcome.frames)
     add(fmt::format("depth of {}, rooted si-log", f.frame), Measure{f.ours},
         f.ours / std::min(f.constant, f.mean_map.value_or(f.constant)));
-  return {{"maps", table}};
+  RunTables tables{{"maps", table}};
+  for (const std::string& measure : options.measures) tables[measure] = measured_edges(run, options);
+  return tables;
 }
 
 }  // namespace clerestory

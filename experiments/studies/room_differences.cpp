@@ -19,14 +19,18 @@ using ByRoom = std::map<std::string, double>;
 
 constexpr std::uint64_t kSeed = 0x726f6f6d73;  // of the bootstrap's draws
 
-/// What a finished training says of itself.
+/// What a finished training says of itself, and what the study has measured of it.
 struct Trained {
   std::vector<JudgedErrorsList> lists;
   std::string kind;
 };
 
 Trained trained_of(const SweptRun& run) {
-  return {read_judged_errors(run.folder / "artifacts/views.json"), read_history(run.folder / kLastWeights).kind()};
+  Trained trained{read_judged_errors(run.folder / "artifacts/views.json"),
+                  read_history(run.folder / kLastWeights).kind()};
+  if (const auto measured = run.folder / kMeasuredErrors; std::filesystem::exists(measured))
+    std::ranges::move(read_judged_errors(measured), std::back_inserter(trained.lists));
+  return trained;
 }
 
 ByRoom by_room(const Trained& run, const std::string& list, std::size_t error) {

@@ -6,6 +6,7 @@
 
 #include "experiments/studies/differences.hpp"
 #include "experiments/studies/light_measures.hpp"
+#include "experiments/studies/map_measures.hpp"
 #include "experiments/studies/room_differences.hpp"
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/trained_kinds.hpp"
@@ -36,7 +37,8 @@ GenerateOptions rooms_of(const Config& c, const std::string& split) {
   GenerateOptions o;
   o.out = data_folder(c, split), o.rooms.split = split;
   o.rooms.count = whole(training ? "ablation.rooms" : "ablation.judged_rooms"), o.views.count = whole("ablation.views");
-  o.views.width = whole("model.width"), o.views.height = whole("model.height");
+  const int scale = training ? 1 : whole("ablation.judged_scale");
+  o.views.width = scale * whole("model.width"), o.views.height = scale * whole("model.height");
   o.views.spp = whole("ablation.picture_spp"), o.light.spp = whole("ablation.light_spp");
   o.views.clamp = 1;  // without it fireflies of few samples would be learned as lamps
   o.light.wanted = trained_kind(c).reads_light();
@@ -119,7 +121,10 @@ void add_ablation_keys(Schema& s) {
   s.integer("ablation.seeds", 3, "trainings of each variant, with the seeds 1, 2, ...; run.seed in their place",
             {1, 100})
       .aside();
-  s.texts("ablation.measures", {}, "light: tables beside the errors of the light", light_measures()).aside();
+  Texts measures = light_measures();
+  std::ranges::copy(map_measures(), std::back_inserter(measures));
+  s.texts("ablation.measures", {}, "tables beside the errors: range and rerender of the light, edges of maps", measures)
+      .aside();
   s.flag("ablation.clamped", false,
          "light: judged nets read pictures clamped to [0, 1], as a photograph is; the truth is HDR");
   s.texts("ablation.frames", {}, "maps: folders of photographs with measured depth that judge beside the rooms");
@@ -129,6 +134,8 @@ void add_ablation_keys(Schema& s) {
   s.integer("ablation.rooms", 20, "training rooms", {1, 100000});
   s.integer("ablation.judged_rooms", 6, "rooms that no training sees", {1, 100000});
   s.text("ablation.judged_setting", "training", "content of the judged rooms", {"training", "held_out"});
+  s.integer("ablation.judged_scale", 1, "maps: views of these rooms are so many times as large as the net's", {1, 8})
+      .later();
   s.integer("ablation.views", 3, "views of each room", {1, 1000});
   s.integer("ablation.picture_spp", 48, "samples a pixel of the pictures", {1, 65536});
   s.integer("ablation.light_spp", 8, "light: samples a texel of it", {1, 4096});

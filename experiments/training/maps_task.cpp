@@ -38,15 +38,14 @@ class MapsTask : public TrainingTask {
                     options_.model.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20,
                     device_name_, data_text(options_, store_.size()), validation_store_.size(),
                     options_.model.size.width, options_.model.size.height, options_.train.batch)};
-    if (options_.loss.weights.perceptual == 0)
-      notes.push_back("the perceptual term is off: no ImageNet weights of VGG16 were given (loss.perceptual_weights)");
+    notes.push_back(perceptual_note());
     if (const std::string note = frozen_note(network_.frozen()); !note.empty()) notes.push_back(note);
     return notes;
   }
 
   std::vector<LeftOut> left_out() const override {
     if (options_.loss.weights.perceptual > 0) return {};
-    return {{"perceptual loss", "no ImageNet weights of VGG16 were given", ""}};
+    return {{"perceptual loss", "no features were given (loss.perceptual_features)", ""}};
   }
 
   void begin(TrainingProgress& progress) override {
@@ -112,6 +111,17 @@ class MapsTask : public TrainingTask {
     std::string name;
     std::vector<JudgedView> views;
   };
+
+  std::string perceptual_note() const {
+    using From = PerceptualFeatures::From;
+    const LossSection& loss = options_.loss;
+    if (loss.weights.perceptual == 0)
+      return "the perceptual term is off: no features were given (loss.perceptual_features)";
+    if (loss.weights.features.from == From::Random)
+      return fmt::format("the perceptual term looks through VGG16 with random weights of seed {}", options_.run.seed);
+    return fmt::format("the perceptual term looks through {} of {}",
+                       loss.weights.features.from == From::Rooms ? "the encoder" : "VGG16", loss.perceptual_weights);
+  }
 
   std::vector<JudgedView> read_list(const JudgingList& list, const MapSet& means) const {
     ViewStore store(all_views(list.folder), options_.model.size.width, options_.model.size.height, 0);

@@ -6,16 +6,39 @@
 #include "experiments/weights/imported.hpp"
 #include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/stored_states.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "nets/mgnet_training.hpp"
 
 namespace clerestory {
 namespace {
 
-void set_frozen_features(const std::string& path, States& states) {
-  const TensorFile file = read_imported(path, "vgg16");
-  for (const std::string& name : states.names())
-    if (is_frozen_feature(name)) set_state(states, name, states.view(name).shape, file, path);
+/// Features of rooms are those of the encoder of these weights.
+PerceptualFeatures with_encoder(PerceptualFeatures features, const std::string& path) {
+  if (features.from != PerceptualFeatures::From::Rooms) return features;
+  features.encoder = read_maps_size(path);
+  if (features.encoder.li2020())
+    throw usage_error("the net of Li et al. has no encoder that maps are looked at through", "loss.perceptual_weights",
+                      path, "weights of MGNet's maps");
+  return features;
+}
+
+/// Sets what the perceptual term looks through; random features are there already.
+void set_frozen_features(const LossSection& loss, States& states) {
+  using From = PerceptualFeatures::From;
+  const PerceptualFeatures& features = loss.weights.features;
+  const std::string& path = loss.perceptual_weights;
+  if (loss.weights.perceptual == 0 || features.from == From::Random) return;
+  const bool rooms = features.from == From::Rooms;
+  const TensorFile file = rooms ? read_finite_safetensors(path) : read_imported(path, "vgg16");
+  // "rooms.encoder.stem.weight" is "encoder.stem.weight" in its file; VGG16's files have our names.
+  const std::size_t before = rooms ? std::string(features.scope()).size() + 1 : 0;
+  for (const std::string& name : states.names()) {
+    if (!is_frozen_feature(name)) continue;
+    const Shape shape = states.view(name).shape;
+    const std::string stored = name.substr(before);
+    states.set(name, Tensor(shape, shaped_tensor(file, stored, shape, path).floats(path + ": " + stored)));
+  }
 }
 
 }  // namespace
@@ -49,11 +72,13 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   options.batch = o.train.batch, options.height = padded_size(o.model.size.height),
   options.width = padded_size(o.model.size.width);
   options.weights = o.loss.weights;
+  if (options.weights.perceptual > 0)
+    options.weights.features = with_encoder(options.weights.features, o.loss.perceptual_weights);
   options.encoder_rate = o.train.encoder_rate;
   options.adam.beta1 = o.train.beta1, options.adam.beta2 = o.train.beta2, options.average = o.train.average;
   state_->training = mgnet_training(state_->graph, o.model.net, options);
   states->initialise(state_->graph, o.run.seed);
-  if (o.loss.weights.perceptual > 0) set_frozen_features(o.loss.perceptual_weights, *states);
+  set_frozen_features(o.loss, *states);
   std::vector<Value> outputs;
   for (const auto& [name, value] : state_->training.losses) outputs.push_back(value);
   outputs.push_back(state_->training.squares);

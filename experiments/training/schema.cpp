@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "host/cl/tile.hpp"
 #include "host/ops/light/ask_field.hpp"
@@ -157,9 +158,17 @@ Schema make_schema() {
   s.real("loss.log_depth", 0, "squared error of ln depth, most of each image's mean removed (Eigen et al. 2014)",
          {0, none});
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
-  s.real("loss.perceptual", 0.02, "VGG16 feature distance, where weights are given", {0, none});
+  s.real("loss.perceptual", 0.02, "distance of features of maps, where loss.perceptual_features has any", {0, none});
+  s.text(
+       "loss.perceptual_features", "",
+       "maps: what the perceptual term looks through: VGG16 with random weights, the same for a run.seed; the encoder "
+       "of an MGNet that has learned on rooms; VGG16 with imported weights; empty: imported where "
+       "loss.perceptual_weights names a file, else no such term",
+       {"", "random", "rooms", "imported"})
+      .later();
   s.text("loss.perceptual_weights", "",
-         "ImageNet weights of VGG16, as `weights import` wrote them; empty: no perceptual term");
+         "file of these features: rooms: weights of maps; imported: ImageNet weights of VGG16, as `weights import` "
+         "wrote them");
 
   s.real("loss.mixed", 1, "light: radiance of rays that hit, both nets mixed by their uncertainty", {0, none});
   s.real("loss.out_of_view", 1, "light: radiance of all rays, the out-of-view net alone", {0, none});
@@ -455,16 +464,33 @@ TrainSection train_of(const Config& c) {
   return o;
 }
 
+/// What the perceptual term looks through; nothing where there is no such term.
+std::optional<PerceptualFeatures> features_of(const Config& c) {
+  using From = PerceptualFeatures::From;
+  const std::string &from = c.text("loss.perceptual_features"), &file = c.text("loss.perceptual_weights");
+  const auto refuse = [&](bool bad, const std::string& key, const char* what, const std::string& expected) {
+    if (bad) throw usage_error(what, key + " (" + c.origin(key) + ")", c.text(key), expected);
+  };
+  if (from.empty() && file.empty()) return std::nullopt;
+  refuse(c.text("loss.terms") == "li2020", from.empty() ? "loss.perceptual_weights" : "loss.perceptual_features",
+         "the terms of Li et al. have no perceptual part", "none where loss.terms = li2020");
+  refuse(from == "random" && !file.empty(), "loss.perceptual_weights", "random features are read from no file",
+         "none where loss.perceptual_features = random");
+  refuse(from != "random" && file.empty(), "loss.perceptual_features", "these features are read from a file",
+         "loss.perceptual_weights=FILE beside it");
+  return PerceptualFeatures{from == "random" ? From::Random : from == "rooms" ? From::Rooms : From::Imported};
+}
+
 LossSection loss_of(const Config& c) {
   LossSection o;
   o.perceptual_weights = c.text("loss.perceptual_weights");
   LossWeights& w = o.weights;
   w.terms = map_losses_of(c.text("loss.terms"));
-  forbid(w.terms == MapLosses::Li2020 && !o.perceptual_weights.empty(), c, "loss.perceptual_weights",
-         "the terms of Li et al. have no perceptual part", "none where loss.terms = li2020");
+  const std::optional<PerceptualFeatures> features = features_of(c);
+  if (features) w.features = *features;
   w.albedo = c.real("loss.albedo"), w.normal = c.real("loss.normal"), w.material = c.real("loss.material");
   w.depth = c.real("loss.depth"), w.log_depth = c.real("loss.log_depth"), w.scale = c.real("loss.scale");
-  w.metallic = c.real("loss.metallic"), w.perceptual = o.perceptual_weights.empty() ? 0 : c.real("loss.perceptual");
+  w.metallic = c.real("loss.metallic"), w.perceptual = features ? c.real("loss.perceptual") : 0;
   return o;
 }
 

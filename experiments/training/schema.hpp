@@ -87,7 +87,7 @@ struct TrainSection {
 /// What the maps' net minimises; the light's is in LightSection::step.
 struct LossSection {
   LossWeights weights;
-  std::string perceptual_weights;  // file; empty: the term is off
+  std::string perceptual_weights;  // file of the features; empty: they are random, or there is no such term
 };
 
 /// A light's training.

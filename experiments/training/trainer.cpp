@@ -190,7 +190,8 @@ void Trainer::prepare() {
     const auto steps = static_cast<std::int64_t>(std::ceil(options_.train.epochs * views / options_.train.batch));
     limits_.steps = options_.train.steps > 0 ? std::min(options_.train.steps, steps) : steps;
   }
-  if (options_.loss.weights.perceptual > 0) provenance_.inputs.push_back(record_file(options_.loss.perceptual_weights));
+  if (options_.loss.weights.perceptual > 0 && !options_.loss.perceptual_weights.empty())
+    provenance_.inputs.push_back(record_file(options_.loss.perceptual_weights));
   for (const std::string& note : task_->notes()) run_.log(note);
 }
 

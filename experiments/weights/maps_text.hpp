@@ -16,7 +16,9 @@ std::map<std::string, Shape> maps_states(const MgnetSize& net);
 std::string net_text(const MgnetSize& net);
 MgnetSize net_from_text(const std::string& text, const std::string& where);
 
-/// States of the frozen feature net of the perceptual loss: never stored with ours.
-inline bool is_frozen_feature(const std::string& state) { return state.starts_with("vgg."); }
+/// States of the frozen feature net of the perceptual loss (PerceptualFeatures::scope): never stored with ours.
+inline bool is_frozen_feature(const std::string& state) {
+  return state.starts_with("vgg.") || state.starts_with("rooms.");
+}
 
 }  // namespace clerestory

@@ -16,6 +16,7 @@
 #include "experiments/training/light_batches.hpp"
 #include "experiments/training/schema.hpp"
 #include "host/error.hpp"
+#include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
 #include "host/report/progress.hpp"
 #include "tests/experiments/program.hpp"
@@ -121,6 +122,20 @@ TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
     EXPECT_GT(minutes, 0);
     EXPECT_LE(minutes, 46) << name << ": rooms and measures take the rest of the hour";
   }
+}
+
+TEST(TrainingStudy, PerceptualVariantsDifferInFeaturesAlone) {
+  const Config config = load_config(fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs/ablation_perceptual.toml",
+                                    training_study_schema());
+  std::map<std::string, TrainingOptions> variants;
+  for (const ConfigVariant& v : config.variants()) variants.emplace(v.name, training_options(config.variant(v.name)));
+  ASSERT_EQ(variants.size(), 3u);
+  EXPECT_EQ(variants.at("none").loss.weights.perceptual, 0);
+  for (const char* name : {"random", "rooms"}) EXPECT_GT(variants.at(name).loss.weights.perceptual, 0) << name;
+  EXPECT_EQ(variants.at("random").loss.weights.features.from, PerceptualFeatures::From::Random);
+  EXPECT_EQ(variants.at("rooms").loss.weights.features.from, PerceptualFeatures::From::Rooms);
+  for (const auto& [name, options] : variants) EXPECT_EQ(options.train.steps, variants.at("none").train.steps) << name;
+  EXPECT_GE(config.integer("ablation.seeds"), 3);
 }
 
 TEST(TrainingStudy, KeysOfTheEncodingReachTheNet) {
@@ -349,6 +364,52 @@ TEST_F(TinyAblation, MapsAreTrainedAndJudgedOnRoomsAndPhotographs) {
   EXPECT_THAT(read_file(place / "provenance.json"), HasSubstr("\"rooms of fixed\": \"2 views of "));
 }
 
+TEST_F(TinyAblation, ThePerceptualTermIsJudgedAlongEdges) {
+  const std::string weights = std::string(CLERESTORY_SOURCE_DIR) + "/nets/weights/maps.safetensors";
+  write_config(
+      "[[variant]]\nname = \"none\"\noverrides = []\n"
+      "[[variant]]\nname = \"random\"\noverrides = [\"loss.perceptual_features=random\"]\n"
+      "[[variant]]\nname = \"rooms\"\noverrides = [\"loss.perceptual_features=rooms\", "
+      "\"loss.perceptual_weights=" +
+      weights + "\"]\n");
+  const fs::path place = run(
+      {"model.kind=maps", "ablation.measures=[edges]", "ablation.data=" + (folder / "maps").string(), "model.growth=4",
+       "model.first=16", "model.layers=[1,1,1,1]", "model.decoder=[32,16,16,8,4]", "loss.radiance=hdr",
+       "loss.perceptual=1", "ablation.judged_scale=2", "ablation.judged_rooms=2", "ablation.box_rooms=false"});
+  const fs::path room = folder / "maps/test/room-s7301-00000";
+  EXPECT_EQ(read_view(room, list_views(room).at(0)).depth.width, 64) << "twice the net's";
+  EXPECT_EQ(read_view(folder / "maps/train/room-s7300-00000", "000").depth.width, 32);
+
+  const Table edges = table(place, "edges");
+  ASSERT_EQ(edges.rows.size(), 15u) << "five maps of three variants";
+  EXPECT_THAT(edges.note, HasSubstr("64x48"));
+  EXPECT_EQ(edges.columns[3].name, "along edges");
+  EXPECT_EQ(edges.columns[4].name, "difference");
+  EXPECT_EQ(edges.columns[4].unit, "to none");
+  EXPECT_EQ(edges.columns[5].name, "away from edges");
+  EXPECT_EQ(text_at(edges, 5, 0), "random");
+  EXPECT_EQ(text_at(edges, 10, 2), "normals, degrees");
+  for (const std::size_t row : {0u, 5u, 10u}) {
+    const auto& normals = std::get<Measure>(edges.rows[row][3]);
+    EXPECT_TRUE(normals.mean > 0 && std::isfinite(normals.mean)) << row;
+    EXPECT_EQ(normals.count, 2) << "seeds";
+  }
+  const auto normals = [&](std::size_t row) { return std::get<Measure>(edges.rows[row][3]).mean; };
+  EXPECT_NE(normals(5), normals(0)) << "the term changes nothing";
+  EXPECT_NE(normals(10), normals(0)) << "the term changes nothing";
+
+  const Table rooms = table(place, "rooms");
+  int judged = 0;
+  for (std::size_t row = 0; row < rooms.rows.size(); ++row)
+    if (text_at(rooms, row, 0) == "rooms" && text_at(rooms, row, 1) == "along edges" &&
+        text_at(rooms, row, 2) == "normals, degrees") {
+      EXPECT_NEAR(std::get<Measure>(rooms.rows[row][4]).mean, normals(10), 1e-9 * normals(10));
+      EXPECT_THAT(text_at(rooms, row, 8), testing::AnyOf("none", "better", "worse"));
+      ++judged;
+    }
+  EXPECT_EQ(judged, 1);
+}
+
 TEST_F(TinyAblation, ClampedTruthIsLearnedClamped) {
   GenerateOptions o;
   o.out = folder / "room", o.rooms.count = 1, o.views.count = 1, o.views.width = 32, o.views.height = 24,
@@ -385,6 +446,8 @@ TEST_F(TinyAblation, MistakesAreFoundBeforeRoomsAreMade) {
   };
   const std::string elsewhere = "ablation.data=" + (folder / "elsewhere").string();
   EXPECT_THAT(message({elsewhere, "model.kind=maps"}), HasSubstr("ablation.measures: are tables of the light"));
+  EXPECT_THAT(message({elsewhere, "ablation.measures=[edges]"}), HasSubstr("ablation.measures: are tables of maps"));
+  EXPECT_THAT(message({elsewhere, "ablation.judged_scale=2"}), HasSubstr("1 where model.kind = light"));
   EXPECT_THAT(message({elsewhere, "light.widht=3"}), HasSubstr("nearest known one is light.width"));
   EXPECT_THAT(message({elsewhere, "train.steps=0"}), HasSubstr("the run has no end"));
   EXPECT_THAT(message({elsewhere, "ablation.measures=[sharpness]"}), HasSubstr("ablation.measures"));

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "nets/mgnet_training.hpp"
@@ -249,6 +251,131 @@ TEST(Losses, TermsAreWeightedAndAddUp) {
   EXPECT_GT(beyond.at("metallic"), 0);
   EXPECT_NEAR(beyond.at("loss"), plain.at("loss") + beyond.at("log_depth") + beyond.at("metallic"),
               8 * 0x1p-23 * beyond.at("loss"));
+}
+
+// ---- What the perceptual distance looks through ----
+
+constexpr Shape kStepMap{1, 3, 32, 32}, kStepMask{1, 1, 32, 32};
+
+PerceptualFeatures random_vgg() { return {PerceptualFeatures::From::Random}; }
+/// An encoder as learned ones are built; its weights are random here.
+PerceptualFeatures encoder_of(const std::string& preset) {
+  return {PerceptualFeatures::From::Rooms, mgnet_size(preset)};
+}
+
+/// The perceptual distance of pairs of maps in double, with the weights of a seed.
+struct PerceptualTrial {
+  explicit PerceptualTrial(const PerceptualFeatures& through, std::uint64_t seed = 1)
+      : device(device_for(Precision::Double)), states(std::make_shared<States>(device, Precision::Double)) {
+    const Scope scope{graph, true, through.scope()};
+    prediction = graph.input("prediction", kStepMap);
+    distance =
+        perceptual_distance(scope, prediction, graph.input("truth", kStepMap), graph.input("mask", kStepMask), through);
+    slope = gradient(distance, std::vector<Value>{prediction}).front();
+    states->initialise(graph, seed);
+  }
+
+  std::vector<Tensor> run(const Tensor& p, const Tensor& t, const Tensor& m, bool with_slope = false) {
+    return evaluate(graph, with_slope ? std::vector{distance, slope} : std::vector{distance}, device,
+                    {{"prediction", p}, {"truth", t}, {"mask", m}}, {.precision = Precision::Double}, 0, states);
+  }
+  double of(const Tensor& p, const Tensor& t, const Tensor& m = Tensor(kStepMask, 1)) {
+    return run(p, t, m)[0].real[0];
+  }
+
+  Graph graph;
+  Device device;
+  std::shared_ptr<States> states;
+  Value prediction, distance, slope;
+};
+
+/// A step from 0.2 to 0.8 in the middle, a ramp over `blur` columns in its place.
+Tensor step_map(double blur) {
+  Tensor map(kStepMap, 0);
+  for (std::size_t i = 0; i < map.real.size(); ++i) {
+    const double beyond = static_cast<double>(i % 32) - 15.5;
+    map.real[i] = 0.5 + 0.6 * std::clamp(blur > 0 ? beyond / blur : beyond, -0.5, 0.5);
+  }
+  return map;
+}
+
+TEST(PerceptualFeatures, DistanceIsNothingOfEqualMapsAndGrowsWithTheBlurOfEdges) {
+  for (const PerceptualFeatures& through : {random_vgg(), encoder_of("lite"), encoder_of("compact")}) {
+    PerceptualTrial trial(through);
+    EXPECT_TRUE(trial.graph.parameters().empty()) << "features are frozen";
+    double before = trial.of(step_map(0), step_map(0));
+    EXPECT_EQ(before, 0);
+    for (const double blur : {2.0, 4.0, 8.0, 16.0}) {
+      const double distance = trial.of(step_map(blur), step_map(0));
+      EXPECT_GT(distance, before) << through.scope() << ", a ramp over " << blur << " columns";
+      before = distance;
+    }
+    EXPECT_LT(before, 1) << "a part of the true map's features";
+    EXPECT_EQ(trial.of(step_map(8), step_map(0), Tensor(kStepMask, 0)), 0) << "nothing is known";
+  }
+}
+
+// The mean square of the features divides: a net whose last features are all twice as large gives the same distance.
+TEST(PerceptualFeatures, DistanceDoesNotKnowHowLargeFeaturesAre) {
+  PerceptualTrial trial(random_vgg());
+  const double before = trial.of(step_map(4), step_map(0));
+  Tensor last = trial.states->get("vgg.features.14.weight");
+  for (double& w : last.real) w *= 2;
+  trial.states->set("vgg.features.14.weight", last);
+  // 1e-6 beside a mean square of features, which He's weights keep near that of the map.
+  EXPECT_NEAR(trial.of(step_map(4), step_map(0)), before, 1e-5 * before);
+}
+
+TEST(PerceptualFeatures, RandomOnesAreThoseOfTheirSeed) {
+  const auto distance = [](std::uint64_t seed) {
+    return PerceptualTrial(random_vgg(), seed).of(step_map(4), step_map(0));
+  };
+  EXPECT_EQ(distance(1), distance(1));
+  EXPECT_NE(distance(1), distance(2));
+}
+
+TEST(PerceptualFeatures, GradientIsThatOfDifferences) {
+  Tensor prediction = formula("prediction", kStepMap), truth = formula("truth", kStepMap), mask(kStepMask, 1);
+  for (double& x : prediction.real) x = 0.5 + 0.9 * x;
+  for (double& x : truth.real) x = 0.5 + 0.9 * x;
+  for (std::size_t i = 0; i < 32 * 8; ++i) mask.real[i] = 0;
+  // Central: of order step^2, roundings 1e-16 / step. Of some 1e5 units step * 1e5 bend between both ends, each a
+  // 1e5th of the slope.
+  constexpr double step = 1e-6, allowed = 1e-5;
+  for (const PerceptualFeatures& through : {random_vgg(), encoder_of("lite"), encoder_of("compact")}) {
+    PerceptualTrial trial(through);
+    const std::vector<double> slope = trial.run(prediction, truth, mask, true)[1].real;
+    for (int i = 0; i < 32 * 8; ++i) ASSERT_EQ(slope[static_cast<std::size_t>(i)], 0) << "under the mask";
+    for (const std::string name : {"one way", "another"}) {
+      const Tensor way = formula(name, kStepMap);
+      Tensor above = prediction, below = prediction;
+      double along = 0, size = 0;
+      for (std::size_t i = 0; i < way.real.size(); ++i) {
+        above.real[i] += step * way.real[i], below.real[i] -= step * way.real[i];
+        along += slope[i] * way.real[i], size += std::abs(slope[i] * way.real[i]);
+      }
+      const double difference = (trial.of(above, truth, mask) - trial.of(below, truth, mask)) / (2 * step);
+      EXPECT_NEAR(along, difference, allowed * size) << through.scope() << ", " << name;
+      EXPECT_GT(size, 0);
+    }
+  }
+}
+
+TEST(PerceptualFeatures, AreNotTrainedWithTheNet) {
+  for (const PerceptualFeatures& through : {random_vgg(), encoder_of("lite")}) {
+    Graph graph;
+    MgnetTrainingOptions options{.batch = 1, .height = 32, .width = 32};
+    options.weights.perceptual = 0.02, options.weights.features = through;
+    const MgnetTraining training = mgnet_training(graph, mgnet_size("compact"), options);
+    int seen = 0;
+    for (const Value& v : graph.states())
+      seen += static_cast<const StateOp&>(*v.node->op).state_name.starts_with(std::string(through.scope()) + ".");
+    EXPECT_GT(seen, 10);
+    for (const Value& p : training.parameters) {
+      const std::string& name = static_cast<const StateOp&>(*p.node->op).state_name;
+      EXPECT_FALSE(name.starts_with(std::string(through.scope()) + ".")) << name;
+    }
+  }
 }
 
 }  // namespace
