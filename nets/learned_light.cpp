@@ -101,13 +101,18 @@ void check_states(const LightNets& nets, bool in_view) {
   }
 }
 
-/// Radiance from out of view; 0 for rays that `list` leaves out.
-Value far_light(const LightField& field, Value points, Value direction, Value range, const RayList& list,
+Value ask_far_light(const LightField& field, Value points, Value direction, Value range, const RayList& list,
                 const OutOfViewSize& size) {
   if (size.form == OutOfViewForm::Field)
     return ask_field(field.weights, field.biases, points, direction, range, list,
                      {size.march, size.octaves, size.released_output}, field.background);
   return ask_shells(field.shells, points, direction, range, list, shell_radii(size.shells));
+}
+
+/// Radiance from out of view; 0 for rays that `list` leaves out.
+Value far_light(const LightField& field, Value points, Value direction, Value range, const RayList& list,
+                const OutOfViewSize& size) {
+  return with_gain(ask_far_light(field, points, direction, range, list, size), size);
 }
 
 }  // namespace

@@ -122,6 +122,8 @@ OutOfViewForm out_of_view_form(const std::string& name) {
   throw usage_error("there is no such form", "light.out_of_view", name, "field or shells");
 }
 
+Value with_gain(Value light, const OutOfViewSize& size) { return size.gain == 1 ? light : scale(light, size.gain); }
+
 std::vector<LightField> light_fields(const Scope& scope, const LightInputs& pictures, const OutOfViewSize& size) {
   const std::vector<Value> levels = resnet(scope / "encoder", trunk_input(pictures, size), size.trunk);
   if (size.form == OutOfViewForm::Shells) {
@@ -141,8 +143,9 @@ std::vector<LightField> light_fields(const Scope& scope, const LightInputs& pict
   return fields;
 }
 
-Value out_of_view_light(const LightField& field, Value points, Value direction, Value range,
-                        const OutOfViewSize& size) {
+namespace {
+
+Value field_light(const LightField& field, Value points, Value direction, Value range, const OutOfViewSize& size) {
   if (field.shells) return shells_light(field.shells, points, direction, range, size.shells);
   const Marched samples = march(points, direction, range, points.shape(), size.march);
   Value x = encoded(samples.position, size.octaves);
@@ -154,6 +157,13 @@ Value out_of_view_light(const LightField& field, Value points, Value direction, 
   const Composited seen = composite(slice(x, 3, 1), slice(x, 0, 3), samples.length);
   if (!field.background) return seen.radiance;
   return add(seen.radiance, conv(seen.transmittance, reshape(field.background, {3, 1, 1, 1}), {}));
+}
+
+}  // namespace
+
+Value out_of_view_light(const LightField& field, Value points, Value direction, Value range,
+                        const OutOfViewSize& size) {
+  return with_gain(field_light(field, points, direction, range, size), size);
 }
 
 }  // namespace clerestory

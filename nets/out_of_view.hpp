@@ -35,6 +35,7 @@ struct OutOfViewSize {
   bool sees_maps = false;       // the trunk also reads albedo, normals, material and depth: beyond the paper
   bool background = false;      // what the field lets through meets a colour that the photograph decides
   ShellsSize shells{};
+  double gain = 1;  // of what is answered; chosen after a training, for logarithms learn a typical radiance, not its mean
 };
 /// "paper" or "compact"; throws usage_error otherwise.
 OutOfViewSize out_of_view_size(const std::string& preset);
@@ -48,6 +49,9 @@ struct LightField {
 
 /// Of each picture. Surfaces and depth are read if `sees_maps`, the camera by shells.
 std::vector<LightField> light_fields(const Scope& scope, const LightInputs& pictures, const OutOfViewSize& size);
+
+/// What a form answers times its gain.
+Value with_gain(Value light, const OutOfViewSize& size);
 
 /// Radiance {1, 3, rows, samples} that arrives at `points` along `direction` (both {1, 3, rows, samples}, camera frame;
 /// the direction points away). range {1, 3, 1, 1} by depth_range().

@@ -19,6 +19,7 @@ namespace {
 
 struct WeightsArguments {
   std::filesystem::path file, picture, out;
+  std::optional<double> gain;
 };
 
 void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
@@ -51,6 +52,9 @@ void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
 }
 
 void export_maps(const WeightsArguments& arguments, Device device) {
+  if (arguments.gain)
+    throw usage_error("a gain is of the light out of view, and these are weights of maps", "--gain",
+                      fmt::format("{}", *arguments.gain), "none");
   const LoadedWeights loaded = load_weights(arguments.file, std::move(device));
   if (loaded.history.legs.empty()) throw usage_error("the file says nothing of its training", arguments.file.string());
   const std::filesystem::path folder = arguments.out.has_parent_path() ? arguments.out.parent_path() : ".";
@@ -62,16 +66,27 @@ void export_maps(const WeightsArguments& arguments, Device device) {
   std::printf("%s\n%s\n", arguments.out.c_str(), write_folder_card(folder, arguments.out).c_str());
 }
 
+double gain_of(const WeightsArguments& arguments, const LightSizes& net) {
+  if (!arguments.gain) return net.out_of_view.gain;
+  const std::string said = fmt::format("{}", *arguments.gain);
+  if (net.li2020) throw usage_error("the light of Li et al. has no part out of view", "--gain", said, "none");
+  if (!(*arguments.gain > 0 && *arguments.gain <= kMostGain))
+    throw usage_error("the light out of view cannot be multiplied by that", "--gain", said,
+                      fmt::format("above 0, at most {:g}", kMostGain));
+  return *arguments.gain;
+}
+
 void export_light(const WeightsArguments& arguments, Device device) {
   if (arguments.out.extension() == ".safetensors")
     throw usage_error("the light's weights are two files, and OUT the folder for both", "OUT", arguments.out.string(),
                       "a folder such as nets/weights");
   const LoadedLight loaded = load_light(arguments.file, std::move(device));
+  const double gain = gain_of(arguments, loaded.net);
   make_directories(arguments.out);
   check_weights_folder(arguments.out, weights_files(arguments.out));
   write_light(arguments.out, *loaded.states, loaded.history,
               {loaded.preset, light_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
-               light_states(loaded.net), read_moments(arguments.file)});
+               light_states(loaded.net), read_moments(arguments.file), gain});
   for (const std::filesystem::path& file : weights_files(arguments.out)) std::printf("%s\n", file.c_str());
   std::printf("%s\n", write_folder_card(arguments.out, arguments.out / "maps.safetensors").c_str());
 }
@@ -125,6 +140,10 @@ void add_weights_commands(CommandLine& line) {
                 "What to write. Maps: a file such as nets/weights/maps.safetensors. Light: the folder for "
                 "light_local.safetensors and light_global.safetensors, such as nets/weights",
                 arguments->out)
+      .option("--gain", "NUMBER",
+              "Light: what its part out of view is multiplied by, as experiments/configs/gain.toml finds it; default: "
+              "as FILE says",
+              arguments->gain)
       .common({Common::Device, Common::Quiet})
       .run([arguments](const CommonOptions& common) { export_weights(*arguments, common); });
   line.add("weights import", "Weights that torchvision's DenseNet121, ResNet34 or VGG16 learned elsewhere, as ours")

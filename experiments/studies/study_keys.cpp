@@ -17,7 +17,9 @@ void add_method_keys(Schema& schema) {
 
 void add_light_keys(Schema& schema) {
   schema.section("light", "Learned light.")
-      .text("light.weights", "", "Its weights, a folder or a file; empty: the shipped ones");
+      .text("light.weights", "", "Its weights, a folder or a file; empty: the shipped ones")
+      .real("light.gain", 0, "What the light out of view is multiplied by; 0: as its weights say", {0, 100})
+      .later();
 }
 
 void add_maps_keys(Schema& schema) {

@@ -6,7 +6,7 @@ namespace clerestory {
 
 void add_thickness_keys(Schema& schema);  // study.thickness
 void add_method_keys(Schema& schema);     // study.method: whose nets
-void add_light_keys(Schema& schema);      // light.weights
+void add_light_keys(Schema& schema);      // light.weights, light.gain
 void add_maps_keys(Schema& schema);       // maps.weights
 void add_rival_keys(Schema& schema);      // study.rival: whose nets stand beside
 void add_incident_keys(Schema& schema);   // incident.*, data.maps: rooms with light along rays (lit_room_options)

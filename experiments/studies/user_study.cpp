@@ -37,6 +37,7 @@ std::string label_of(const std::string& light, bool ours) {
   if (light == "constant+fit") return "one constant, fitted as lamps are";
   if (light == "constant+lamps") return "mean colour, lamps fitted";
   if (light == "constant") return "mean colour of the photograph";
+  if (light == "image+lamps") return "the photograph as light, lamps fitted";
   if (light == "image") return "the photograph as light";
   if (light == "mirrored+fit") return "the photograph mirrored all around, as bright as shading says";
   if (light == kUnchanged) return "none: the photograph unchanged";

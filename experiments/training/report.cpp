@@ -84,15 +84,19 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
     sizes.push_back(fmt::format("{:.2f}", static_cast<double>(record.bytes) * 1e-6));
   }
   const Leg& last = history.legs.back();
-  return model_card(history,
-                    {{"file", fmt::format("{}", fmt::join(names, ", "))},
-                     {"size", fmt::format("{} MB, half precision", fmt::join(sizes, " + "))},
-                     {"hash (FNV-1a, 64 bit)", fmt::format("{}", fmt::join(hashes, ", "))},
-                     {"preset", last.preset},
-                     {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width,
-                                           last.height, last.kind == "light" ? "" : ", clamped to [0, 1]")},
-                     {"commit", last.commit}},
-                    plots);
+  const bool light = last.kind == "light";
+  std::vector<std::pair<std::string, std::string>> facts{
+      {"file", fmt::format("{}", fmt::join(names, ", "))},
+      {"size", fmt::format("{} MB, half precision", fmt::join(sizes, " + "))},
+      {"hash (FNV-1a, 64 bit)", fmt::format("{}", fmt::join(hashes, ", "))},
+      {"preset", last.preset},
+      {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width, last.height,
+                            light ? "" : ", clamped to [0, 1]")},
+      {"commit", last.commit}};
+  if (light && !read_light_sizes(files[0]).li2020)
+    facts.emplace_back("gain out of view",
+                       fmt::format("{:g}, chosen after training; errors here are without it", read_light_gain(files[0])));
+  return model_card(history, facts, plots);
 }
 
 /// The scale of predicted depth on real photographs; nothing where it was not measured with these weights.

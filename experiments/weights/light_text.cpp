@@ -70,7 +70,8 @@ void each_field(Sizes& sizes, const Field& field) {
   }
   {
     auto& [form, trunk, hyper, stem, inner, rank, octaves, hidden, march, released_output, log_input, sees_maps,
-           background, shells] = out_of_view;
+           background, shells, gain] = out_of_view;
+    static_cast<void>(gain);  // no shape: it stands beside the text
     auto& [segments, near, radius, jitter] = march;
     auto& [count, first, last, rows, columns, channels, code] = shells;
     field("out_of_view.form", form, 0, 0);

@@ -23,4 +23,14 @@ int whole_fact(const TensorFile& file, const std::string& key, const std::string
   return static_cast<int>(value);
 }
 
+double real_fact(const TensorFile& file, const std::string& key, const std::string& where, double least, double most) {
+  const std::string& text = fact(file, key, where);
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != 0 || !(value >= least && value <= most))
+    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
+                      fmt::format("{} to {}", least, most));
+  return value;
+}
+
 }  // namespace clerestory

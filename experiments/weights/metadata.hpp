@@ -10,5 +10,7 @@ namespace clerestory {
 const std::string& fact(const TensorFile& file, const std::string& key, const std::string& where);
 /// A whole number from `least` to `most`. Throws usage_error naming `where`, key, value and bounds.
 int whole_fact(const TensorFile& file, const std::string& key, const std::string& where, int least, int most);
+/// A number from `least` to `most`. Throws as whole_fact().
+double real_fact(const TensorFile& file, const std::string& key, const std::string& where, double least, double most);
 
 }  // namespace clerestory

@@ -76,12 +76,18 @@ void must_be_light(const TensorFile& file, const std::string& where) {
 }
 
 constexpr std::array<const char*, 2> light_parts{"local", "global"};
+constexpr const char* kGain = "gain";
 
 /// "encoder.conv1.weight" of that state, or of the light's "local.encoder.conv1.weight"; empty for others.
 std::string name_in_encoder(const std::string& state) {
   for (const std::string& scope : {std::string(), light_parts[0] + std::string("."), light_parts[1] + std::string(".")})
     if (state.starts_with(scope + "encoder.")) return state.substr(scope.size());
   return {};
+}
+
+/// Of the light out of view; checkpoints and older files say nothing of it.
+double stored_gain(const TensorFile& file, const std::string& where) {
+  return file.metadata.contains(kGain) ? real_fact(file, kGain, where, 0, kMostGain) : 1;
 }
 
 std::filesystem::path light_file(const std::filesystem::path& folder, const std::string& part) {
@@ -107,6 +113,9 @@ TensorFile read_light_folder(const std::filesystem::path& folder) {
       if (fact(file, key, where) != fact(both, key, twin))
         throw usage_error("the two parts of the light do not belong together", fmt::format("{}: {}", where, key),
                           fact(file, key, where), fmt::format("{} as in {}", fact(both, key, twin), twin));
+    if (const double gain = stored_gain(file, where), own = stored_gain(both, twin); gain != own)
+      throw usage_error("the two parts of the light do not belong together", fmt::format("{}: {}", where, kGain),
+                        fmt::format("{}", gain), fmt::format("{} as in {}", own, twin));
     both.tensors.merge(file.tensors);
   }
   return both;
@@ -148,7 +157,7 @@ void write_light(const std::filesystem::path& folder, const States& states, cons
     WeightsFacts own = facts;
     std::erase_if(own.states, [&](const auto& state) { return !state.first.starts_with(part + "."); });
     TensorFile file = weights_of(states, history, own);
-    file.metadata["kind"] = "light", file.metadata["part"] = part;
+    file.metadata["kind"] = "light", file.metadata["part"] = part, file.metadata[kGain] = facts_text(facts.gain);
     store_moments(file, facts.moments, part + ".");
     write_safetensors(light_file(folder, part), file, FloatStorage::F16);
   }
@@ -216,6 +225,11 @@ LightSizes read_light_sizes(const std::filesystem::path& path) {
   return light_from_text(fact(file, "net", first.string()), first.string());
 }
 
+double read_light_gain(const std::filesystem::path& path) {
+  const std::filesystem::path first = weights_files(path)[0];
+  return stored_gain(read_safetensors(first), first.string());
+}
+
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   const std::string where = path.string();
   const TensorFile file = read_finite_safetensors(path);
@@ -233,6 +247,7 @@ LoadedLight load_light(const std::filesystem::path& path, Device device) {
   must_be_light(file, where);
   LoadedLight out;
   out.net = light_from_text(fact(file, "net", where), where);
+  out.net.out_of_view.gain = stored_gain(file, where);
   fill(out, file, where, light_states(out.net), std::move(device));
   return out;
 }

@@ -26,6 +26,7 @@ struct WeightsFacts {
   std::string commit;
   std::map<std::string, Shape> states;  // that go into the file
   Moments moments = {};
+  double gain = 1;  // of the light out of view (OutOfViewSize)
 };
 /// Inference tensors and factors of second moments in half precision with metadata (kind = weights, preset, net, width,
 /// height, longer_side, numbers, scale_error, hours, views_seen, seeds, commit, score, errors by key, history as JSON)
@@ -34,7 +35,7 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
                    const std::optional<MeanMaps>& means, const WeightsFacts& facts);
 
 /// The light's parts in a folder: light_local.safetensors has the states "local.*", light_global.safetensors
-/// "global.*". Metadata as write_weights gives them, but kind = light, and part = local or global.
+/// "global.*". Metadata as write_weights gives them, but kind = light, part = local or global, and gain.
 void write_light(const std::filesystem::path& folder, const States& states, const History& history,
                  const WeightsFacts& facts);
 
@@ -66,6 +67,9 @@ Moments read_moments(const std::filesystem::path& path);
 /// usage_error naming the file when it is of the other kind or says nothing that makes sense.
 MgnetSize read_maps_size(const std::filesystem::path& path);
 LightSizes read_light_sizes(const std::filesystem::path& path);
+/// What weights of the light say of OutOfViewSize::gain, which belongs to no net's text: a leg that goes on learns anew.
+double read_light_gain(const std::filesystem::path& path);
+inline constexpr double kMostGain = 100;
 
 /// What weights of either kind hold for inference.
 struct LoadedStates {

@@ -232,6 +232,34 @@ TEST_F(LightWeights, TwoFilesHoldTheStatesInHalfAndSayWhatTheyAre) {
   }
 }
 
+TEST_F(LightWeights, AGainTravelsWithThem) {
+  const fs::path out = folder / "out", said = folder / "said.txt";
+  EXPECT_EQ(load_light(out, Device::open()).net.out_of_view.gain, 1);
+  const auto exported = [&](const fs::path& from, const fs::path& to, const std::string& gain) {
+    return Program({"weights", "export", from, to, "--gain", gain}, said).wait();
+  };
+  ASSERT_EQ(exported(out, out, "1.6"), 0) << text_of(said);  // in its place
+  EXPECT_EQ(load_light(out, Device::open()).net.out_of_view.gain, 1.6);
+  EXPECT_EQ(read_light_gain(out), 1.6);
+  EXPECT_THAT(text_of(out / "CARD.md"), HasSubstr("| gain out of view | 1.6, chosen after training"));
+  ASSERT_EQ(Program({"weights", "export", out, folder / "again"}, said).wait(), 0) << text_of(said);
+  EXPECT_EQ(read_light_gain(folder / "again"), 1.6) << "it is kept";
+  States fresh(Device::open());  // a leg goes on from them whatever the gain, and its own weights have none
+  read_initial_weights(out, fresh, light_text(sizes), light_states(sizes));
+
+  for (const char* gain : {"0", "-1", "101", "nan", "much"}) {
+    EXPECT_EQ(exported(out, folder / "refused", gain), 2) << gain;
+    EXPECT_THAT(text_of(said), HasSubstr("--gain")) << gain;
+  }
+  EXPECT_FALSE(fs::exists(folder / "refused/light_local.safetensors"));
+  const fs::path maps = fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors";
+  EXPECT_EQ(exported(maps, folder / "maps.safetensors", "2"), 2);
+  EXPECT_THAT(text_of(said), HasSubstr("--gain"));
+  EXPECT_THAT(with(local, [](TensorFile& f) { f.metadata["gain"] = "bright"; }), HasSubstr("gain"));
+  EXPECT_THAT(with(global, [](TensorFile& f) { f.metadata["gain"] = "2"; }), HasSubstr("do not belong together"));
+  EXPECT_THAT(with(global, [](TensorFile& f) { f.metadata.erase("gain"); }), HasSubstr("do not belong together"));
+}
+
 TEST_F(LightWeights, ShippedPresetFits) {
   std::map<std::string, std::uint64_t> bytes;
   for (const auto& [name, shape] : light_states(light_sizes("compact")))

@@ -13,6 +13,7 @@
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
 #include "nets/replay.hpp"
+#include "nets/scene_radiance.hpp"
 #include "tests/nets/corner.hpp"
 
 namespace clerestory {
@@ -115,6 +116,37 @@ TEST(NetLight, TheLayerAsksWhatTrainingAsks) {
   expect_the_same(sizes);
   sizes.out_of_view.background = true;
   expect_the_same(sizes);
+  sizes.out_of_view.gain = 1.7;
+  expect_the_same(sizes);
+}
+
+// A ray that leaves what is seen is brighter by the gain, one that hits for sure as it was.
+TEST(NetLight, AGainIsOfTheLightOutOfViewAlone) {
+  const Scene scene = corner();
+  const auto plain = untrained(kWidth);
+  LightNets brighter = *plain;
+  brighter.sizes.out_of_view.gain = 2;
+  Rays rays;
+  for (const Vec3& d : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(0.3, 0.8, 0.2), Vec3(0.1, -0.1, -1)})
+    rays.points.emplace_back(0), rays.directions.push_back(normalize(d));
+  const auto ask = [&](const std::string& light, std::shared_ptr<const LightNets> nets) {
+    return SceneRadiance(device(), scene, settings_of(light, std::move(nets)), rays.points.size()).radiance(rays);
+  };
+  for (const char* light : {"net", "out_of_view"}) {
+    const RadianceAnswers before = ask(light, plain), after = ask(light, std::make_shared<LightNets>(brighter));
+    int far = 0, near = 0;
+    for (std::size_t i = 0; i < before.radiance.size(); ++i) {
+      const double u = light == std::string("net") ? before.uncertainty[i % rays.points.size()] : 1;
+      far += u == 1, near += u < kLeastShare;
+      if (u == 1) {
+        EXPECT_FLOAT_EQ(after.radiance[i], 2 * before.radiance[i]);
+      } else if (u < kLeastShare) {
+        EXPECT_EQ(after.radiance[i], before.radiance[i]);
+      }
+    }
+    EXPECT_GE(far, 3);
+    EXPECT_GE(near, light == std::string("net") ? 3 : 0);
+  }
 }
 
 TEST(NetLight, SoItDoesOfShellsAndOfNetsThatReadMaps) {
