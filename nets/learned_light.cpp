@@ -102,7 +102,7 @@ void check_states(const LightNets& nets, bool in_view) {
 }
 
 Value ask_far_light(const LightField& field, Value points, Value direction, Value range, const RayList& list,
-                const OutOfViewSize& size) {
+                    const OutOfViewSize& size) {
   if (size.form == OutOfViewForm::Field)
     return ask_field(field.weights, field.biases, points, direction, range, list,
                      {size.march, size.octaves, size.released_output}, field.background);

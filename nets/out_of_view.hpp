@@ -35,7 +35,8 @@ struct OutOfViewSize {
   bool sees_maps = false;       // the trunk also reads albedo, normals, material and depth: beyond the paper
   bool background = false;      // what the field lets through meets a colour that the photograph decides
   ShellsSize shells{};
-  double gain = 1;  // of what is answered; chosen after a training, for logarithms learn a typical radiance, not its mean
+  double gain =
+      1;  // of what is answered; chosen after a training, for logarithms learn a typical radiance, not its mean
 };
 /// "paper" or "compact"; throws usage_error otherwise.
 OutOfViewSize out_of_view_size(const std::string& preset);

@@ -94,8 +94,8 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
                             light ? "" : ", clamped to [0, 1]")},
       {"commit", last.commit}};
   if (light && !read_light_sizes(files[0]).li2020)
-    facts.emplace_back("gain out of view",
-                       fmt::format("{:g}, chosen after training; errors here are without it", read_light_gain(files[0])));
+    facts.emplace_back("gain out of view", fmt::format("{:g}, chosen after training; errors here are without it",
+                                                       read_light_gain(files[0])));
   return model_card(history, facts, plots);
 }
 
