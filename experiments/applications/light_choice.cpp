@@ -32,7 +32,7 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
   load_light_nets(settings, choice.weights, device);
   record.facts["light"] = answerer_text(settings) + (choice.why.empty() ? "" : ", " + choice.why);
   say("light: " + record.facts["light"]);
-  if (!is_learned_light(settings.light) || choice.lamps == "none") return;
+  if (choice.lamps == "none" || (choice.lamps == "auto" && !is_learned_light(settings.light))) return;
   if (settings.light == "li2020") return void(record.facts["lamps"] = "none: the light of Li et al. answers alone");
   const LampFit fit = fit_lamps(device, scene, settings);
   settings.lamps = fit.lamps;
@@ -64,14 +64,16 @@ std::string answerer_text(const RenderSettings& settings) {
 }
 
 std::vector<std::string> lights_to_choose() {
-  if (shipped_light()) return {"net", "out_of_view", "image", "panorama", "constant", "li2020"};
-  return {"image", "panorama", "constant", "net", "out_of_view", "li2020"};
+  if (shipped_light()) return {"net", "out_of_view", "image", "panorama", "mirrored", "constant", "li2020"};
+  return {"image", "panorama", "mirrored", "constant", "net", "out_of_view", "li2020"};
 }
 
 std::string lights_note() {
   return "Light: the default is what named weights answer for, else net where its weights are found. net is learned, "
          "for what is in view and for what is not; out_of_view is its second part alone; image takes the photograph "
-         "where rays hit and its mean elsewhere; panorama puts the photograph at infinity; constant is its mean; "
+         "where rays hit and its mean elsewhere; panorama puts the photograph at infinity, mirrored repeats it from "
+         "there all around; constant is its "
+         "mean; "
          "li2020 is the light's net of Li et al. 2020, whose weights --method or --light-weights names.";
 }
 

@@ -9,11 +9,12 @@
 
 namespace clerestory {
 
-/// How a learned light is had; other lights are as they are.
+/// How a light is had.
 struct LightChoice {
-  std::filesystem::path weights;  // folder or file; empty: the shipped ones
-  std::string lamps = "fit";      // fit | none: soft lamps fitted to the photograph's shading (nets/soft_lamps.hpp)
-  std::string why = "";           // who answers is not who was hoped for: said and recorded beside the answer
+  std::filesystem::path weights;  // of a learned one: folder or file; empty: the shipped ones
+  std::string lamps = "auto";  // fit | none: soft lamps fitted to the photograph's shading (nets/soft_lamps.hpp); auto:
+                               // fit under learned light
+  std::string why = "";  // who answers is not who was hoped for: said and recorded beside the answer
 };
 
 /// Sets settings.light from the command line: `light`, if it was `asked` for; else what a default is: where weights are
@@ -24,8 +25,8 @@ void choose_light(RenderSettings& settings, LightChoice& choice, const std::stri
 /// The sampler where none was asked for: the photograph as light has its lamps in view, and directions go there too.
 void choose_sampler(RenderSettings& settings);
 
-/// Sets settings.nets and settings.lamps if settings.light is learned, and records and says what answers. `scene` is
-/// the photograph's, before any change. Throws what load_light_nets() throws.
+/// Sets settings.nets if settings.light is learned, and settings.lamps if they are fitted, and records and says what
+/// answers. `scene` is the photograph's, before any change. Throws what load_light_nets() throws.
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record);
 

@@ -227,8 +227,8 @@ Command& Command::light(std::vector<std::string> lights, std::filesystem::path& 
               "--light-weights; also of which light by default",
               state_->common.method)
       .option("--light-weights", "DIR", "Weights of a learned light: a folder or a file", weights)
-      .choice("--lamps", "Lamps out of view, which explain the photograph's shading under a learned light", lamps,
-              {"fit", "none"});
+      .choice("--lamps", "Lamps out of view, which explain the photograph's shading; auto: under learned light", lamps,
+              {"auto", "fit", "none"});
 }
 
 Command& Command::common(std::initializer_list<Common> which) {

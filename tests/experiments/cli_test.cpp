@@ -45,7 +45,7 @@ struct Probe {
   int views = 7;
   bool balls = false;
   std::vector<std::string> order;
-  std::string maps = "predicted", lamps = "fit";
+  std::string maps = "predicted", lamps = "auto";
   CommonOptions common;
   int runs = 0;
 

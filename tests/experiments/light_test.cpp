@@ -173,19 +173,21 @@ TEST_F(Light, PlacesThatAreSpokenOfAndPlacesThatAreRefused) {
   expect_refused(o, "written as EXR");
 }
 
-TEST_F(Light, LampsAreFittedUnderLearnedLightAloneAndMayBeLeftOut) {
+TEST_F(Light, LampsAreFittedUnderLearnedLightAndWhereTheyAreAskedFor) {
   const auto written = [](const LightOptions& o) {
     light(o);
     return read_provenance(fs::path(o.out).replace_extension(".json"));
   };
-  LightOptions with = options("with"), without = options("without"), image = options("image");
-  with.lit_by.lamps = image.lit_by.lamps = "fit", image.render.light = "image";
+  LightOptions with = options("with"), without = options("without"), image = options("image"), asked = options("asked");
+  with.lit_by.lamps = image.lit_by.lamps = "auto", asked.lit_by.lamps = "fit";
+  image.render.light = asked.render.light = "image";
   const Provenance lit = written(with);
   ASSERT_TRUE(lit.facts.contains("lamps"));
   EXPECT_THAT(lit.facts.at("lamps"), testing::HasSubstr("candidates"));
   EXPECT_GT(lit.figures.at("lamps"), 0) << "untrained nets leave the room dark";
   EXPECT_FALSE(written(without).facts.contains("lamps"));
   EXPECT_FALSE(written(image).facts.contains("lamps"));
+  EXPECT_TRUE(written(asked).facts.contains("lamps")) << "the photograph may have lamps beside it, too";
   const Image a = read_map(with.out, 3), b = read_map(without.out, 3);
   double more = 0;
   for (std::size_t i = 0; i < a.data.size(); ++i) {
