@@ -14,7 +14,7 @@ struct LightChoice {
   std::filesystem::path weights;  // of a learned one: folder or file; empty: the shipped ones
   std::string lamps = "auto";  // fit | none: soft lamps fitted to the photograph's shading (nets/soft_lamps.hpp); auto:
                                // fit under learned light
-  std::string why = "";  // who answers is not who was hoped for: said and recorded beside the answer
+  std::string why = "";        // who answers is not who was hoped for: said and recorded beside the answer
 };
 
 /// Sets settings.light from the command line: `light`, if it was `asked` for; else what a default is: where weights are
