@@ -93,9 +93,9 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
       {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width, last.height,
                             light ? "" : ", clamped to [0, 1]")},
       {"commit", last.commit}};
-  if (light && !read_light_sizes(files[0]).li2020)
-    facts.emplace_back("gain out of view", fmt::format("{:g}, chosen after training; errors here are without it",
-                                                       read_light_gain(files[0])));
+  if (const LightSizes net = light ? read_light_sizes(files[0]) : LightSizes{}; light && !net.li2020)
+    facts.emplace_back("gain out of view",
+                       fmt::format("{:g}, chosen after training; errors here are without it", net.out_of_view.gain));
   return model_card(history, facts, plots);
 }
 

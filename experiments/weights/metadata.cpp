@@ -13,13 +13,21 @@ const std::string& fact(const TensorFile& file, const std::string& key, const st
   return found->second;
 }
 
+namespace {
+
+[[noreturn]] void refuse(const std::string& where, const std::string& key, const std::string& text, double least,
+                         double most) {
+  throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
+                    fmt::format("{} to {}", least, most));
+}
+
+}  // namespace
+
 int whole_fact(const TensorFile& file, const std::string& key, const std::string& where, int least, int most) {
   const std::string& text = fact(file, key, where);
   char* end = nullptr;
   const long value = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end != 0 || value < least || value > most)
-    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
-                      fmt::format("{} to {}", least, most));
+  if (text.empty() || *end != 0 || value < least || value > most) refuse(where, key, text, least, most);
   return static_cast<int>(value);
 }
 
@@ -27,9 +35,7 @@ double real_fact(const TensorFile& file, const std::string& key, const std::stri
   const std::string& text = fact(file, key, where);
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != 0 || !(value >= least && value <= most))
-    throw usage_error("a value of the metadata makes no sense", where + ": " + key, text,
-                      fmt::format("{} to {}", least, most));
+  if (text.empty() || *end != 0 || !(value >= least && value <= most)) refuse(where, key, text, least, most);
   return value;
 }
 

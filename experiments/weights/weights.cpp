@@ -90,6 +90,12 @@ double stored_gain(const TensorFile& file, const std::string& where) {
   return file.metadata.contains(kGain) ? real_fact(file, kGain, where, 0, kMostGain) : 1;
 }
 
+LightSizes stored_sizes(const TensorFile& file, const std::string& where) {
+  LightSizes sizes = light_from_text(fact(file, "net", where), where);
+  sizes.out_of_view.gain = stored_gain(file, where);
+  return sizes;
+}
+
 std::filesystem::path light_file(const std::filesystem::path& folder, const std::string& part) {
   return folder / ("light_" + part + ".safetensors");
 }
@@ -222,12 +228,7 @@ LightSizes read_light_sizes(const std::filesystem::path& path) {
   const std::filesystem::path first = weights_files(path)[0];
   const TensorFile file = read_safetensors(first);
   must_be_light(file, first.string());
-  return light_from_text(fact(file, "net", first.string()), first.string());
-}
-
-double read_light_gain(const std::filesystem::path& path) {
-  const std::filesystem::path first = weights_files(path)[0];
-  return stored_gain(read_safetensors(first), first.string());
+  return stored_sizes(file, first.string());
 }
 
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
@@ -246,8 +247,7 @@ LoadedLight load_light(const std::filesystem::path& path, Device device) {
   const TensorFile file = read_weights_files(path);
   must_be_light(file, where);
   LoadedLight out;
-  out.net = light_from_text(fact(file, "net", where), where);
-  out.net.out_of_view.gain = stored_gain(file, where);
+  out.net = stored_sizes(file, where);
   fill(out, file, where, light_states(out.net), std::move(device));
   return out;
 }

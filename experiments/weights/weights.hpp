@@ -67,9 +67,7 @@ Moments read_moments(const std::filesystem::path& path);
 /// usage_error naming the file when it is of the other kind or says nothing that makes sense.
 MgnetSize read_maps_size(const std::filesystem::path& path);
 LightSizes read_light_sizes(const std::filesystem::path& path);
-/// What weights of the light say of OutOfViewSize::gain, which belongs to no net's text: a leg that goes on learns
-/// anew.
-double read_light_gain(const std::filesystem::path& path);
+/// Of OutOfViewSize::gain, which belongs to no net's text: a leg that goes on learns anew.
 inline constexpr double kMostGain = 100;
 
 /// What weights of either kind hold for inference.

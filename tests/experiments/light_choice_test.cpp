@@ -240,10 +240,10 @@ TEST_F(LightWeights, AGainTravelsWithThem) {
   };
   ASSERT_EQ(exported(out, out, "1.6"), 0) << text_of(said);  // in its place
   EXPECT_EQ(load_light(out, Device::open()).net.out_of_view.gain, 1.6);
-  EXPECT_EQ(read_light_gain(out), 1.6);
+  EXPECT_EQ(read_light_sizes(out).out_of_view.gain, 1.6);
   EXPECT_THAT(text_of(out / "CARD.md"), HasSubstr("| gain out of view | 1.6, chosen after training"));
   ASSERT_EQ(Program({"weights", "export", out, folder / "again"}, said).wait(), 0) << text_of(said);
-  EXPECT_EQ(read_light_gain(folder / "again"), 1.6) << "it is kept";
+  EXPECT_EQ(read_light_sizes(folder / "again").out_of_view.gain, 1.6) << "it is kept";
   States fresh(Device::open());  // a leg goes on from them whatever the gain, and its own weights have none
   read_initial_weights(out, fresh, light_text(sizes), light_states(sizes));
 
