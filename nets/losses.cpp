@@ -1,6 +1,7 @@
 #include "nets/losses.hpp"
 
 #include "host/error.hpp"
+#include "host/ops/light/gather_rays.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/nn/map_loss.hpp"
 #include "host/ops/nn/pool.hpp"
@@ -108,6 +109,18 @@ Value metallic_entropy(Value prediction, Value truth, Value mask) {
   return masked_mean(scale(add(metal, other), -1), mask, {1, 1, 1, 1});
 }
 
+Value judgement_loss(Value albedo, const JudgedAlbedo& judged) {
+  constexpr double floor = 0.001, margin = 0.5;
+  const Shape& s = albedo.shape();
+  const Value lightness = sum_to(albedo, {s.n, 1, s.h, s.w});
+  const Value log = reshape(activate(affine(lightness, 1.0 / 3, floor), Function::Log), {1, 1, s.n * s.h, s.w});
+  const Value apart = subtract(gather_rays(log, judged.first), gather_rays(log, judged.second));
+  const Value wrong = relu(affine(apart, 1, margin));
+  const Value each =
+      add(multiply(judged.equal, multiply(apart, apart)), multiply(judged.ordered, multiply(wrong, wrong)));
+  return scale(sum_to(each, {1, 1, 1, 1}), 2);
+}
+
 NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets& truth, const LossWeights& weights) {
   const MapTerms compared = weights.terms == MapLosses::Li2020
                                 ? li2020_terms(maps, truth)
@@ -128,6 +141,7 @@ NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets&
   if (weights.metallic > 0)
     term("metallic", metallic_entropy(slice(maps.material, 1, 1), slice(truth.material, 1, 1), truth.material_mask),
          weights.metallic);
+  if (truth.judged.first) term("judgements", judgement_loss(maps.albedo, truth.judged), weights.judgements);
   term("scale", squared_loss(maps.log_scale, truth.log_scale, truth.scale_mask), weights.scale);
   if (!total) throw usage_error("every term has a weight of zero: nothing to train", "loss");
   terms.insert(terms.begin(), {"loss", total});

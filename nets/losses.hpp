@@ -8,11 +8,18 @@
 
 namespace clerestory {
 
+/// What people say of the albedo at pairs of pixels, all {1, 1, rows, pairs}: pixels Int, counted over all pictures and
+/// rows (y + h picture) w + x, or -1, and weights of a pair that is equal, and of one whose first is darker.
+struct JudgedAlbedo {
+  Value first, second, equal, ordered;
+};
+
 /// What the maps are compared with. Masks {n, 1, h, w} weigh pixels; scale_mask {n, 1, 1, 1} is 1 where log_scale is
 /// known.
 struct MapTargets {
   Value albedo, normal, material, depth, log_scale;
   Value albedo_mask, geometry_mask, material_mask, scale_mask;
+  JudgedAlbedo judged = {};  // no values: nobody has
 };
 
 /// Whose terms: of Zhu et al. 2022, or of Li et al. 2020.
@@ -35,7 +42,8 @@ struct PerceptualFeatures {
 
 /// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves its features out.
 struct LossWeights {
-  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 0;
+  double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 0,
+         judgements = 0;
   MapLosses terms = MapLosses::Zhu;
   PerceptualFeatures features = {};
 };
@@ -55,6 +63,10 @@ Value log_depth_loss(Value prediction, Value truth, Value mask);
 /// is given a metallic near 0: there the squared error of a sigmoid has next to no gradient, and metal is rare.
 Value metallic_entropy(Value prediction, Value truth, Value mask);
 
+/// 2 (sum of equal d^2 + sum of ordered relu(d + 0.5)^2) with d = l(first) - l(second), l the logarithm of the mean of
+/// albedo's channels + 0.001: the fine-tuning on IIW of Li et al. 2020. albedo {n, 3, h, w}.
+Value judgement_loss(Value albedo, const JudgedAlbedo& judged);
+
 /// The terms by name, each 1x1x1x1, weighted; "loss" is first and is their sum. With <.>_m a masked mean and perc the
 /// perceptual distance:
 ///   albedo    0.5 (<(ln(1 + A') - ln(1 + A))^2>_m over pixels and channels + w perc)
@@ -66,6 +78,7 @@ Value metallic_entropy(Value prediction, Value truth, Value mask);
 ///             gradient
 ///   metallic  metallic_entropy, beyond the paper: has the squared term's minimum, but its slope where metal is missed
 ///   scale     <(l' - l)^2>, beyond the paper: ln of the scene's scale
+///   judgements  judgement_loss, where people have judged, under both kinds of terms
 /// Those of Li et al., without a perceptual part, with s as above and means over channels, too:
 ///   albedo    6 <(clamp(s A', 0, 1) - A)^2>_m      normal  4 <|n' - n|^2>_m
 ///   material  2 <(2 R' - 2 R)^2>_m, of their [-1, 1]  depth   2 <(ln(1 + max(0, s D')) - ln(1 + D))^2>_m

@@ -15,8 +15,8 @@ std::vector<std::string> without_a_term(const LossWeights& w, bool shared_decode
   const auto freeze = [&](const char* scope, bool seen) {
     if (!seen) scopes.push_back(scope);
   };
-  const bool albedo = w.albedo > 0, normal = w.normal > 0, material = w.material > 0 || w.metallic > 0,
-             depth = w.depth > 0 || w.log_depth > 0;
+  const bool albedo = w.albedo > 0 || w.judgements > 0, normal = w.normal > 0,
+             material = w.material > 0 || w.metallic > 0, depth = w.depth > 0 || w.log_depth > 0;
   freeze("decoder_albedo", albedo), freeze("decoder_normal", normal), freeze("decoder_material", material);
   freeze("decoder_depth", depth), freeze("scale", w.scale > 0);
   const bool any = albedo || normal || material || depth;
@@ -43,6 +43,11 @@ MgnetTraining mgnet_training(Graph& graph, const MgnetSize& size, const MgnetTra
   truth.albedo_mask = map("albedo_mask", 1), truth.geometry_mask = map("geometry_mask", 1),
   truth.material_mask = map("material_mask", 1);
   truth.log_scale = per_picture("log_scale"), truth.scale_mask = per_picture("scale_mask");
+  if (options.judgements > 0) {
+    const Shape pairs{1, 1, options.batch, options.judgements};
+    truth.judged = {graph.input("judged_first", pairs, Type::Int), graph.input("judged_second", pairs, Type::Int),
+                    graph.input("judged_equal", pairs), graph.input("judged_ordered", pairs)};
+  }
   const Value rate = graph.input("learning_rate", {}), step = graph.input("step", {});
 
   MgnetTraining training;

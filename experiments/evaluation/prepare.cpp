@@ -14,6 +14,8 @@ void check_size(int width, int height) {
     throw Error(ErrorKind::Failed, "a size must be positive", "resize", fmt::format("{}x{}", width, height));
 }
 
+}  // namespace
+
 Image window(const Image& image, int left, int top, int width, int height) {
   Image out(width, height, image.channels);
   for (int c = 0; c < image.channels; ++c)
@@ -22,8 +24,6 @@ Image window(const Image& image, int left, int top, int width, int height) {
                   out.plane(c) + static_cast<std::size_t>(y) * width);
   return out;
 }
-
-}  // namespace
 
 Image crop_to_aspect(const Image& image, int width, int height) {
   check_size(width, height);

@@ -2,6 +2,7 @@
 // `invert` share these few functions, so that no figure depends on who prepared the input.
 #pragma once
 #include <cstdint>
+#include <vector>
 
 #include "experiments/evaluation/metrics.hpp"
 #include "host/io/datasets.hpp"
@@ -15,6 +16,8 @@ Image crop_to_aspect(const Image& image, int width, int height);
 Image pad_to_multiple(const Image& image, int multiple, bool repeat);
 /// Left and right exchanged.
 Image mirrored(const Image& image);
+/// The part of this size that begins at (left, top).
+Image window(const Image& image, int left, int top, int width, int height);
 /// The upper left part.
 Image cut(const Image& image, int width, int height);
 
@@ -25,13 +28,21 @@ inline int padded_size(int size) { return (size + net_multiple - 1) / net_multip
 /// The middle of a view, as a longer lens would see it: all maps, and the camera.
 RoomView centre_of(const RoomView& view, int width, int height);
 
+/// What people say of two pixels' albedo: `darker` is darker than `other`, or both are equal.
+struct JudgedPixels {
+  int darker = 0, other = 0;  // y * width + x
+  bool equal = false;
+  float weight = 0;
+};
+
 /// A view as the nets see it, `width` x `height`, not yet padded.
 struct PreparedView {
   Image image;   // 3 channels: linear, scaled so that the 95th percentile of luminance is 0.9; not clamped
   MapSet truth;  // depth relative to scene_scale (the farthest hundredth exceeds 1), 0 where masked
   MapMasks masks;
-  double scene_scale = 0;             // metres; 0 when no pixel has depth (all masks are then empty)
-  std::optional<Camera> camera = {};  // of this grid of pixels, where the view has one
+  double scene_scale = 0;                 // metres; 0 when no pixel has depth (all masks are then empty)
+  std::optional<Camera> camera = {};      // of this grid of pixels, where the view has one
+  std::vector<JudgedPixels> judged = {};  // of IIW's photographs
 };
 
 /// Which share of a view may lack geometry before its scene_scale says nothing: fewer valid pixels than this, and the

@@ -28,7 +28,7 @@ Darker darker_of(const Image& reflectance, const JudgedPoint& first, const Judge
 std::optional<Whdr> whdr(const Image& reflectance, const Judgements& judgements, double delta) {
   Whdr result;
   CompensatedSum wrong, all;
-  for (const Judgement& j : judgements.comparisons) {
+  for (const JudgedPair& j : judgements.comparisons) {
     const JudgedPoint &first = judgements.points[j.first], &second = judgements.points[j.second];
     if (!j.darker || !(j.weight > 0) || !first.opaque || !second.opaque) {
       ++result.passed_over;

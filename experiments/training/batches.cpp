@@ -20,6 +20,10 @@ void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
 
 /// Puts the views of `more`, of the same size, behind those of `batch`.
 void append(TrainingBatch& batch, const TrainingBatch& more) {
+  for (JudgedPixels pair : more.judged) {
+    pair.darker += batch.n * more.h * more.w, pair.other += batch.n * more.h * more.w;
+    batch.judged.push_back(pair);
+  }
   batch.n += more.n, batch.w = more.w, batch.h = more.h;
   for (auto member : {&TrainingBatch::image, &TrainingBatch::albedo, &TrainingBatch::normal, &TrainingBatch::material,
                       &TrainingBatch::depth, &TrainingBatch::geometry_mask, &TrainingBatch::albedo_mask,
@@ -32,7 +36,7 @@ void append(TrainingBatch& batch, const TrainingBatch& more) {
 TrainingBatch batch_of_one(const MakeView& make, const Augmentation& augmentation, std::uint64_t seed,
                            std::uint64_t position) {
   NamedView view = make();
-  if (keyed_uniform(seed, position, photo_draw) < augmentation.photographs)
+  if (!view.photograph && keyed_uniform(seed, position, photo_draw) < augmentation.photographs)
     view.view.image = as_photographed(view.view.image, keyed_bits(seed, position, camera_draw));
   const bool flip = augmentation.flip && keyed_uniform(seed, position, flip_draw) < 0.5;
   const double target = augmentation.exposure_low + (augmentation.exposure_high - augmentation.exposure_low) *
@@ -60,6 +64,13 @@ TrainingBatch assemble_batch(const PreparedView& view, bool flip, double gain) {
   append(batch.geometry_mask, view.masks.geometry, flip, false);
   append(batch.albedo_mask, view.masks.albedo, flip, false);
   append(batch.material_mask, view.masks.material, flip, false);
+  const int width = view.image.width;
+  const auto padded = [&](int pixel) {
+    const int x = pixel % width, y = pixel / width;
+    return y * batch.w + (flip ? width - 1 - x : x);
+  };
+  for (const JudgedPixels& j : view.judged)
+    batch.judged.push_back({padded(j.darker), padded(j.other), j.equal, j.weight});
   batch.scale_mask = {view.scene_scale > 0 ? 1.0f : 0.0f};
   batch.log_scale = {view.scene_scale > 0 ? static_cast<float>(std::log(view.scene_scale)) : 0.0f};
   return batch;

@@ -24,6 +24,7 @@ struct TrainingBatch {
   std::vector<float> geometry_mask, albedo_mask, material_mask;  // n x 1
   std::vector<float> log_scale;                                  // n: ln scene_scale in metres, 0 where unknown
   std::vector<float> scale_mask;                                 // n: 1 where scene_scale is known
+  std::vector<JudgedPixels> judged;                              // pixels counted over the padded batch, n h w
   std::vector<std::string> views;                                // for messages
 };
 

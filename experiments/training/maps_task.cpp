@@ -21,6 +21,8 @@ class MapsTask : public TrainingTask {
   MapsTask(Device device, const TrainingOptions& options, const TrainingStates& states)
       : options_(options),
         store_(fixed_names(options), options.model.size.width, options.model.size.height, options.data.cache_bytes),
+        photographs_(options.data.finetune.on() ? std::make_shared<FinetuneSet>(options.data.finetune) : nullptr),
+        names_(names_of(store_, photographs_.get())),
         validation_store_(name_views(options.data.validation_roots, options.data.validation_split),
                           options.model.size.width, options.model.size.height, 0),
         network_(device, options, states.trained),
@@ -29,7 +31,7 @@ class MapsTask : public TrainingTask {
 
   std::string net() const override { return net_text(options_.model.net); }
   std::map<std::string, Shape> weights() const override { return maps_states(options_.model.net); }
-  const std::vector<ViewName>& views() const override { return store_.names(); }
+  const std::vector<ViewName>& views() const override { return names_; }
   TrainingData data(std::int64_t step) const override { return data_of(options_, store_.names(), step); }
 
   std::vector<std::string> notes() const override {
@@ -38,6 +40,7 @@ class MapsTask : public TrainingTask {
                     options_.model.preset, static_cast<double>(network_.parameters()) * 1e-6, network_.bytes() >> 20,
                     device_name_, data_text(options_, store_.size()), validation_store_.size(),
                     options_.model.size.width, options_.model.size.height, options_.train.batch)};
+    if (photographs_) notes.push_back(photographs_->text());
     notes.push_back(perceptual_note());
     if (const std::string note = frozen_note(network_.frozen()); !note.empty()) notes.push_back(note);
     return notes;
@@ -54,6 +57,7 @@ class MapsTask : public TrainingTask {
     views_ = options_.data.stream.on
                  ? streamed_views(options_.data.stream, options_.model.size, &store_, options_.run.seed, position)
                  : fixed_views(store_, options_.run.seed);
+    if (photographs_) views_ = finetune_views(std::move(views_), photographs_, options_.model.size, options_.run.seed);
     if (!progress.means) progress.means = mean_maps(position);
     const MapSet means = progress.means->maps(options_.model.size.width, options_.model.size.height);
     const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.data.validation_views));
@@ -111,6 +115,14 @@ class MapsTask : public TrainingTask {
     std::string name;
     std::vector<JudgedView> views;
   };
+
+  static std::vector<ViewName> names_of(const ViewStore& rooms, const FinetuneSet* photographs) {
+    std::vector<ViewName> names = rooms.names();
+    if (!photographs) return names;
+    const std::vector<ViewName> more = photographs->names();
+    names.insert(names.end(), more.begin(), more.end());
+    return names;
+  }
 
   std::string perceptual_note() const {
     using From = PerceptualFeatures::From;
@@ -187,7 +199,10 @@ class MapsTask : public TrainingTask {
   }
 
   const TrainingOptions& options_;
-  ViewStore store_, validation_store_;
+  ViewStore store_;
+  std::shared_ptr<FinetuneSet> photographs_;  // none: all views are of rooms
+  std::vector<ViewName> names_;
+  ViewStore validation_store_;
   TrainingNetwork network_;
   MapPredictor predictor_;
   std::string device_name_;

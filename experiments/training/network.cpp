@@ -1,6 +1,7 @@
 #include "experiments/training/network.hpp"
 
 #include <cstdio>
+#include <set>
 #include <utility>
 
 #include "experiments/weights/imported.hpp"
@@ -64,6 +65,7 @@ struct TrainingNetwork::State {
   MgnetTraining training;
   std::unique_ptr<Executor> run;
   std::size_t parameters = 0;
+  int judgements = 0;  // that a picture brings at most
 };
 
 TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::shared_ptr<States> states)
@@ -72,10 +74,12 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
   options.batch = o.train.batch, options.height = padded_size(o.model.size.height),
   options.width = padded_size(o.model.size.width);
   options.weights = o.loss.weights;
+  if (options.weights.judgements > 0) options.judgements = 2 * static_cast<int>(kMostJudgements);
   if (options.weights.perceptual > 0)
     options.weights.features = with_encoder(options.weights.features, o.loss.perceptual_weights);
   options.encoder_rate = o.train.encoder_rate;
   options.adam.beta1 = o.train.beta1, options.adam.beta2 = o.train.beta2, options.average = o.train.average;
+  state_->judgements = options.judgements;
   state_->training = mgnet_training(state_->graph, o.model.net, options);
   states->initialise(state_->graph, o.run.seed);
   set_frozen_features(o.loss, *states);
@@ -89,6 +93,29 @@ TrainingNetwork::TrainingNetwork(Device device, const TrainingOptions& o, std::s
 
 TrainingNetwork::~TrainingNetwork() = default;
 
+namespace {
+
+/// What people say in a batch as the graph takes it: first pixels, second ones, weights of those that are equal and of
+/// those that are not. Each photograph that brings any counts as much.
+void feed_judgements(Executor& run, const TrainingBatch& batch, int each) {
+  const Shape shape{1, 1, batch.n, each};
+  const auto count = static_cast<std::size_t>(shape.count());
+  std::vector<int> first(count, -1), second(count, -1);
+  std::vector<float> equal(count), ordered(count);
+  std::set<int> photographs;
+  for (const JudgedPixels& j : batch.judged) photographs.insert(j.darker / (batch.h * batch.w));
+  const float share = photographs.empty() ? 0 : 1 / static_cast<float>(photographs.size());
+  for (std::size_t i = 0; i < batch.judged.size(); ++i) {
+    const JudgedPixels& j = batch.judged[i];
+    first[i] = j.darker, second[i] = j.other, (j.equal ? equal : ordered)[i] = share * j.weight;
+  }
+  run.feed("judged_first", Tensor::of_int(shape, std::move(first)));
+  run.feed("judged_second", Tensor::of_int(shape, std::move(second)));
+  run.feed("judged_equal", equal), run.feed("judged_ordered", ordered);
+}
+
+}  // namespace
+
 StepResult TrainingNetwork::step(const TrainingBatch& batch, double rate) {
   Executor& run = *state_->run;
   run.feed("image", batch.image);
@@ -101,6 +128,7 @@ StepResult TrainingNetwork::step(const TrainingBatch& batch, double rate) {
   run.feed("material_mask", batch.material_mask);
   run.feed("log_scale", batch.log_scale);
   run.feed("scale_mask", batch.scale_mask);
+  if (state_->judgements > 0) feed_judgements(run, batch, state_->judgements);
   run.feed("learning_rate", Tensor({}, rate));
   run.feed("step", Tensor({}, static_cast<double>(batch.step + 1)));
   run.run();

@@ -111,6 +111,13 @@ Schema make_schema() {
   s.integer("stream.light_spp", 16, "light: samples of a texel of an environment map", {1, 4096});
   s.integer("stream.probes", 2, "light: probes in a view's free air", {0, 100});
 
+  s.section("finetune", "Photographs with people's judgements or measured depth among the views (maps).");
+  s.text("finetune.iiw", "", "folder of IIW, whose training split says which of two points has the darker albedo");
+  s.text("finetune.nyu", "", "folder of NYUv2: nyu_depth_v2_labeled.mat, and normals and masks as Li et al. keep them");
+  s.text("finetune.nyu_list", "", "file with the numbers of its pictures, one a line; empty: all");
+  s.real("finetune.share", 0.5, "share of the views that are photographs, half of each set where there are both",
+         {0, 1});
+
   s.section("train", "Optimisation. A leg ends at the first of its limits; at least one must be set.");
   s.integer("train.batch", 8, "views per step", {1, 1024});
   s.integer(
@@ -157,6 +164,7 @@ Schema make_schema() {
   s.real("loss.depth", 1, "log-space squared error of depth after one scale per image", {0, none});
   s.real("loss.log_depth", 0, "squared error of ln depth, most of each image's mean removed (Eigen et al. 2014)",
          {0, none});
+  s.real("loss.judgements", 1, "what people say of albedo in the photographs of finetune.iiw", {0, none});
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
   s.real("loss.perceptual", 0.02, "distance of features of maps, where loss.perceptual_features has any", {0, none});
   s.text(
@@ -421,6 +429,19 @@ void forbid_for_light(const Config& c) {
   for (const auto& [key, given] : {std::pair{"data.photographs", c.real("data.photographs") > 0},
                                    std::pair{"data.photographed", !c.texts("data.photographed").empty()}})
     forbid(given, c, key, "the light's views are not seen through such cameras", "left out where model.kind = light");
+  for (const char* key : {"finetune.iiw", "finetune.nyu"})
+    forbid(!c.text(key).empty(), c, key, "photographs have no light that is known", "none where model.kind = light");
+}
+
+FinetuneOptions finetune_of(const Config& c) {
+  const FinetuneOptions o{c.text("finetune.iiw"), c.text("finetune.nyu"), c.text("finetune.nyu_list"),
+                          c.real("finetune.share")};
+  forbid(!o.nyu_list.empty() && o.nyu.empty(), c, "finetune.nyu_list", "a list of no photographs",
+         "finetune.nyu beside it");
+  forbid(o.on() && o.share == 0, c, "finetune.share", "no view would be a photograph",
+         "above 0 beside finetune.iiw or "
+         "finetune.nyu");
+  return o;
 }
 
 DataSection data_of(const Config& c, const ModelSection& model) {
@@ -435,6 +456,7 @@ DataSection data_of(const Config& c, const ModelSection& model) {
   o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
   o.augmentation = augmentation_of(c);
   o.stream = stream_of(c, model.size);
+  o.finetune = finetune_of(c);
   return o;
 }
 
@@ -490,6 +512,7 @@ LossSection loss_of(const Config& c) {
   if (features) w.features = *features;
   w.albedo = c.real("loss.albedo"), w.normal = c.real("loss.normal"), w.material = c.real("loss.material");
   w.depth = c.real("loss.depth"), w.log_depth = c.real("loss.log_depth"), w.scale = c.real("loss.scale");
+  w.judgements = c.text("finetune.iiw").empty() ? 0 : c.real("loss.judgements");
   w.metallic = c.real("loss.metallic"), w.perceptual = features ? c.real("loss.perceptual") : 0;
   return o;
 }

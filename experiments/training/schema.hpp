@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "experiments/training/batches.hpp"
+#include "experiments/training/finetune_views.hpp"
 #include "experiments/training/light_batches.hpp"
 #include "host/io/config.hpp"
 #include "nets/losses.hpp"
@@ -68,6 +69,7 @@ struct DataSection {
   std::uint64_t cache_bytes = 0;
   Augmentation augmentation;
   StreamOptions stream;  // its folder is the trainer's to name
+  FinetuneOptions finetune;
 };
 
 /// How.

@@ -12,6 +12,7 @@ namespace clerestory {
 struct NamedView {
   std::string name;
   PreparedView view;
+  bool photograph = false;  // a real one, which has gone through a camera already
 };
 
 /// Position `position` of the endless stream over `count` views: every epoch visits each view once, in an order that

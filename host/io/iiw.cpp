@@ -64,8 +64,8 @@ std::size_t point_named(const Entry& entry, const char* key, const Places& place
   return found->second;
 }
 
-Judgement judgement_of(const Entry& entry, const Places& places) {
-  Judgement judgement;
+JudgedPair judgement_of(const Entry& entry, const Places& places) {
+  JudgedPair judgement;
   judgement.first = point_named(entry, "point1", places), judgement.second = point_named(entry, "point2", places);
   const Json& darker = entry.member("darker");
   if (darker.is_null()) return judgement;
@@ -102,7 +102,7 @@ void write_judgements(const fs::path& path, const Judgements& judgements) {
   nlohmann::ordered_json points = nlohmann::ordered_json::array(), comparisons = nlohmann::ordered_json::array();
   for (const JudgedPoint& point : judgements.points)
     points.push_back({{"id", point.id}, {"x", point.x}, {"y", point.y}, {"opaque", point.opaque}});
-  for (const Judgement& judgement : judgements.comparisons) {
+  for (const JudgedPair& judgement : judgements.comparisons) {
     nlohmann::ordered_json one{{"id", comparisons.size() + 1},
                                {"point1", judgements.points.at(judgement.first).id},
                                {"point2", judgements.points.at(judgement.second).id},

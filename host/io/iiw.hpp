@@ -18,7 +18,7 @@ struct JudgedPoint {
   bool opaque = true;   // no glass and no mirror
 };
 
-struct Judgement {
+struct JudgedPair {
   std::size_t first = 0, second = 0;  // of the points
   std::optional<Darker> darker;       // nothing: people did not agree
   double weight = 0;
@@ -26,7 +26,7 @@ struct Judgement {
 
 struct Judgements {
   std::vector<JudgedPoint> points;
-  std::vector<Judgement> comparisons;
+  std::vector<JudgedPair> comparisons;
 };
 
 /// Keys intrinsic_points (id, x, y, opaque) and intrinsic_comparisons (point1, point2, darker "1", "2", "E" or null,

@@ -64,7 +64,7 @@ TEST_F(Layouts, JudgementsKeepOffWhatIsNotUsable) {
     for (int x = 0; x < 20; x += 2)
       for (int c = 0; c < 3; ++c) albedo.at(c, y, x) = 0.6f;
   int undecided = 0;
-  for (const Judgement& one : judgements_of(albedo, usable, 7).comparisons) undecided += !one.darker;
+  for (const JudgedPair& one : judgements_of(albedo, usable, 7).comparisons) undecided += !one.darker;
   EXPECT_GT(undecided, 5);
 }
 

@@ -27,6 +27,10 @@ TEST(TrainingOptions, ShippedConfigsResolve) {
   EXPECT_EQ(paper.train.epochs, 20);
   EXPECT_EQ(paper.train.rate.kind, LearningRate::Kind::Step);
   EXPECT_FALSE(paper.data.augmentation.flip);
+  const TrainingOptions tuned = training_options(load_config(folder + "finetune.toml", training_schema()));
+  EXPECT_FALSE(tuned.data.finetune.on()) << "its folders are for who has them to name";
+  EXPECT_EQ(tuned.data.finetune.share, 0.5);
+  EXPECT_EQ(tuned.loss.weights.judgements, 0);
   // the base sets no limit: it is no run by itself
   EXPECT_THROW(training_options(load_config(folder + "mgnet.toml", training_schema())), Error);
 }

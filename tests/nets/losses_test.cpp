@@ -132,6 +132,66 @@ TEST(Losses, MetallicEntropyAgainstItsDefinitionAndGradient) {
   }
 }
 
+// Every branch: pairs of either kind, right, wrong and at the margin's kink, black pixels, no pair at all.
+TEST(Losses, JudgementsAgainstTheirDefinitionAndDifferences) {
+  constexpr Shape kMap{2, 3, 4, 5}, kPairs{1, 1, 2, 16};
+  constexpr int plane = 20, count = 32;
+  Tensor albedo = formula("albedo", kMap);
+  for (double& v : albedo.real) v = 0.5 + 0.49 * v;
+  for (int c = 0; c < 3; ++c) albedo.real[static_cast<std::size_t>(c * plane + 3)] = 0;
+  std::vector<int> first(count, -1), second(count, -1);
+  Tensor equal(kPairs, 0), ordered(kPairs, 0);
+  for (std::size_t i = 0; i < 12; ++i) {  // the others stay empty
+    first[i] = static_cast<int>(i * 7 % 40), second[i] = static_cast<int>((i * 11 + 3) % 40);
+    (i % 3 == 0 ? equal : ordered).real[i] = 0.1 + 0.05 * static_cast<double>(i);
+  }
+  const auto lightness = [&](int pixel) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c)
+      sum += albedo.real[static_cast<std::size_t>((pixel / plane * 3 + c) * plane + pixel % plane)];
+    return std::log(sum / 3 + 0.001);
+  };
+  int wrong = 0, right = 0;
+  const auto loss = [&] {
+    double sum = 0;
+    for (std::size_t i = 0; i < 12; ++i) {
+      const double apart = lightness(first[i]) - lightness(second[i]), over = std::max(apart + 0.5, 0.0);
+      sum += 2 * (equal.real[i] * apart * apart + ordered.real[i] * over * over);
+      if (ordered.real[i] > 0) ++(over > 0 ? wrong : right);
+    }
+    return sum;
+  };
+  Graph graph;
+  const Value a = graph.input("albedo", kMap);
+  const Value value =
+      judgement_loss(a, {graph.input("first", kPairs, Type::Int), graph.input("second", kPairs, Type::Int),
+                         graph.input("equal", kPairs), graph.input("ordered", kPairs)});
+  const std::vector<Tensor> results =
+      evaluate(graph, {value, gradient(value, std::vector<Value>{a}).front()}, Device::open(),
+               {{"albedo", albedo},
+                {"first", Tensor::of_int(kPairs, first)},
+                {"second", Tensor::of_int(kPairs, second)},
+                {"equal", equal},
+                {"ordered", ordered}},
+               {.precision = Precision::Double});
+  const double expected = loss();
+  EXPECT_GT(wrong, 2);
+  EXPECT_GT(right, 0);
+  EXPECT_NEAR(results[0].real[0], expected, 1e-13 * expected);
+  for (std::size_t i = 0; i < albedo.real.size(); ++i) {
+    const double kept = albedo.real[i], h = 1e-6 * (kept + 0.001);
+    albedo.real[i] = kept + h;
+    const double above = loss();
+    albedo.real[i] = kept - h;
+    const double below = loss();
+    albedo.real[i] = kept;
+    // Central differences err by h^2 times the third derivative and by rounding over h.
+    EXPECT_NEAR(results[1].real[i], (above - below) / (2 * h),
+                1e-8 * std::abs(results[1].real[i]) + 4e-16 * expected / h)
+        << i;
+  }
+}
+
 // The terms of Li et al. on maps that are given: one scale a picture, of albedo clamped after it, of depth in
 // logarithms.
 TEST(Losses, OfLiEtAlAgainstTheirDefinition) {
