@@ -77,13 +77,9 @@ bool nets_fit(const RenderSettings& settings) {
 }
 
 void check_method(const RenderSettings& settings) {
-  if (is_learned_light(settings.light)) check_method(settings.light, settings.nets->sizes, settings.nets->note);
-}
-
-void check_method(const std::string& light, const LightSizes& sizes, const std::string& note) {
-  const bool theirs = sizes.li2020.has_value();
-  if ((light == "li2020") == theirs) return;
-  throw usage_error("weights of another method", note,
+  if (nets_fit(settings)) return;
+  const bool theirs = settings.nets->sizes.li2020.has_value();
+  throw usage_error("weights of another method", settings.nets->note,
                     theirs ? "the light's net of Li et al. 2020" : "LightNet and the net out of view",
                     theirs ? "--light li2020" : "a training of light.net = li2020, or --light net");
 }

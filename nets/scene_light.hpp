@@ -51,8 +51,6 @@ std::string light_of(const LightSizes& sizes);
 bool nets_fit(const RenderSettings& settings);
 /// Throws usage_error where they are of another.
 void check_method(const RenderSettings& settings);
-/// The same of nets of these sizes under a learned light; `note` says what they are.
-void check_method(const std::string& light, const LightSizes& sizes, const std::string& note);
 
 /// Names that scene_light() knows.
 const std::vector<std::string>& light_names();

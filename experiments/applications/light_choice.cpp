@@ -46,11 +46,8 @@ void take_light(RenderSettings& settings, const LightChoice& choice, Device& dev
 
 void choose_light(RenderSettings& settings, LightChoice& choice, const std::string& light, bool asked) {
   settings.light = light, choice.why.clear();
-  if (asked && is_learned_light(light)) {  // refused before any work
-    const fs::path path = light_or_shipped(choice.weights);
-    check_method(light, read_light_sizes(path), path.string());
-  } else if (asked) {
-    if (!choice.weights.empty()) choice.why = "which needs no --light-weights";
+  if (asked) {
+    if (!choice.weights.empty() && !is_learned_light(light)) choice.why = "which needs no --light-weights";
   } else if (!choice.weights.empty()) {
     settings.light = light_of(read_light_sizes(light_or_shipped(choice.weights)));
   } else if (!is_learned_light(light)) {

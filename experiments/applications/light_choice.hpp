@@ -18,8 +18,8 @@ struct LightChoice {
 };
 
 /// Sets settings.light from the command line: `light`, if it was `asked` for; else what a default is: where weights are
-/// named (choice.weights) the light that they answer for, else `light`. Throws what light_or_shipped(),
-/// read_light_sizes() and check_method() throw, before anything is computed.
+/// named (choice.weights) the light that they answer for, else `light`. Throws what light_or_shipped() and
+/// read_light_sizes() throw.
 void choose_light(RenderSettings& settings, LightChoice& choice, const std::string& light, bool asked);
 
 /// The sampler where none was asked for: the photograph as light has its lamps in view, and directions go there too.
