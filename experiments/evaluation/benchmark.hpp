@@ -12,6 +12,8 @@
 
 namespace clerestory {
 
+class NyuFile;
+
 /// Zhu et al. 2022, Li et al. 2020, Marigold's intrinsic images (Ke et al. 2025).
 enum class Protocol { Zhu, Li, Marigold };
 Protocol protocol_of(const std::string& word);  // "zhu", "li", "marigold"
@@ -60,6 +62,9 @@ Benchmark openrooms_benchmark(Protocol protocol, const std::filesystem::path& da
 /// Lines of a list. Throws usage_error naming file and line: a name twice, one that is not among `known` (if that is
 /// not empty), no name at all.
 std::vector<std::string> read_list(const std::filesystem::path& file, const std::vector<std::string>& known);
+
+/// Numbers of the pictures of NYUv2 that a list names, with zeros in front or without; of none: all.
+std::vector<int> nyu_numbers(const NyuFile& file, const std::filesystem::path& list);
 
 struct BenchmarkResult {
   std::vector<std::pair<std::string, std::string>> facts;  // protocol, layout, pictures and their list's hash, pairs

@@ -26,17 +26,10 @@ struct NyuSet {
         file(fs::is_directory(data) ? data / kNyuFile : data),
         has_normals(fs::is_directory(folder / "normals")),
         lengths(protocol == Protocol::Li ? Lengths::AsTheyAre : Lengths::Unit) {
-    std::vector<std::string> names;
-    for (int n = 1; n <= file.size(); ++n) names.push_back(nyu_name(n));
     if (list.file.empty() && !list.split.empty() && list.split != "all")
       throw usage_error("the official split is not in this file", "--split", list.split,
                         "--list FILE with a number a line, from 1 on: testNdxs or trainNdxs of splits.mat");
-    if (!list.file.empty()) {
-      std::vector<std::string> known = names;  // and without zeros in front
-      for (int n = 1; n <= file.size(); ++n) known.push_back(std::to_string(n));
-      names = read_list(list.file, known);
-    }
-    for (const std::string& name : names) numbers.push_back(std::stoi(name));
+    numbers = nyu_numbers(file, list.file);
   }
 
   std::vector<std::optional<double>> judge(std::size_t i, const PredictedMaps& maps) const {
@@ -57,6 +50,17 @@ struct NyuSet {
 };
 
 }  // namespace
+
+std::vector<int> nyu_numbers(const NyuFile& file, const fs::path& list) {
+  std::vector<int> numbers;
+  for (int n = 1; n <= file.size(); ++n) numbers.push_back(n);
+  if (list.empty()) return numbers;
+  std::vector<std::string> known;
+  for (const int n : numbers) known.push_back(nyu_name(n)), known.push_back(std::to_string(n));
+  numbers.clear();
+  for (const std::string& name : read_list(list, known)) numbers.push_back(std::stoi(name));
+  return numbers;
+}
 
 Benchmark nyu_benchmark(Protocol protocol, const fs::path& data, const BenchmarkList& list) {
   if (protocol == Protocol::Marigold)

@@ -25,12 +25,17 @@ Darker darker_of(const Image& reflectance, const JudgedPoint& first, const Judge
   return Darker::Equal;
 }
 
+bool counts(const Judgements& judgements, const JudgedPair& pair) {
+  const std::vector<JudgedPoint>& points = judgements.points;
+  return pair.darker && pair.weight > 0 && points[pair.first].opaque && points[pair.second].opaque;
+}
+
 std::optional<Whdr> whdr(const Image& reflectance, const Judgements& judgements, double delta) {
   Whdr result;
   CompensatedSum wrong, all;
   for (const JudgedPair& j : judgements.comparisons) {
     const JudgedPoint &first = judgements.points[j.first], &second = judgements.points[j.second];
-    if (!j.darker || !(j.weight > 0) || !first.opaque || !second.opaque) {
+    if (!counts(judgements, j)) {
       ++result.passed_over;
       continue;
     }

@@ -16,6 +16,9 @@ constexpr double kWhdrDelta = 0.10;
 Darker darker_of(const Image& reflectance, const JudgedPoint& first, const JudgedPoint& second,
                  double delta = kWhdrDelta);
 
+/// Whether a comparison counts: people agreed, it has a weight, and both points are opaque.
+bool counts(const Judgements& judgements, const JudgedPair& pair);
+
 struct Whdr {
   double rate = 0;      // weight of what is judged otherwise / weight of what counts
   double weight = 0;    // of what counts

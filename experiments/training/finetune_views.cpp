@@ -7,6 +7,7 @@
 
 #include "experiments/evaluation/benchmark.hpp"
 #include "experiments/evaluation/benchmark_errors.hpp"
+#include "experiments/evaluation/whdr.hpp"
 #include "experiments/training/keyed.hpp"
 #include "experiments/training/validation.hpp"
 #include "host/error.hpp"
@@ -32,18 +33,6 @@ void append_kind(std::vector<JudgedPixels>& to, const std::vector<JudgedPixels>&
     to.push_back(of_kind[i]);
     to.back().weight /= static_cast<float>(count);
   }
-}
-
-/// Numbers of the pictures that the list names, or all.
-std::vector<int> numbers_of(const NyuFile& file, const fs::path& list) {
-  std::vector<int> numbers;
-  for (int n = 1; n <= file.size(); ++n) numbers.push_back(n);
-  if (list.empty()) return numbers;
-  std::vector<std::string> known;  // with zeros in front and without
-  for (const int n : numbers) known.push_back(nyu_name(n)), known.push_back(std::to_string(n));
-  numbers.clear();
-  for (const std::string& name : read_list(list, known)) numbers.push_back(std::stoi(name));
-  return numbers;
 }
 
 class FinetuneViews : public TrainingViews {
@@ -107,7 +96,7 @@ FinetuneSet::FinetuneSet(const FinetuneOptions& options) : state_(std::make_uniq
       throw usage_error("there are no normals to learn from", options.nyu.string(), "",
                         std::string("folders normals and masks with NNNN.png, beside ") + kNyuFile);
     state_->nyu.emplace(options.nyu / kNyuFile);
-    state_->numbers = numbers_of(*state_->nyu, options.nyu_list);
+    state_->numbers = nyu_numbers(*state_->nyu, options.nyu_list);
   }
 }
 
@@ -166,9 +155,8 @@ PreparedView iiw_view(const Image& linear, const Judgements& judgements, Size si
   };
   std::vector<JudgedPixels> equal, ordered;
   for (const JudgedPair& j : judgements.comparisons) {
-    const JudgedPoint &first = judgements.points[j.first], &second = judgements.points[j.second];
-    if (!j.darker || !(j.weight > 0) || !first.opaque || !second.opaque) continue;
-    const int a = pixel_of(first), b = pixel_of(second);
+    if (!counts(judgements, j)) continue;
+    const int a = pixel_of(judgements.points[j.first]), b = pixel_of(judgements.points[j.second]);
     if (a < 0 || b < 0) continue;
     const auto weight = static_cast<float>(j.weight);
     if (*j.darker == Darker::Equal) equal.push_back({a, b, true, weight});

@@ -132,7 +132,7 @@ TEST(Losses, MetallicEntropyAgainstItsDefinitionAndGradient) {
   }
 }
 
-// Every branch: pairs of either kind, right, wrong and at the margin's kink, black pixels, no pair at all.
+// Every branch: pairs of either kind, right and wrong, a black pixel, places without a pair.
 TEST(Losses, JudgementsAgainstTheirDefinitionAndDifferences) {
   constexpr Shape kMap{2, 3, 4, 5}, kPairs{1, 1, 2, 16};
   constexpr int plane = 20, count = 32;
