@@ -34,7 +34,7 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
   if (is_learned_light(settings.light)) {
     if (!settings.nets)
       throw usage_error("learned light without its weights", "--light", settings.light, "--light-weights DIR");
-    check_method(settings);
+    check_method(settings.light, settings.nets->sizes, settings.nets->note);
     if (settings.light == "li2020") return li2020_scene_light(graph, scene, v, settings);
     return learned_light(graph, v, scene, settings, rays_to_come);
   }
@@ -72,14 +72,14 @@ bool is_learned_light(const std::string& name) {
 
 std::string light_of(const LightSizes& sizes) { return sizes.li2020 ? "li2020" : "net"; }
 
-bool nets_fit(const RenderSettings& settings) {
-  return !is_learned_light(settings.light) || (settings.light == "li2020") == settings.nets->sizes.li2020.has_value();
+bool nets_fit(const std::string& light, const LightSizes& sizes) {
+  return !is_learned_light(light) || (light == "li2020") == sizes.li2020.has_value();
 }
 
-void check_method(const RenderSettings& settings) {
-  if (nets_fit(settings)) return;
-  const bool theirs = settings.nets->sizes.li2020.has_value();
-  throw usage_error("weights of another method", settings.nets->note,
+void check_method(const std::string& light, const LightSizes& sizes, const std::string& note) {
+  if (nets_fit(light, sizes)) return;
+  const bool theirs = sizes.li2020.has_value();
+  throw usage_error("weights of another method", note,
                     theirs ? "the light's net of Li et al. 2020" : "LightNet and the net out of view",
                     theirs ? "--light li2020" : "a training of light.net = li2020, or --light net");
 }

@@ -47,10 +47,10 @@ SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& sce
 
 /// The learned light that nets of these sizes answer for, out_of_view aside: net | li2020.
 std::string light_of(const LightSizes& sizes);
-/// Whether settings.nets are of the method that settings.light is of; true of lights that are not learned.
-bool nets_fit(const RenderSettings& settings);
-/// Throws usage_error where they are of another.
-void check_method(const RenderSettings& settings);
+/// Whether nets of these sizes are of the method that `light` is of; true of lights that are not learned.
+bool nets_fit(const std::string& light, const LightSizes& sizes);
+/// Throws usage_error where they are of another; `note` says which weights they are.
+void check_method(const std::string& light, const LightSizes& sizes, const std::string& note);
 
 /// Names that scene_light() knows.
 const std::vector<std::string>& light_names();

@@ -13,7 +13,10 @@ namespace clerestory {
 namespace fs = std::filesystem;
 
 fs::path find_light_weights(const RenderSettings& settings, const fs::path& weights) {
-  return is_learned_light(settings.light) ? light_or_shipped(weights) : fs::path();
+  if (!is_learned_light(settings.light)) return {};
+  const fs::path path = light_or_shipped(weights);
+  check_method(settings.light, read_light_sizes(path), path.string());
+  return path;
 }
 
 void load_light_nets(RenderSettings& settings, const fs::path& weights, Device device) {
@@ -24,7 +27,6 @@ void load_light_nets(RenderSettings& settings, const fs::path& weights, Device d
   nets->sizes = loaded.net, nets->longer_side = loaded.longer_side(), nets->states = loaded.states;
   nets->note = path.string();
   settings.nets = nets;
-  check_method(settings);
 }
 
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,

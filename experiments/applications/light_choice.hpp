@@ -30,11 +30,12 @@ void choose_sampler(RenderSettings& settings);
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record);
 
-/// Where a learned light's weights are: light_or_shipped(weights); nothing for other lights.
+/// Where a learned light's weights are: light_or_shipped(weights); nothing for other lights. Throws what that and
+/// check_method() throw, and reads no more than the weights' sizes: for what must be refused before the work.
 std::filesystem::path find_light_weights(const RenderSettings& settings, const std::filesystem::path& weights);
 
 /// Sets settings.nets if settings.light is learned. `weights`: as light_or_shipped() takes them.
-/// Throws usage_error also when they are of another light, or what load_light() throws.
+/// Throws what find_light_weights() and load_light() throw.
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);
 
 /// "image", or the name of a learned light and its weights: for provenance and report.

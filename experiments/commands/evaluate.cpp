@@ -4,6 +4,7 @@
 
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/training/evaluate_benchmark.hpp"
+#include "experiments/weights/method.hpp"
 #include "experiments/weights/shipped.hpp"
 #include "host/report/terminal.hpp"
 
@@ -40,7 +41,7 @@ void print(const BenchmarkResult& result) {
 struct Options {
   EvaluateOptions evaluate;
   std::filesystem::path run, maps, list;
-  std::string protocol, albedo;
+  std::string protocol, albedo, method;
   bool no_rivals = false;
 };
 
@@ -56,24 +57,32 @@ void check(const Options& options, const CommonOptions& common) {
   const bool maps = !options.maps.empty(), protocol = !options.protocol.empty();
   if (!options.run.empty() && o.data.empty())
     throw usage_error("which view is this run of?", "--data", "none", "ROOM/NNN, which `invert` took apart");
-  if (!options.run.empty()) refuse("RUN", maps, "--maps"), refuse("RUN", protocol, "--protocol");
+  const bool weights = !common.weights.empty(), method = !options.method.empty();
+  if (!options.run.empty())
+    refuse("RUN", maps, "--maps"), refuse("RUN", protocol, "--protocol"), refuse("RUN", weights, "--weights"),
+        refuse("RUN", method, "--method");
   if ((maps || protocol) && o.data.empty())
     throw usage_error("what are these to be judged on?", "--data", "none", "the folder of a data set");
   if (maps && options.albedo.empty())
     throw usage_error("how is the albedo of these maps stored?", "--albedo", "none",
                       "linear, or srgb for display values");
   if (!maps) refuse("--albedo", !options.albedo.empty(), "weights, whose albedo is linear");
-  if (maps) refuse("--weights", !common.weights.empty(), "--maps");
+  if (maps) refuse("--weights", weights, "--maps"), refuse("--method", method, "--maps");
+  if (method) refuse("--weights", weights, "--method, which names them");
   if (maps || protocol) refuse("--frames", !o.frames.empty(), maps ? "--maps" : "--protocol");
   if (maps || protocol) refuse("--mean-data", !o.mean_data.empty(), maps ? "--maps" : "--protocol");
   if (!protocol) refuse("--list", !options.list.empty(), "rooms, which have --split");
+}
+
+std::filesystem::path weights_of(const Options& options, const CommonOptions& common) {
+  return options.method.empty() ? weights_or_shipped(common.weights) : find_method(options.method, "--method").maps;
 }
 
 void judge_by_protocol(const Options& options, const CommonOptions& common) {
   BenchmarkOptions o;
   o.protocol = options.protocol, o.data = options.evaluate.data, o.maps = options.maps;
   o.list = {options.list, options.evaluate.split}, o.albedo = albedo_code(options.albedo);
-  if (options.maps.empty()) o.weights = weights_or_shipped(common.weights);
+  if (options.maps.empty()) o.weights = weights_of(options, common);
   o.device = common.device, o.gemm = common.gemm, o.tile = common.tile;
   const BenchmarkResult result = evaluate_benchmark(o);
   if (shown(common)) print(result);
@@ -89,7 +98,7 @@ EvaluateOutcome judged(Options& options, const CommonOptions& common) {
     return evaluate_run(options.run, o.data, o.rivals);
   }
   o.device = common.device, o.gemm = common.gemm, o.tile = common.tile;
-  o.weights = weights_or_shipped(common.weights);
+  o.weights = weights_of(options, common);
   return evaluate_weights(o);
 }
 
@@ -121,6 +130,8 @@ void add_evaluate_command(CommandLine& line) {
       .choice("--protocol",
               "Judge as others do, and say how: zhu and li IIW, NYUv2 and rooms, marigold the albedo of rooms",
               options->protocol, {"zhu", "li", "marigold"})
+      .option("--method", "NAME|DIR", "Whose net: zhu, li2020, or a folder of weights, in place of --weights",
+              options->method)
       .option("--list", "FILE", "Pictures of IIW or NYUv2 to judge, one a line", options->list)
       .option(
           "--maps", "DIR",

@@ -41,9 +41,9 @@ std::string light_of(const StudyLight& study, const RenderSettings& base) {
 
 }  // namespace
 
-bool nets_answer(RenderSettings base, const std::string& name) {
-  base.light = light_of(study_light(name), base);
-  return nets_fit(base);
+bool nets_answer(const RenderSettings& base, const std::string& name) {
+  const std::string light = light_of(study_light(name), base);
+  return base.nets ? nets_fit(light, base.nets->sizes) : !is_learned_light(light);
 }
 
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene) {

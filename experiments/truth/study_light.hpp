@@ -17,7 +17,7 @@ struct StudyLight {
 /// Throws usage_error on another name.
 StudyLight study_light(const std::string& name);
 /// Whether base.nets answer for the light so named; true of lights that are not learned.
-bool nets_answer(RenderSettings base, const std::string& name);
+bool nets_answer(const RenderSettings& base, const std::string& name);
 /// `base` under a light so named. Throws what study_light() throws.
 RenderSettings under_light(RenderSettings base, const std::string& name, Device& device, const Scene& scene);
 

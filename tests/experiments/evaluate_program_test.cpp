@@ -10,6 +10,7 @@
 #include "host/io/nyu.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/experiments/untrained_light.hpp"
 
 namespace clerestory {
 namespace {
@@ -100,6 +101,22 @@ TEST_F(EvaluateProgram, WeightsAreJudgedByProtocol) {
   EXPECT_LT(metric("albedo_mse", "mean"), 0.3);
 }
 
+TEST_F(EvaluateProgram, AMethodIsJudgedByItsMaps) {
+  const std::string li = (folder / "li").string();
+  write_untrained_li2020(li, {64, 48});
+  const auto errors = [&](std::vector<std::string> whose) {
+    const std::vector<std::string> on{"--data", rooms.string(), "--protocol", "zhu", "--json=" + json.string()};
+    whose.insert(whose.end(), on.begin(), on.end());
+    EXPECT_EQ(evaluate(whose), 0) << said();
+    return read_json_object(json)["metrics"];
+  };
+  const auto theirs = errors({"--method", li});
+  EXPECT_EQ(theirs, errors({"--weights", li + "/maps.safetensors"}));
+  EXPECT_NE(theirs, errors({"--method", "zhu"}));
+  EXPECT_EQ(errors({"--method", "zhu"}), errors({}));
+  expect_refused({"--data", rooms.string(), "--method", "li2021"}, "there is no such method or folder");
+}
+
 TEST_F(EvaluateProgram, WrongDataIsRefused) {
   fs::create_directories(folder / "iiw");
   write_png(folder / "iiw/5.png", Image(4, 4, 3, 0.5f));
@@ -126,6 +143,11 @@ TEST_F(EvaluateProgram, OptionsThatContradictEachOtherAreRefused) {
   expect_refused({"--data", data, "--maps", given, "--albedo", "srgb", "--weights", "w"},
                  "--weights: does not go with");
   expect_refused({"run", "--data", data, "--protocol", "zhu"}, "RUN: does not go with --protocol");
+  expect_refused({"run", "--data", data, "--weights", "w"}, "RUN: does not go with --weights");
+  expect_refused({"run", "--data", data, "--method", "zhu"}, "RUN: does not go with --method");
+  expect_refused({"--data", data, "--method", "zhu", "--weights", "w"}, "--weights: does not go with --method");
+  expect_refused({"--data", data, "--maps", given, "--albedo", "srgb", "--method", "zhu"},
+                 "--method: does not go with --maps");
   expect_refused({"--data", data, "--list", "l"}, "--list: does not go with rooms");
   expect_refused({"--data", data, "--list", "l", "--protocol", "zhu"}, "--list: rooms have lists of their own");
   expect_refused({"--data", data, "--protocol", "ours"}, "--protocol: unknown choice");

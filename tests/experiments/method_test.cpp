@@ -170,6 +170,8 @@ TEST_F(MethodCommands, AreRefusedBeforeTheWork) {
                  "a method names these weights as well");
   refused({"--method", li(), "--light", "net"}, "weights of another method");
   refused({"--method", "zhu", "--light", "li2020"}, "weights of another method");
+  expect_refused(inverted(folder_ / "never", {"--method", "zhu", "--light", "li2020"}), "weights of another method");
+  EXPECT_EQ(said().find("depth:"), std::string::npos) << "the nets of the maps have answered";
   EXPECT_FALSE(fs::exists(folder_ / "never"));
 }
 
