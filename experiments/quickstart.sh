@@ -2,6 +2,7 @@
 # Builds Clerestory and takes a real photograph of an office apart: maps, re-render, a mirror ball put into the room.
 # usage: bash experiments/quickstart.sh [PHOTO [invert options]]
 set -euo pipefail
+[ $# -eq 0 ] || set -- "$(realpath -- "$1")" "${@:2}"  # from where it is called
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 install_packages
 build clerestory

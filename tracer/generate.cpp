@@ -246,7 +246,7 @@ class RoomWriter {
     scale(picture.variance.data, out.exposure * out.exposure);
     if (options_.views.variance) write_exr(view_file(folder, id, "variance"), picture.variance, ExrType::Float);
     if (options_.baseline) write_right(folder, id, camera, seed, most, out.exposure, summary);
-    if (options_.balls) write_balls(folder, id, camera, seed, out.exposure, summary);
+    if (options_.balls) write_balls(folder, id, camera, seed, most, out.exposure, summary);
     write_camera(view_file(folder, id, "camera", "json"), camera, out.exposure);
     write_view(folder, id, out);  // its picture comes last: a view that has it is complete
   }
@@ -313,14 +313,15 @@ class RoomWriter {
     write_stereo(folder, id, left, *right, exposure);
   }
 
-  void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed,
+  /// The view's picture again with a ball in it: the same random numbers, the same bound of indirect light.
+  void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed, float most,
                    double exposure, GenerateSummary& summary) {
     const std::optional<BallPlace> place = place_ball(scene_, camera, Random(standing_->seed).fork(200 + seed));
     json balls = json::array();
     if (place) {
       for (const BallKind& kind : ball_kinds()) {
         TraceScene with(device_, with_ball(standing_->room.scene, camera, *place, kind));
-        TracePicture picture = with.picture(camera, options_.views.spp, seed);
+        TracePicture picture = with.picture(camera, options_.views.spp, seed, kMaxDepth, kLightSamples, most);
         note(picture.dropped, id, seed, summary);
         scale(picture.mean.data, exposure);
         write_radiance(view_file(folder, id, "ball_" + kind.name), picture.mean);

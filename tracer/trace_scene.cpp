@@ -15,6 +15,8 @@ constexpr int kSurfaceSize = 32, kSampleSize = 8, kMapCount = 14;
 constexpr int kPass = 64;
 // And at most this many rays: grids of 65535 and more would be another variant to compile on PoCL.
 constexpr int kRays = 32768;
+// Points on lights beside a vertex's direction that its random numbers suffice for: BLOCKS of path.cl, less one.
+constexpr int kMostLightSamples = 15;
 
 void check(const World& scene) {
   const int materials = static_cast<int>(scene.materials.size()), emitters = static_cast<int>(scene.emitters.size());
@@ -31,6 +33,13 @@ void check(const World& scene) {
   for (const Emitter& e : scene.emitters) {
     if (e.panorama && p.rgb.empty()) throw Error(ErrorKind::Failed, "a pane needs a panorama", "scene");
   }
+}
+
+void check_samples(int spp, int light_samples) {
+  if (spp < 1) throw usage_error("at least one sample", "spp", std::to_string(spp), "1 or more");
+  if (light_samples < 0 || light_samples > kMostLightSamples)
+    throw usage_error("random numbers do not suffice for these", "light_samples", std::to_string(light_samples),
+                      "0 to " + std::to_string(kMostLightSamples));
 }
 
 /// Texture coordinates of a triangle's plane: of each of the three a gradient and a constant.
@@ -191,7 +200,7 @@ TraceMaps TraceScene::maps(const Camera& camera) {
 
 TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t seed, int max_depth, int light_samples,
                                  float most_indirect) {
-  if (spp < 1) throw usage_error("at least one sample per pixel", "spp", std::to_string(spp), "1 or more");
+  check_samples(spp, light_samples);
   const std::array<float, 16> view = view_numbers(camera);
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
   const Buffer on_device = upload(view), out = allocate(pixels * kSampleSize);
@@ -232,7 +241,7 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
 
 void TraceScene::radiance(const Buffer& points, const Buffer& directions, const Buffer& out, int count, int stride,
                           const RadianceQuery& query, DroppedSamples* dropped) {
-  if (query.spp < 1) throw usage_error("at least one sample per ray", "spp", std::to_string(query.spp), "1 or more");
+  check_samples(query.spp, query.light_samples);
   const std::array<float, 12> pose = pose_rows(query.to_world);
   const Buffer pose_on_device = upload(pose);
   const std::size_t reals = static_cast<std::size_t>(std::min(count, kRays)) * kSampleSize;

@@ -44,6 +44,14 @@ OpCase ask_case(const std::string& label, double reach, const Shape& map, Tensor
   return c;
 }
 
+/// Every third ray has no direction.
+Tensors some_nowhere(Tensors inputs) {
+  Tensor& direction = inputs.at("direction");
+  for (std::size_t i = 0; i < direction.real.size(); ++i)
+    if (i % static_cast<std::size_t>(direction.shape.plane()) % 3 == 0) direction.real[i] = 0;
+  return inputs;
+}
+
 OP_CASES(ask_shells) {
   const Shape fine{1, 1, 8, 16}, odd{1, 1, 5, 12}, least{1, 1, 2, 2};
   return {ask_case("inside", 0.2, fine, shell_inputs(6, 32, 0.2, 1, fine)),
@@ -52,6 +60,7 @@ OP_CASES(ask_shells) {
           ask_case("point_per_row", 0.2, fine, shell_inputs(5, 16, 0.2, 1, fine, true)),
           ask_case("listed", 0.2, fine, shell_inputs(7, 16, 0.2, 1, fine), every(3, 112)),
           ask_case("one_ray", 0.2, fine, shell_inputs(2, 16, 0.2, 1, fine), {17}),
+          ask_case("no_direction", 0.2, fine, some_nowhere(shell_inputs(3, 16, 0.2, 1, fine))),
           ask_case("clear", 0.2, fine, shell_inputs(2, 16, 0.2, 0, fine)),
           ask_case("thin", 0.2, fine, shell_inputs(2, 16, 0.2, 1e-7, fine)),
           ask_case("solid", 0.2, fine, shell_inputs(2, 16, 0.2, 1e6, fine))};

@@ -30,7 +30,8 @@ inline std::vector<Tensor> looked_up_shells(const Tensors& t) {
           const int at = v.shape.w == 1 ? 0 : s;
           return Vec3(v.at(0, 0, row, at), v.at(0, 1, row, at), v.at(0, 2, row, at));
         };
-        const Vec3 p = vector(points) / scale, d = glm::normalize(vector(direction));
+        const Vec3 p = vector(points) / scale, to = vector(direction);
+        const Vec3 d = to == Vec3(0) ? Vec3(0, 0, 1) : glm::normalize(to);
         const double along = exit_of(p, d, kShellRadii[static_cast<std::size_t>(k)]);
         met.at(k, 0, row, s) = along > 0 || k + 1 == maps.n;
         if (met.at(k, 0, row, s) == 0) continue;

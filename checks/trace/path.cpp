@@ -51,10 +51,16 @@ World room() {
   return world;
 }
 
-/// The same with every surface textured: what has no reference here has its double.
-World textured(World world) {
-  for (Material& m : world.materials)
-    m.texture = static_cast<float>(Texture::Wood), m.color_b = glm::vec3(0.2f), m.scale = glm::vec3(3), m.noise = 0.3f;
+constexpr int kLastTexture = static_cast<int>(Texture::Print);
+
+/// The same with every surface textured, by as many families from `first` on: what has no reference here has its
+/// double.
+World textured(World world, int first) {
+  for (std::size_t i = 0; i < world.materials.size(); ++i) {
+    Material& m = world.materials[i];
+    m.texture = static_cast<float>((first - 1 + static_cast<int>(i)) % kLastTexture + 1);
+    m.color_b = glm::vec3(0.2f), m.scale = glm::vec3(3), m.noise = 0.3f;
+  }
   return world;
 }
 
@@ -304,7 +310,10 @@ KERNEL_CHECK(path) {
               if (!form.fits(devices.single)) continue;
               in(devices.single, Precision::Single, form, "float");
               if (devices.with_doubles) in(*devices.with_doubles, Precision::Double, form, "double");
-              twins(devices, world, form, findings, quick), twins(devices, textured(world), form, findings, quick);
+              twins(devices, world, form, findings, quick);
+              for (int first = 1; first <= (quick ? 1 : kLastTexture);
+                   first += static_cast<int>(world.materials.size()))
+                twins(devices, textured(world, first), form, findings, quick);
             }
           }};
 }

@@ -184,7 +184,7 @@ std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>
     throw usage_error("the pixel lies outside of the picture", "--at", text,
                       fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
   const double depth = scene.depth.at(0, y, x);
-  if (!(depth > 0)) throw usage_error("nothing is known of the depth there", "--at", text);
+  if (!(depth > 0)) throw usage_error("nothing is known of the depth there", "--at", text, "a pixel with a depth");
   return {scene.camera.unproject(at[0], at[1], depth),
           {scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)}};
 }
@@ -277,14 +277,16 @@ class Inserting {
       const SceneWithObjects with = put_before(device_, seen_in_pass(scene_, pass, passes, round), *objects_, list_);
       sums_.add(with.shows, with_objects.radiance(with, seed(pass)), share.spp);
     }
-    seconds_ += with_objects.seconds();
+    seconds_ += with_objects.seconds(), dropped_ += with_objects.dropped();
     const std::vector<bool> changed = changed_pixels(scene_, sums_.means().change);
     if (std::ranges::find(changed, true) == changed.end()) return;
     SceneLayer room(device_, scene_, share);
     const std::array<double, 3> ambient = ambient_of(scene_);
-    for (int pass = 0; pass < passes; ++pass)  // equal seeds: the rays whose light the objects changed
+    for (int pass = 0; pass < passes; ++pass) {  // equal seeds: the rays whose light the objects changed
       sums_.add_without(room.radiance(scene_.albedo, scene_.material, scene_.photo, ambient, changed, seed(pass)),
                         changed, share.spp);
+      dropped_ += room.counts().dropped;
+    }
     seconds_ += room.seconds();
   }
 
@@ -298,7 +300,7 @@ class Inserting {
   Insertion finished(std::vector<RenderRound> rounds) const {
     InsertionMeans means = sums_.means();
     Image composite = composite_of(device_, scene_, means);
-    return {std::move(means.covers), std::move(composite), seconds_, std::move(rounds)};
+    return {std::move(means.covers), std::move(composite), seconds_, dropped_, std::move(rounds)};
   }
 
  private:
@@ -309,7 +311,7 @@ class Inserting {
   int bounces_;
   std::shared_ptr<TraceObjects> objects_;
   PassSums sums_;
-  double seconds_ = 0;
+  double seconds_ = 0, dropped_ = 0;
 };
 
 /// settings.spp samples in so many passes; with a goal rounds to it, the first of so many.
@@ -364,6 +366,8 @@ void insert(const InsertOptions& options) {
                                            passes_of(render.spp), options.goal);
   const Image& composite = inserted.composite;
   const double seen = sum(inserted.covers.data) / static_cast<double>(composite.pixels());
+  if (inserted.dropped > 0)
+    say(fmt::format("insert: {:.0f} samples were not finite and count as nothing", inserted.dropped));
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
 
   give_up_if_interrupted("insert");
@@ -374,6 +378,7 @@ void insert(const InsertOptions& options) {
   provenance.seeds["render"] = options.render.seed;
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;
+  provenance.figures["samples dropped"] = inserted.dropped;
   if (options.goal) {
     record_rounds(*options.goal, inserted.rounds, "the objects", "insert", provenance);
     render.spp = inserted.rounds.back().spp;

@@ -60,6 +60,7 @@ struct Insertion {
   Image covers;        // 1: the share of a pixel that objects cover
   Image composite;     // 3: photograph changed as the layer is by the objects; their share shows what they reflect
   double seconds = 0;  // of rendering, after the plans were made
+  double dropped = 0;  // samples that were not finite: a bias, said
   std::vector<RenderRound> rounds = {};  // of insert_until()
 };
 /// `passes` over the picture share settings.spp samples, at least two each, and look through different points of its

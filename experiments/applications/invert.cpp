@@ -143,7 +143,7 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
   if (options.known) {
     const int x = static_cast<int>(options.known->x), y = static_cast<int>(options.known->y);
     if (!(depth.at(0, y, x) > 0))
-      throw usage_error("no depth was predicted there", "--known", fmt::format("{},{}", x, y));
+      throw usage_error("no depth was predicted there", "--known", fmt::format("{},{}", x, y), "a pixel with a depth");
     factor = options.known->metres / static_cast<double>(depth.at(0, y, x));
     how = fmt::format("{} m at pixel {},{} (--known)", options.known->metres, x, y);
   } else if (options.depth_scale) {

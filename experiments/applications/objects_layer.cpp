@@ -42,7 +42,7 @@ ObjectsLayer::ObjectsLayer(Device& device, const Scene& scene, std::shared_ptr<T
   rendered_ = render(graph_, spec, v.maps, v.camera, v.range, inputs_of(inputs, light),
                      objects_light(std::move(objects), light, spec.ssrt, bounces));
 
-  executor_.emplace(compile(graph_, {rendered_.radiance}, device), light.states);
+  executor_.emplace(compile(graph_, {rendered_.radiance, rendered_.status, rendered_.tally}, device), light.states);
   executor_->after_chunk(settings.after_chunk);
   feed_scene(*executor_, scene);  // range and ambient light stay the scene's, whatever objects are before it
   light.feed(*executor_);
@@ -54,6 +54,8 @@ Image ObjectsLayer::radiance(const SceneWithObjects& with, std::uint32_t seed) {
   feed_maps(*executor_, with.scene);
   executor_->feed("shows", tensor_of(with.shows)), executor_->feed("skip", skip_map(with.shows));
   seconds_ += seconds_of(device_, [&] { executor_->run(seed); });
+  const Tensor status = executor_->fetch(rendered_.status);
+  dropped_ += render_counts(status, executor_->fetch(rendered_.tally)).dropped;
   Image picture(with.shows.width, with.shows.height, 3);
   picture.data = executor_->fetch_floats(rendered_.radiance);
   return picture;

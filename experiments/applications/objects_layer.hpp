@@ -21,13 +21,14 @@ class ObjectsLayer {
   Image radiance(const SceneWithObjects& with, std::uint32_t seed);
 
   double seconds() const { return seconds_; }  // of all renders, after the plan was made
+  double dropped() const { return dropped_; }  // samples of all renders that were not finite
 
  private:
   Device& device_;
   Graph graph_;
   Rendered rendered_;
   std::optional<Executor> executor_;
-  double seconds_ = 0;
+  double seconds_ = 0, dropped_ = 0;
 };
 
 }  // namespace clerestory

@@ -5,6 +5,7 @@
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
 #include "host/io/files.hpp"
+#include "host/io/finite.hpp"
 #include "host/report/own_files.hpp"
 #include "host/report/preview.hpp"
 
@@ -100,10 +101,18 @@ Scene read_run_maps(const fs::path& folder) {
   require_run(folder);
   Scene scene;
   scene.camera = read_camera(folder / "camera.json").camera;
-  scene.photo = read_map(folder / "photo.exr", 3);
   const auto read = [&](const char* name, int channels) {
-    return fs::exists(folder / name) ? read_map(folder / name, channels) : Image();
+    const fs::path path = folder / name;
+    if (!fs::exists(path)) return Image();
+    Image map = read_map(path, channels);
+    if (map.width != scene.width() || map.height != scene.height())
+      throw usage_error("is of another size than the camera", path.string(),
+                        fmt::format("{}x{}", map.width, map.height),
+                        fmt::format("{}x{}", scene.width(), scene.height()));
+    check_finite(map, path);
+    return map;
   };
+  scene.photo = read("photo.exr", 3);
   scene.albedo = read("albedo.exr", 3), scene.normal = read("normal.exr", 3);
   scene.depth = read("depth.exr", 1), scene.material = read("material.exr", 3);
   return scene;

@@ -155,6 +155,7 @@ std::string rays_text(const Scene& scene, const Provenance& provenance) {
                       share(figure(provenance, "samples dropped"), rays));
   text += fmt::format("Pixels not shaded because their normal faces away: {}. ",
                       share(figure(provenance, "pixels facing away"), static_cast<double>(scene.photo.pixels())));
+  if (scene.material.data.empty()) return text;
   return text + fmt::format("Pixels that emit light themselves, dark in the re-render and in no comparison: {}.",
                             share(emitting_share(scene.material), 1));
 }
@@ -259,6 +260,7 @@ bool is_shown(const fs::path& run, const fs::path& result) {
 }  // namespace
 
 std::optional<std::string> error_against_photograph(const Scene& scene, const Image& render) {
+  if (scene.material.data.empty() || scene.depth.data.empty()) return {};
   const std::size_t n = scene.photo.pixels();
   double relative = 0, clipped = 0, count = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -274,11 +276,25 @@ std::optional<std::string> error_against_photograph(const Scene& scene, const Im
                      relative / count);
 }
 
+namespace {
+
+void check_size(const Rerender& rerender, const Scene& scene, const fs::path& folder) {
+  for (const auto& [name, map] : {std::pair{"rerender.exr", &rerender.radiance},
+                                  {"stderr.exr", &rerender.standard_error},
+                                  {"uncertainty.exr", &rerender.uncertainty}})
+    if (map->width != scene.width() || map->height != scene.height())
+      throw usage_error("is of another size than the photograph", (folder / name).string(),
+                        fmt::format("{}x{}", map->width, map->height),
+                        fmt::format("{}x{}", scene.width(), scene.height()));
+}
+
+}  // namespace
+
 void write_run_report(const fs::path& folder) {
   const Provenance provenance = read_provenance(folder / kProvenanceName);
   const Scene scene = read_run_maps(folder);
   std::optional<Rerender> rerender;
-  if (fs::exists(folder / "rerender.exr")) rerender = read_rerender(folder);
+  if (fs::exists(folder / "rerender.exr")) rerender = read_rerender(folder), check_size(*rerender, scene, folder);
   const std::string edit = fact(provenance, kEditFact);
   const std::string photo = provenance.inputs.empty() ? "" : without_folders(provenance.inputs[0].path, provenance);
   const RunResults results = results_of_run(folder);

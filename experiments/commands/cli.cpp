@@ -251,7 +251,8 @@ Command& Command::common(std::initializer_list<Common> which) {
         option("--weights", "FILE", "Weights to use (.safetensors)", to.weights);
         break;
       case Common::Preset:
-        choice("--preset", "Size of the nets", to.preset, {"paper", "compact"});
+        choice("--preset", "Of the nets of maps; paper: takes no other weights, and says first how much work it is",
+               to.preset, {"paper", "compact"});
         break;
       case Common::Gemm:
         choice(

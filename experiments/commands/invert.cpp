@@ -42,7 +42,8 @@ void add_invert_command(CommandLine& line) {
   command
       .option("--mask", "M.png",
               "Picture of the photograph's size: the error is that where a channel is above one half", options->mask)
-      .choice("--points", "Which numbers draw them", options->render.points, {"sobol", "independent"})
+      .choice("--points", "Random numbers that draw the directions: Sobol's points, or independent ones",
+              options->render.points, {"sobol", "independent"})
       .choice("--ssrt", "How rays march over the depth map", options->render.ssrt, {"hierarchical", "dda"})
       .choice("--delta",
               "What the uncertainty of a hit is measured in; learned light only takes what it was trained with",

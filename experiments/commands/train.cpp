@@ -15,6 +15,7 @@ namespace {
 struct TrainArguments {
   std::vector<std::string> words;  // config, then overrides
   std::string init;
+  std::optional<std::uint64_t> seed;
   bool keys = false;
   SweepOptions sweep;
 };
@@ -50,7 +51,7 @@ void sweep_trainings(const TrainArguments& arguments, const std::vector<std::str
   std::printf("%s\n", folder.c_str());
 }
 
-void run_train(const TrainArguments& arguments, const CommonOptions& common, bool seed_given) {
+void run_train(const TrainArguments& arguments, const CommonOptions& common) {
   if (arguments.keys) {
     std::fputs(config_page(training_schema(), "Keys of a training config").c_str(), stdout);
     return;
@@ -64,7 +65,7 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common, boo
   if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
   if (common.gemm != "auto") fixed.push_back("model.gemm=" + common.gemm);
   if (common.tile != "auto") fixed.push_back("run.tile=" + common.tile);
-  if (seed_given) fixed.push_back(fmt::format("run.seed={}", common.seed));
+  if (arguments.seed) fixed.push_back(fmt::format("run.seed={}", *arguments.seed));
   check_sweep_options(arguments.sweep, arguments.sweep.many);
   if (arguments.sweep.many) return sweep_trainings(arguments, overrides, fixed, common);
   const Config config = load_config(arguments.words[0], training_schema(), overrides).with(fixed);
@@ -86,14 +87,15 @@ void add_train_command(CommandLine& line) {
           "--init", "WEIGHTS",
           "Weights or a checkpoint to start from, for the light also the folder of its two files, or an encoder that "
           "`weights import` wrote (model.init)",
-          arguments->init);
+          arguments->init)
+      .option("--seed", "N", "In place of the config's run.seed", arguments->seed);
   add_sweep_options(command, arguments->sweep);
   command.flag("--keys", "Prints every key with its default and meaning, as Markdown", arguments->keys)
-      .common({Common::Device, Common::Seed, Common::Gemm, Common::Tile, Common::Quiet})
+      .common({Common::Device, Common::Gemm, Common::Tile, Common::Quiet})
       .notes(
           "Prints the path of the weights. Ctrl-C writes a checkpoint first (exit code 4); the same command goes on "
           "from it.")
-      .run([arguments](const CommonOptions& common) { run_train(*arguments, common, was_given(common, "--seed")); });
+      .run([arguments](const CommonOptions& common) { run_train(*arguments, common); });
 }
 
 }  // namespace clerestory

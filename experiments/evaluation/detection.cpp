@@ -44,6 +44,7 @@ double calibration_error(const std::vector<ReliabilityBin>& bins) {
 }
 
 const char* PairedDifference::verdict() const {
+  if (rooms < 2) return "one room";
   if (!(std::abs(mean) > 2 * spread)) return "none";
   return mean < 0 ? "lower" : "higher";
 }
@@ -69,7 +70,7 @@ PairedDifference paired_difference(const std::vector<std::vector<double>>& ours,
   for (std::size_t r = 0; r < ours.size(); ++r)
     for (std::size_t s = 0; s < ours[r].size(); ++s) differences[r][s] -= theirs.at(r).at(s);
   const Measure all = over_rooms(differences);
-  return {all.mean, all.deviation};
+  return {all.mean, all.deviation, all.count};
 }
 
 }  // namespace clerestory

@@ -29,7 +29,8 @@ Measure over_rooms(const std::vector<std::vector<double>>& values);
 /// Ours less theirs over equal rooms and seeds, [room][seed], by that rule.
 struct PairedDifference {
   double mean = 0, spread = 0;
-  /// "lower" or "higher" when the mean is more than two spreads from 0, else "none".
+  int rooms = 0;
+  /// "lower" or "higher" when the mean is more than two spreads from 0, else "none"; "one room" where there is no more.
   const char* verdict() const;
 };
 /// Rooms where either is not finite are left out. Throws Error when none is left.

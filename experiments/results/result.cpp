@@ -260,7 +260,10 @@ Result read_result(const fs::path& path) {
 std::string result_markdown(const Result& result) {
   std::string text = "# " + result.title + "\n\n";
   text += fmt::format(
-      "Made from {0}.json by `clerestory results`; `bash experiments/reproduce/{0}.sh` measures it.\n\n", result.name);
+      "Made from {0}.json by `clerestory results`; `bash experiments/reproduce/{0}.sh` measures it at full size, and "
+      "the "
+      "row `command` says what was run for these figures.\n\n",
+      result.name);
   text += head_of(result);
   for (const auto& [name, table] : result.tables) text += "\n" + table_markdown(table);
   return text + fmt::format("\n![{}: {}]({}.svg)\n", result.plotted.table, result.plotted.column, result.name);

@@ -1,4 +1,5 @@
 // The light as a task of the trainer.
+#include <cmath>
 #include <deque>
 
 #include "experiments/training/checkpoint.hpp"
@@ -14,17 +15,21 @@
 #include "experiments/weights/shipped.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/math/panorama.hpp"
+#include "host/math/statistics.hpp"
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr int kJudgedRows = 64, kJudgedSamples = 64;  // rays of a validation view
-constexpr std::uint64_t kJudgedKey = 0x6a75646765;    // their key: the same in every leg
-constexpr std::uint64_t kLightKey = 0x6c69676874;     // purpose of a view's key in a batch
-constexpr std::uint64_t kGraphKey = 0x6772617068;     // of what the graph draws for a batch
-constexpr std::uint64_t kMapsDraw = 0x6d617073;       // of the draw that says whose maps it has
+// Rays of a validation view, and how many rows of them start from free probes: whatever a net is trained on, all nets
+// are judged on the same.
+constexpr int kJudgedRows = 64, kJudgedSamples = 64;
+constexpr double kJudgedProbeRows = 0.2;
+constexpr std::uint64_t kJudgedKey = 0x6a75646765;  // their key: the same in every leg
+constexpr std::uint64_t kLightKey = 0x6c69676874;   // purpose of a view's key in a batch
+constexpr std::uint64_t kGraphKey = 0x6772617068;   // of what the graph draws for a batch
+constexpr std::uint64_t kMapsDraw = 0x6d617073;     // of the draw that says whose maps it has
 
 using LightStream = Prefetch<LightBatch>;
 
@@ -99,8 +104,16 @@ std::vector<std::string> light_conventions() {
       "0.01), log-RGB RMSE the root of the mean of ln((y + 0.01) / (truth + 0.01))^2.",
       "Photograph: the pixel that a screen-space ray hits, mixed by u with the mean of pixels that do not emit. Best "
       "constant: of the view and of the rays in question, under the very error.",
-      "Maps are true, or with light.maps = predicted or both MGNet's; a view without rays of a kind does not count "
-      "there."};
+      "Maps are true, or with light.maps = predicted or both MGNet's, with its own scale of depth; a view without rays "
+      "of a kind does not count there."};
+}
+
+/// Depth in the metres that the net believes in, as in use.
+MapSet in_metres(MapPrediction predicted) {
+  Image& depth = predicted.maps.depth;
+  const double metres = std::exp(predicted.log_scale) / scene_scale(depth.data, "predicted depth");
+  for (float& z : depth.data) z = static_cast<float>(z * metres);
+  return std::move(predicted.maps);
 }
 
 class LightTask : public TrainingTask {
@@ -214,9 +227,8 @@ class LightTask : public TrainingTask {
     std::vector<JudgedLight> judged;
     for (const std::size_t i : spread(store.size(), static_cast<std::size_t>(views))) {
       const auto view = store.get(i);
-      judged.push_back(
-          {store.name(i).text(), view,
-           draw_rays(*view, kJudgedRows, kJudgedSamples, options_.light.sampling.probe_rows, kJudgedKey + i)});
+      judged.push_back({store.name(i).text(), view,
+                        draw_rays(*view, kJudgedRows, kJudgedSamples, kJudgedProbeRows, kJudgedKey + i)});
     }
     return judged;
   }
@@ -235,12 +247,16 @@ class LightTask : public TrainingTask {
     std::size_t views = 0;
     for (const LightStore* store : stores) views += store->size();
     Progress bar("maps", static_cast<std::int64_t>(views), "views");
-    for (LightStore* store : stores)
-      store->predict([&](const Image& picture) {
-        stop_if_interrupted("train");
-        bar.advance();
-        return predictor.predict({&picture})[0].maps;
-      });
+    for (LightStore* store : stores) {
+      const bool learned_from = store == stores.front();
+      store->predict(
+          [&](const Image& picture) {
+            stop_if_interrupted("train");
+            bar.advance();
+            return in_metres(predictor.predict({&picture})[0]);
+          },
+          learned_from ? DepthUnit::True : DepthUnit::Predicted);
+    }
   }
 
   NamedLightView view_at(std::uint64_t position, bool predicted) {

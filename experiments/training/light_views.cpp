@@ -26,6 +26,10 @@ Image flags_of(const std::optional<Image>& emission, int width, int height) {
   return flags;
 }
 
+double factor_of(DepthUnit unit, const LightView& view, const Image& depth) {
+  return unit == DepthUnit::True ? metres_of(view, depth) : 1;
+}
+
 }  // namespace
 
 LightView read_light_view(const ViewName& name, int width, int height) {
@@ -73,7 +77,7 @@ std::shared_ptr<const LightView> LightStore::get(std::size_t i) {
     if (cache_.at(i)) return cache_[i];
   }
   LightView read = read_light_view(names_[i], width_, height_);
-  if (!predicted_.empty()) see_predicted(read, predicted_[i], metres_of(read, predicted_[i].depth));
+  if (!predicted_.empty()) see_predicted(read, predicted_[i], factor_of(unit_, read, predicted_[i].depth));
   const auto view = std::make_shared<const LightView>(std::move(read));
   const std::uint64_t bytes = bytes_of(*view);
   const std::lock_guard lock(mutex_);
@@ -81,7 +85,7 @@ std::shared_ptr<const LightView> LightStore::get(std::size_t i) {
   return view;
 }
 
-void LightStore::predict(const std::function<MapSet(const Image&)>& predict) {
+void LightStore::predict(const std::function<MapSet(const Image&)>& predict, DepthUnit unit) {
   std::vector<MapSet> maps;
   for (std::size_t i = 0; i < names_.size(); ++i) {
     const std::shared_ptr<const LightView> view = get(i);
@@ -89,11 +93,11 @@ void LightStore::predict(const std::function<MapSet(const Image&)>& predict) {
     const std::lock_guard lock(mutex_);
     if (!cache_[i]) continue;
     LightView seen = *view;
-    see_predicted(seen, maps.back(), metres_of(seen, maps.back().depth));
+    see_predicted(seen, maps.back(), factor_of(unit, seen, maps.back().depth));
     cache_[i] = std::make_shared<const LightView>(std::move(seen));
   }
   const std::lock_guard lock(mutex_);
-  predicted_ = std::move(maps);
+  predicted_ = std::move(maps), unit_ = unit;
 }
 
 }  // namespace clerestory

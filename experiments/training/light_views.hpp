@@ -29,9 +29,11 @@ LightView read_light_view(const ViewName& name, int width, int height);
 
 /// What MGNet says of a picture, in place of the true maps; its depth times `metres`.
 void see_predicted(LightView& view, const MapSet& maps, double metres);
-/// The factor that brings the median ratio of a predicted depth to the true one to 1: in training, where free probes
-/// lie in true metres.
+/// The factor that brings the median ratio of a predicted depth to the true one to 1.
 double metres_of(const LightView& view, const Image& depth);
+/// What a predicted depth is measured in: metres of the truth, where nets learn, whose free probes lie in these; or
+/// those that were predicted, as in use: views that judge must not know the truth.
+enum class DepthUnit { True, Predicted };
 
 /// Reads on demand and keeps up to `cache_bytes`. A view's values do not depend on whether it was kept.
 /// Safe to use from several threads.
@@ -45,8 +47,9 @@ class LightStore {
   int width() const { return width_; }
   int height() const { return height_; }
   std::shared_ptr<const LightView> get(std::size_t i);
-  /// From now on views come with the maps that `predict` says of their pictures; all are predicted at once.
-  void predict(const std::function<MapSet(const Image& picture)>& predict);
+  /// From now on views come with the maps that `predict` says of their pictures, depth in predicted metres; all are
+  /// predicted at once.
+  void predict(const std::function<MapSet(const Image& picture)>& predict, DepthUnit unit);
 
  private:
   std::vector<ViewName> names_;
@@ -54,6 +57,7 @@ class LightStore {
   std::uint64_t cache_bytes_, used_ = 0;
   std::vector<std::shared_ptr<const LightView>> cache_;  // empty: not kept
   std::vector<MapSet> predicted_;                        // none: maps are true
+  DepthUnit unit_ = DepthUnit::True;                     // of theirs
   std::mutex mutex_;
 };
 

@@ -112,11 +112,14 @@ Schema make_schema() {
   s.integer("stream.probes", 2, "light: probes in a view's free air", {0, 100});
 
   s.section("finetune", "Photographs with people's judgements or measured depth among the views (maps).");
-  s.text("finetune.iiw", "", "folder of IIW, whose training split says which of two points has the darker albedo");
-  s.text("finetune.nyu", "", "folder of NYUv2: nyu_depth_v2_labeled.mat, and normals and masks as Li et al. keep them");
-  s.text("finetune.nyu_list", "", "file with the numbers of its pictures, one a line; empty: all");
+  s.text("finetune.iiw", "", "folder of IIW, whose training split says which of two points has the darker albedo")
+      .later();
+  s.text("finetune.nyu", "", "folder of NYUv2: nyu_depth_v2_labeled.mat, and normals and masks as Li et al. keep them")
+      .later();
+  s.text("finetune.nyu_list", "", "file with the numbers of its pictures, one a line; empty: all").later();
   s.real("finetune.share", 0.5, "share of the views that are photographs, half of each set where there are both",
-         {0, 1});
+         {0, 1})
+      .later();
 
   s.section("train", "Optimisation. A leg ends at the first of its limits; at least one must be set.");
   s.integer("train.batch", 8, "views per step", {1, 1024});
@@ -164,7 +167,7 @@ Schema make_schema() {
   s.real("loss.depth", 1, "log-space squared error of depth after one scale per image", {0, none});
   s.real("loss.log_depth", 0, "squared error of ln depth, most of each image's mean removed (Eigen et al. 2014)",
          {0, none});
-  s.real("loss.judgements", 1, "what people say of albedo in the photographs of finetune.iiw", {0, none});
+  s.real("loss.judgements", 1, "what people say of albedo in the photographs of finetune.iiw", {0, none}).later();
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
   s.real("loss.perceptual", 0.02, "distance of features of maps, where loss.perceptual_features has any", {0, none});
   s.text(

@@ -271,8 +271,9 @@ void Trainer::resume_or_begin() {
         provenance_.inputs.push_back(record_file(file));
       run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen), {}", options_.model.init, earlier.hours(),
                            earlier.views_seen(),
-                           initial.moment_steps > 0 ? "with the second moments of its gradients"
-                                                    : "which has no second moments: Adam finds them anew"));
+                           initial.moment_steps > 0
+                               ? "with the second moments of its gradients"
+                               : "without second moments of all parameters: Adam finds them anew"));
     }
     begin_averages(*states_.trained);
     begin_leg(earlier, init);

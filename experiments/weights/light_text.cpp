@@ -203,6 +203,9 @@ LightSizes light_from_text(const std::string& text, const std::string& where) {
   if (sizes.in_view.again >= sizes.in_view.layers)
     throw usage_error("no layer left that is given the input again", where + ": net: in_view.again",
                       fmt::format("{}", sizes.in_view.again), fmt::format("less than {}", sizes.in_view.layers));
+  if (sizes.out_of_view.form == OutOfViewForm::Shells && sizes.out_of_view.trunk.stages < 1)
+    throw usage_error("painted spheres read two levels of their trunk", where + ": net: out_of_view.stages",
+                      fmt::format("{}", sizes.out_of_view.trunk.stages), "1 to 4");
   return sizes;
 }
 

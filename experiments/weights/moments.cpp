@@ -93,10 +93,13 @@ Moments factored_moments(const States& states, std::int64_t steps) {
   return moments;
 }
 
-void set_moments(States& states, const Moments& moments, const std::string& where) {
-  for (const std::string& name : states.names()) {
-    const std::string parameter = name.starts_with(kSecond) ? name.substr(kSecond.size()) : "";
-    if (parameter.empty() || !moments.tensors.contains(kRows + parameter)) continue;
+bool set_moments(States& states, const Moments& moments, const std::string& where) {
+  std::vector<std::string> names = states.names();
+  std::erase_if(names, [](const std::string& name) { return !name.starts_with(kSecond); });
+  for (const std::string& name : names)
+    if (!moments.tensors.contains(kRows + name.substr(kSecond.size()))) return false;
+  for (const std::string& name : names) {
+    const std::string parameter = name.substr(kSecond.size());
     Tensor second = states.get(name);
     const Split split = split_of(second.shape);
     const std::vector<double> rows = means_of(moments, kRows + parameter, split.rows, where);
@@ -107,6 +110,7 @@ void set_moments(States& states, const Moments& moments, const std::string& wher
       for (std::size_t c = 0; c < split.columns; ++c) second.real[r * split.columns + c] = rows[r] * columns[c] / mean;
     states.set(name, second);
   }
+  return true;
 }
 
 void store_moments(TensorFile& file, const Moments& moments, const std::string& prefix) {

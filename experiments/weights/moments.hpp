@@ -19,9 +19,10 @@ struct Moments {
 /// Of every parameter that the states hold moments of ("adam.v.<parameter>").
 Moments factored_moments(const States& states, std::int64_t steps);
 
-/// Sets adam.v of those parameters whose factors are there; first moments stay 0, which is a short warm-up. Throws
-/// usage_error naming `where` and the tensor when factors do not fit their parameter.
-void set_moments(States& states, const Moments& moments, const std::string& where);
+/// Sets adam.v of all parameters if the factors of all are there, else of none and returns false: one step count
+/// corrects the bias of all. First moments stay 0, which is a short warm-up. Throws usage_error naming `where` and the
+/// tensor when factors do not fit their parameter.
+bool set_moments(States& states, const Moments& moments, const std::string& where);
 
 /// Into a file of weights: of parameters whose names begin with `prefix`.
 void store_moments(TensorFile& file, const Moments& moments, const std::string& prefix = {});

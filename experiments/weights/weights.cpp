@@ -127,8 +127,19 @@ TensorFile read_light_folder(const std::filesystem::path& folder) {
   return both;
 }
 
+/// Of a checkpoint that has averages of its parameters these: they are what was judged and what is exported.
+TensorFile read_judged(const std::filesystem::path& path) {
+  TensorFile file = read_finite_safetensors(path);
+  const std::string prefix = "average.";  // average_name() of host/ops/nn/moving_average.hpp
+  std::map<std::string, StoredTensor> averages;
+  for (const auto& [name, tensor] : file.tensors)
+    if (name.starts_with(prefix)) averages.emplace(name.substr(prefix.size()), tensor);
+  for (auto& [name, tensor] : averages) file.tensors[name] = std::move(tensor);
+  return file;
+}
+
 TensorFile read_weights_files(const std::filesystem::path& path) {
-  return std::filesystem::is_directory(path) ? read_light_folder(path) : read_finite_safetensors(path);
+  return std::filesystem::is_directory(path) ? read_light_folder(path) : read_judged(path);
 }
 
 /// What a file of the given kind says about its net, as this program would write it.
@@ -184,8 +195,8 @@ InitialWeights read_initial_weights(const std::filesystem::path& path, States& s
     throw usage_error("weights of another net", where, file.metadata.at("net"), net);
   for (const auto& [name, shape] : wanted) set_state(states, name, shape, file, where);
   const Moments moments = stored_moments(file, where);
-  set_moments(states, moments, where);
-  return {stored_history(file, where), moments.steps};
+  const bool whole = set_moments(states, moments, where);
+  return {stored_history(file, where), whole ? moments.steps : 0};
 }
 
 void read_encoder_weights(const std::filesystem::path& path, States& states,
@@ -233,7 +244,7 @@ LightSizes read_light_sizes(const std::filesystem::path& path) {
 
 LoadedWeights load_weights(const std::filesystem::path& path, Device device) {
   const std::string where = path.string();
-  const TensorFile file = read_finite_safetensors(path);
+  const TensorFile file = read_judged(path);
   must_be_maps(file, where);
   LoadedWeights out;
   out.net = net_from_text(fact(file, "net", where), where);

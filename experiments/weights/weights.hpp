@@ -43,8 +43,8 @@ void write_light(const std::filesystem::path& folder, const States& states, cons
 std::vector<std::filesystem::path> weights_files(const std::filesystem::path& path);
 
 /// Weights or a checkpoint to start from, for a light also the folder of its parts: sets the states that inference
-/// needs, and second moments where the file has them and `states` too. Throws usage_error naming file, tensor, found
-/// and expected shape.
+/// needs (of a checkpoint the averages, where it has them), and second moments where the file has all of them. Throws
+/// usage_error naming file, tensor, found and expected shape.
 struct InitialWeights {
   History history;
   std::int64_t moment_steps = 0;  // steps behind the second moments that came with them; 0: none came

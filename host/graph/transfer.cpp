@@ -34,6 +34,10 @@ void download_as(Device& device, const TensorView& from, std::vector<U>& values)
 void upload(Device& device, const TensorView& to, const Tensor& tensor, Precision precision) {
   if (!(tensor.shape == to.shape) || (tensor.type() != to.type && to.shape.count() > 0))
     throw Error(ErrorKind::Failed, "a tensor does not fit its place", "upload", tensor.shape.text(), to.shape.text());
+  const std::size_t numbers = to.type == Type::Int ? tensor.integer.size() : tensor.real.size();
+  if (numbers != static_cast<std::size_t>(to.shape.count()))
+    throw Error(ErrorKind::Failed, "a tensor does not have the numbers of its shape", "upload",
+                fmt::format("{}", numbers), to.shape.text());
   if (to.type == Type::Int)
     upload_as<int>(device, to, tensor.integer);
   else if (precision == Precision::Double)

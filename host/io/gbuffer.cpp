@@ -3,6 +3,7 @@
 
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
+#include "host/io/finite.hpp"
 
 namespace clerestory {
 namespace {
@@ -13,13 +14,6 @@ constexpr float rounding = 1e-3f;  // by which a map in [0, 1] may leave it: hal
 
 std::string pixel_of(const Image& image, std::size_t i) {
   return fmt::format("pixel ({}, {})", i % image.width, i / image.width);
-}
-
-void check_finite(const Image& image, const fs::path& path) {
-  for (std::size_t i = 0; i < image.data.size(); ++i)
-    if (!std::isfinite(image.data[i]))
-      throw usage_error("a value is not finite", path.string(),
-                        fmt::format("{} at {}", image.data[i], pixel_of(image, i % image.pixels())));
 }
 
 void clamp_unit(Image& image, int channel, const fs::path& path) {

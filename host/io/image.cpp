@@ -11,6 +11,7 @@
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/finite.hpp"
 
 namespace clerestory {
 namespace {
@@ -235,13 +236,17 @@ Photo read_photo(const std::filesystem::path& path) {
   return photo;
 }
 
-std::uint64_t check_radiance(Image& image, const std::filesystem::path& where) {
+void check_finite(const Image& image, const std::filesystem::path& where) {
   // Pixel by pixel, so that the first offender is the first in reading order and not in the first plane.
   for (std::size_t i = 0; i < image.pixels(); ++i)
     for (int c = 0; c < image.channels; ++c)
       if (const float v = image.plane(c)[i]; !std::isfinite(v))
         throw usage_error("a value is not finite", where.string(),
                           fmt::format("{} at {}", v, place_of(image, i + image.pixels() * c)));
+}
+
+std::uint64_t check_radiance(Image& image, const std::filesystem::path& where) {
+  check_finite(image, where);
   std::uint64_t clamped = 0;
   for (float& v : image.data)
     if (v < 0) v = 0, ++clamped;

@@ -337,15 +337,19 @@ Part read_part(const tinygltf::Model& model, const tinygltf::Primitive& primitiv
 
 void check_part(const Part& part, const std::string& where) {
   if (part.vertices() == 0) throw usage_error("a primitive has no POSITION", where);
-  if (std::any_of(part.positions.begin(), part.positions.end(), [](double v) { return !std::isfinite(v); }))
-    throw usage_error("a position is not finite", where);
+  const auto wrong = std::ranges::find_if_not(part.positions, [](double v) { return std::isfinite(v); });
+  if (wrong != part.positions.end())
+    throw usage_error("a position is not finite", where,
+                      fmt::format("{} in vertex {}", *wrong, (wrong - part.positions.begin()) / 3), "finite numbers");
   const auto matches = [&](const std::vector<double>& values, std::size_t width) {
     return values.empty() || values.size() == part.vertices() * width;
   };
   if (!matches(part.normals, 3) || !matches(part.uvs, 2))
     throw usage_error("the attributes of a primitive have unlike lengths", where);
   for (std::uint32_t corner : part.corners)
-    if (corner >= part.vertices()) throw usage_error("an index is out of range", where, fmt::format("{}", corner));
+    if (corner >= part.vertices())
+      throw usage_error("an index is out of range", where, fmt::format("{}", corner),
+                        fmt::format("below {}", part.vertices()));
 }
 
 // Normals weighted by area, for the vertices that have none; a vertex of no proper triangle gets +y.

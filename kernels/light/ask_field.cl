@@ -136,7 +136,7 @@ kernel void ask_field(IN(points), IN(direction), IN(range), IN_INT(list), IN_INT
         const lanes more = sum[OWNED * c + own] + seen * from[VECTORS * c + v];
         sum[OWNED * c + own] = WHERE(is_open, more, sum[OWNED * c + own]);
       }
-      depth[own] += thickness;
+      depth[own] = WHERE(is_open, depth[own] + thickness, depth[own]);
       open |= lanes_any(depth[own] < OPAQUE);
     }
     if (!group_any(open, &some_are_open)) break;

@@ -2,7 +2,7 @@
 // which a sphere that the ray leaves ahead is a segment of length 1.
 //
 // shells, range, radii as in light/shells.cl; points: camera metres, {1, 3, pixels, samples} or, with per_row, {1, 3,
-// pixels, 1}; direction {1, 3, pixels, samples}, camera frame, any length; radiance {1, 3, pixels, samples}, zeroed
+// pixels, 1}; direction {1, 3, pixels, samples}, camera frame, any length (none: +z, so that nothing is infinite); radiance {1, 3, pixels, samples}, zeroed
 // before. With `listed` only the rays list[0 ... count - 1] are asked, else all of the tile. A work-item takes LANES
 // rays. For inference: no adjoint.
 #include "lib/chunk.clh"
@@ -47,7 +47,7 @@ kernel void ask_shells(IN(packed), IN(points), IN(direction), IN(range), IN(radi
   }
   const real scale = AT(range, 0)[0];
   const lanes size = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  for (int c = 0; c < 3; ++c) p[c] /= scale, d[c] /= size;
+  for (int c = 0; c < 3; ++c) p[c] /= scale, d[c] = WHERE(size == R(0), R(c == 2), d[c] / size);
 
   lanes depth = (lanes)(R(0)), sum[3] = {depth, depth, depth};
   const int across_row = columns + 1, last = rows * across_row - across_row - 2;

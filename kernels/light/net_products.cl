@@ -111,8 +111,8 @@ kernel void composite_points(IN(work), IN(background), IN_INT(list), OUT(radianc
       v[c] = soft ? softplus(number) : rectified(number);
     }
     const real thickness = v[3] * at[lengths], seen = exp(-depth) * -expm1(-thickness);
-    if (depth < OPAQUE)
-      for (int c = 0; c < 3; ++c) sum[c] += seen * v[c];
+    if (depth >= OPAQUE) break;
+    for (int c = 0; c < 3; ++c) sum[c] += seen * v[c];
     depth += thickness;
   }
   global real *y = AT(radiance, 0) + RAY_OF_BLOCK(r);

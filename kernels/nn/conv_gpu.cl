@@ -14,7 +14,6 @@
 #define ROWS 64
 #define COLUMNS 128
 #define DEPTH 16
-#define ITEMS 128
 // Of local rows: multiples of a vector that keep neighbours of a column in different banks.
 #define LEFT_PITCH (ROWS + 4)
 #define RIGHT_PITCH (COLUMNS + 4)

@@ -200,19 +200,17 @@ kernel void resize_area(IN(x), OUT(y), const int height, const int width, const 
   if (i >= h * w) return;
   const int row = i / w, column = i - row * w;
   global const real *from = AT(x, n) + (ulong)c * height * width;
-  const real top = (real)(row * height) / (real)h, bottom = (real)((row + 1) * height) / (real)h;
-  const real left = (real)(column * width) / (real)w, right = (real)((column + 1) * width) / (real)w;
-  // First and last input row and column of the box, in integers.
-  const int y0 = row * height / h, y1 = ((row + 1) * height + h - 1) / h;
-  const int x0 = column * width / w, x1 = ((column + 1) * width + w - 1) / w;
+  // In integers, so that no weight is rounded below 0: borders and overlaps in 1/h of an input row, 1/w of a column.
+  const int top = row * height, bottom = top + height, left = column * width, right = left + width;
+  const int y0 = top / h, y1 = (bottom + h - 1) / h, x0 = left / w, x1 = (right + w - 1) / w;
   real sum = R(0);
   for (int sy = y0; sy < y1; ++sy) {
     real line = R(0);
     for (int sx = x0; sx < x1; ++sx)
-      line += (fmin(right, (real)(sx + 1)) - fmax(left, (real)sx)) * from[sy * width + sx];
-    sum += (fmin(bottom, (real)(sy + 1)) - fmax(top, (real)sy)) * line;
+      line += (real)(min(right, (sx + 1) * w) - max(left, sx * w)) * from[sy * width + sx];
+    sum += (real)(min(bottom, (sy + 1) * h) - max(top, sy * h)) * line;
   }
-  AT(y, n)[(ulong)c * h * w + i] = sum / ((bottom - top) * (right - left));
+  AT(y, n)[(ulong)c * h * w + i] = sum / ((real)height * (real)width);
 }
 
 // y = the input pixel that holds the output pixel's centre.

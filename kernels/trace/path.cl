@@ -7,7 +7,7 @@
 // depends on the direction. Primary rays run through pixel centres, every sample of a pixel alike: the re-rendering
 // layer shades one point per pixel, and this is the picture it must equal.
 // Random numbers: block BLOCKS * vertex chooses direction and survival, the following ones the points on lights.
-// Frames: world space, metres; maps in camera space. One work-item traces one ray or pixel; local size 1.
+// Frames: world space, metres; maps in camera space. One work-item traces one ray or pixel.
 #include "lib/camera.clh"
 #include "trace/scene.clh"
 

@@ -152,6 +152,8 @@ TEST(LightText, WhatMakesNoSenseIsNamed) {
         "out_of_view.radius=1e4", "out_of_view.hidden=", "out_of_view.hidden=8--8", "out_of_view.hidden=-8"})
     EXPECT_THAT(refused(pair), HasSubstr(std::string(pair).substr(0, std::string(pair).find('=')))) << pair;
   EXPECT_THAT(refused("in_view.layers=4 in_view.again=4"), HasSubstr("again"));
+  EXPECT_THAT(refused("out_of_view.form=shells out_of_view.stages=0"), HasSubstr("out_of_view.stages"));
+  EXPECT_NO_THROW(light_from_text("out_of_view.form=field out_of_view.stages=0", "file.safetensors"));
 }
 
 /// States of tiny nets, a history and what `weights export` would write of them.

@@ -156,8 +156,9 @@ TEST(Detection, DifferencesInsideTheSpreadAreNone) {
   EXPECT_NEAR(clear.mean, 1, kRounding);
   EXPECT_NEAR(clear.spread, 0.1, kRounding);
   EXPECT_STREQ(clear.verdict(), "higher");
-  EXPECT_STREQ(paired_difference({{1, 1, 1}}, {{1.9, 2, 2.1}}).verdict(), "lower");
-  EXPECT_STREQ(paired_difference({{1, 1.2, 1.1}}, {{1, 1, 1}}).verdict(), "none");
+  EXPECT_STREQ(paired_difference({{1, 1, 1}, {1, 1, 1}}, {{1.9, 2, 2.1}, {1.9, 2, 2.1}}).verdict(), "lower");
+  EXPECT_STREQ(paired_difference({{1, 1.2, 1.1}, {1, 1.2, 1.1}}, {{1, 1, 1}, {1, 1, 1}}).verdict(), "none");
+  EXPECT_STREQ(paired_difference({{1, 1, 1}}, {{1.9, 2, 2.1}}).verdict(), "one room");
   // All seeds agree and the rooms do not: 2 and -1, a mean of 0.5 with a standard error of 1.5.
   const PairedDifference rooms = paired_difference({{3, 3}, {0, 0}}, {{1, 1}, {1, 1}});
   EXPECT_NEAR(rooms.spread, 1.5, kRounding);

@@ -109,7 +109,8 @@ TEST_F(LightTask, RaysAreThoseOfTheFiles) {
 TEST_F(LightTask, PredictedMapsMovePointsButNotTheTruth) {
   LightStore store(name_views({(*folder_ / "train").string()}, "train"), kWidth, kHeight, 1 << 30);
   const auto truth = store.get(0);
-  store.predict([](const Image& picture) {
+  LightStore judged(store.names(), kWidth, kHeight, 0);
+  const auto predict = [](const Image& picture) {
     MapSet maps{Image(kWidth, kHeight, 3, 0.25f), Image(kWidth, kHeight, 3), Image(kWidth, kHeight, 1),
                 Image(kWidth, kHeight, 2, 0.75f)};
     for (std::size_t i = 0; i < picture.pixels(); ++i) {
@@ -117,8 +118,10 @@ TEST_F(LightTask, PredictedMapsMovePointsButNotTheTruth) {
       maps.depth.data[i] = 0.5f + static_cast<float>(i) / static_cast<float>(picture.pixels());
     }
     return maps;
-  });
+  };
+  store.predict(predict, DepthUnit::True), judged.predict(predict, DepthUnit::Predicted);
   const auto seen = store.get(0);
+  EXPECT_EQ(judged.get(0)->depth.data, predict(truth->image).depth.data) << "who judges does not know the truth";
   EXPECT_EQ(seen->albedo.data[7], 0.25f);
   EXPECT_EQ(seen->material.at(1, 3, 4), 0.75f);
   EXPECT_EQ(seen->material.at(2, 3, 4), 0);

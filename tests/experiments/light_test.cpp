@@ -369,6 +369,26 @@ TEST_F(Light, AnObjectIsLitByItAtEveryBounce) {
   EXPECT_THROW(insert_into(device, scene, {ball}, settings, 2), Error);
 }
 
+/// Rays that change nothing have no direction, and rays of a bounce that ended have none either.
+TEST_F(Light, NoSampleIsLostToObjects) {
+  Device device = Device::open();
+  const Scene scene = read_run(run());
+  InsertedObject ball;
+  ball.at = {32, 40}, ball.radius = 0.2 * scene.scale(), ball.roughness = 0.8;  // many directions below its horizon
+  for (const OutOfViewForm form : {OutOfViewForm::Field, OutOfViewForm::Shells}) {
+    const ScratchFolder folder("clerestory-light-objects");
+    write_untrained_light(folder.path(), {40, 30}, form);
+    for (const char* light : {"net", "out_of_view"})
+      for (const Sharing sharing : {Sharing::Never, Sharing::Always}) {
+        RenderSettings settings;
+        settings.light = light, settings.sharing = sharing, settings.spp = 8;
+        load_light_nets(settings, folder.path(), device);
+        EXPECT_EQ(insert_into(device, scene, {ball}, settings, 2).dropped, 0)
+            << light << ", form " << static_cast<int>(form) << ", shared " << (sharing == Sharing::Always);
+      }
+  }
+}
+
 /// Who multiplies reaches the small nets too, and changes roundings alone.
 TEST_F(Light, IsTheSameByClblast) {
   Device device = Device::open();

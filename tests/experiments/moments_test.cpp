@@ -37,7 +37,7 @@ TEST_F(MomentsTest, ProductsOfRowsAndColumnsComeBackThroughAFileOfHalves) {
   EXPECT_EQ(back.steps, 120);
   States other{Device::open()};
   other.initialise(graph, 1);
-  set_moments(other, back, "test");
+  EXPECT_TRUE(set_moments(other, back, "test"));
   for (const char* name : {"adam.v.conv", "adam.v.bias"}) {
     const Tensor wanted = states.get(name), found = other.get(name);
     // A logarithm below 32 in halves is off by 2^-7 at most; a product has two of them and their mean.
@@ -45,6 +45,16 @@ TEST_F(MomentsTest, ProductsOfRowsAndColumnsComeBackThroughAFileOfHalves) {
       EXPECT_NEAR(found.real[i], wanted.real[i], 0.03 * wanted.real[i] + 1e-29) << name << " " << i;
   }
   for (const double m : other.get("adam.m.conv").real) EXPECT_EQ(m, 0);
+}
+
+// One step count corrects the bias of all second moments: a parameter that brings none would move too far.
+TEST_F(MomentsTest, OfAllParametersOrOfNone) {
+  Moments some = factored_moments(states, 120);
+  some.tensors.erase("moments.rows.bias"), some.tensors.erase("moments.columns.bias");
+  States other{Device::open()};
+  other.initialise(graph, 1);
+  EXPECT_FALSE(set_moments(other, some, "test"));
+  for (const double v : other.get("adam.v.conv").real) EXPECT_EQ(v, 0);
 }
 
 TEST_F(MomentsTest, OnlyThoseAskedForGoIntoAFileAndNoneIsSaid) {

@@ -15,6 +15,7 @@
 #include "experiments/evaluation/retinex.hpp"
 #include "experiments/evaluation/room_box.hpp"
 #include "experiments/evaluation/summary.hpp"
+#include "tests/worst.hpp"
 
 namespace clerestory {
 namespace {
@@ -135,7 +136,7 @@ double frame_error(const Mat3& a, const Mat3& b) {
   for (int k = 0; k < 3; ++k) {
     double nearest = 0;
     for (int l = 0; l < 3; ++l) nearest = std::max(nearest, std::abs(glm::dot(a[k], b[l])));
-    worst = std::max(worst, std::acos(std::min(nearest, 1.0)) * 180 / std::numbers::pi);
+    worst = worse(worst, std::acos(std::min(nearest, 1.0)) * 180 / std::numbers::pi);
   }
   return worst;
 }

@@ -9,6 +9,7 @@
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/message_of.hpp"
 
 namespace clerestory {
 namespace {
@@ -50,6 +51,24 @@ struct RunReport : testing::Test {
   Scene scene_ = grey_scene();
   Image render_{4, 2, 3, 0.625f};
 };
+
+TEST_F(RunReport, MapsThatLackOrDoNotFitAreNamedOrLeftOut) {
+  const auto refused = [&](const char* because) {
+    EXPECT_THAT(message_of([&] { write_run_report(run_); }, ErrorKind::Usage), HasSubstr(because));
+  };
+  page(made("what", "this"));
+  write_exr(run_ / "material.exr", Image(3, 2, 3));
+  refused("material.exr: is of another size than the camera");
+  fs::remove(run_ / "material.exr");
+  EXPECT_THAT(page(made("what", "this")), Not(HasSubstr("relMSE")));
+  Image depth(4, 2, 1, 2.0f);
+  depth.data[5] = NAN;
+  write_exr(run_ / "depth.exr", depth);
+  refused("depth.exr: a value is not finite");
+  fs::remove(run_ / "depth.exr");
+  write_exr(run_ / "uncertainty.exr", Image(4, 3, 1));
+  refused("uncertainty.exr: is of another size than the photograph");
+}
 
 TEST_F(RunReport, TheErrorIsThatOfThePixelsThatCount) {
   // 0.125^2 / (0.5^2 + 0.01) = 0.0601; -10 log10(0.125^2) = 18.06. The two that do not count are far off.

@@ -102,6 +102,26 @@ TEST_F(Generate, LayoutAndUnits) {
   EXPECT_GT(with_balls, 0);
 }
 
+// With next to no indirect light, and the same random numbers, a ball changes what shows it and what it shades alone.
+TEST_F(Generate, PicturesWithBallsBoundIndirectLightAsTheViewDoes) {
+  GenerateOptions o = small("bounded");
+  o.balls = true, o.views.clamp = 1e-6;
+  generate(test_device(), o);
+  int compared = 0;
+  for (const std::string& name : list_rooms(o.out, "train"))
+    for (const std::string id : {"000", "001"}) {
+      const fs::path with = view_file(o.out / name, id, "ball_mirror");
+      if (!fs::exists(with)) continue;
+      const Image plain = read_image(view_file(o.out / name, id, "im")), ball = read_image(with);
+      int same = 0;
+      for (std::size_t i = 0; i < plain.data.size(); ++i)
+        same += std::abs(plain.data[i] - ball.data[i]) <= 1e-3f * plain.data[i] + 1e-4f;
+      EXPECT_GT(same, 0.5 * static_cast<double>(plain.data.size())) << name << "/" << id;
+      ++compared;
+    }
+  EXPECT_GT(compared, 0);
+}
+
 TEST_F(Generate, LightIsScaledLikeThePicture) {
   GenerateOptions o = small("a");
   o.rooms.count = 1, o.light.wanted = o.rooms.boxes = true, o.light.spp = 2;

@@ -186,7 +186,7 @@ TEST(Light, SkyIsDrawnByItsDensity) {
       const int column = std::min(static_cast<int>(uv.x * 2 * w), 2 * w - 1),
                 row = std::min(static_cast<int>(uv.y * 2 * h), 2 * h - 1);
       ++counts[static_cast<std::size_t>(row * 2 * w + column)];
-      other_density += std::abs(drawn[3 * count + i] - density(column / 2, row / 2)) > 1e-6 * drawn[3 * count + i];
+      other_density += !(std::abs(drawn[3 * count + i] - density(column / 2, row / 2)) <= 1e-6 * drawn[3 * count + i]);
     }
     // A direction is rounded to eps, and acos near a pole to its root: few lie that near to a pixel's border.
     EXPECT_LT(other_density, 1e-3 * count) << kind;

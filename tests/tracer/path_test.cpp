@@ -376,6 +376,9 @@ TEST(Path, ABoundOnIndirectLightOnlyDarkens) {
 TEST(Path, NoSamplesIsAnError) {
   TraceScene scene(test_device(), make_box_room(2).scene);
   EXPECT_THROW(scene.picture(Camera::from_fov(8, 8, 70), 0, 1), Error);
+  EXPECT_NO_THROW(scene.picture(Camera::from_fov(8, 8, 70), 1, 1, 2, 15));
+  for (const int light_samples : {-1, 16})
+    EXPECT_THROW(scene.picture(Camera::from_fov(8, 8, 70), 1, 1, 2, light_samples), Error);
 }
 
 }  // namespace

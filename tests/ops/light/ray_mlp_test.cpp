@@ -13,6 +13,7 @@
 #include "host/ops/tensor/elementwise.hpp"
 #include "host/ops/tensor/slice.hpp"
 #include "tests/ops/light/net.hpp"
+#include "tests/worst.hpp"
 
 namespace clerestory {
 namespace {
@@ -53,7 +54,7 @@ TEST(RayMlp, IsConvAddAndReluBothWays) {
     for (std::size_t i = 0; i < half; ++i) {
       double worst = 0, largest = 0;
       for (std::size_t k = 0; k < got[i].real.size(); ++k) {
-        worst = std::max(worst, std::abs(got[i].real[k] - got[half + i].real[k]));
+        worst = worse(worst, std::abs(got[i].real[k] - got[half + i].real[k]));
         largest = std::max(largest, std::abs(got[half + i].real[k]));
       }
       EXPECT_GT(largest, 0.1) << i;

@@ -10,6 +10,7 @@
 #include "host/math/statistics.hpp"
 #include "tests/ops/shade/surface_probe.hpp"
 #include "tests/ops/test_device.hpp"
+#include "tests/worst.hpp"
 
 namespace clerestory {
 namespace {
@@ -154,9 +155,9 @@ TEST_P(SamplerTest, WeightAndDensityAreThoseOfTheTextbook) {
                          scale = 60 * epsilon + epsilon / (across * across);
             const double pdf = exact.pdf(sampler, wo, wi, drawn.lobe);
             const Vec3 weight = exact.f_cos(wo, wi) / pdf;
-            worst_pdf = std::max(worst_pdf, std::abs(drawn.pdf[i] / pdf - 1) / scale);
+            worst_pdf = worse(worst_pdf, std::abs(drawn.pdf[i] / pdf - 1) / scale);
             for (int k = 0; k < 3; ++k)
-              worst_weight = std::max(worst_weight, std::abs(drawn.weight[i][k] / weight[k] - 1) / scale);
+              worst_weight = worse(worst_weight, std::abs(drawn.weight[i][k] / weight[k] - 1) / scale);
           }
           EXPECT_LT(worst_weight, 1) << "sampler " << sampler << ", view " << c << ", roughness " << roughness
                                      << ", metallic " << metallic;
@@ -225,7 +226,7 @@ TEST(Ggx, IsReciprocal) {
       for (int i = 0; i < count; ++i)
         for (int k = 1; k <= 3; ++k) {
           const auto at = static_cast<std::size_t>(k * count + i), z = static_cast<std::size_t>(2 * count + i);
-          worst = std::max(worst, std::abs(there[at] / b[z] / (back[at] / a[z]) - 1));
+          worst = worse(worst, std::abs(there[at] / b[z] / (back[at] / a[z]) - 1));
         }
       EXPECT_LT(worst, 40 * (precision == Precision::Single ? 1.2e-7 : 2.3e-16)) << "roughness " << roughness;
     }
