@@ -4,6 +4,7 @@
 
 #include "checks/light/unit_tensors.hpp"
 #include "checks/stability/stability_case.hpp"
+#include "host/ops/light/ask_shells.hpp"
 #include "host/ops/light/composite.hpp"
 #include "host/ops/light/march.hpp"
 #include "host/ops/light/spherical_gaussians.hpp"
@@ -40,6 +41,19 @@ StabilityCase marched(const std::string& name, Tensor points, Tensor directions)
     const Marched m = march(v.at("points"), v.at("directions"), v.at("range"), v.at("points").shape(),
                             {.segments = kSegments, .jitter = false});
     return std::vector<Compared>{{m.position, false}, {m.length, false}};
+  };
+  return case_of("field", name, f);
+}
+
+/// Painted spheres asked from `points` metres along `directions`.
+StabilityCase painted(const std::string& name, Tensor points, Tensor directions) {
+  Formula f{.inputs = {{"shells", random_tensor({3, 4, 16, 32}, 10, 0, 2)},
+                       {"points", std::move(points)},
+                       {"directions", std::move(directions)},
+                       {"range", Tensor(Shape{1, 3, 1, 1}, 2)}}};
+  f.build = [](Graph&, const Values& v) {
+    return std::vector<Compared>{
+        {ask_shells(v.at("shells"), v.at("points"), v.at("directions"), v.at("range"), {}, {0.5, 1, 3})}};
   };
   return case_of("field", name, f);
 }
@@ -85,6 +99,8 @@ std::vector<StabilityCase> field_stability() {
   cases.push_back(marched("marched from within the sphere", inside, anywhere));
   cases.push_back(marched("marched from far beyond the sphere", random_tensor(rays, 3, 100, 200), anywhere));
   cases.push_back(marched("marched along no direction", inside, Tensor(rays, 0)));
+  cases.push_back(painted("painted spheres asked from within", inside, anywhere));
+  cases.push_back(painted("painted spheres asked along no direction", inside, Tensor(rays, 0)));
   cases.push_back(gaussians("spherical Gaussians, numbers of 0 to 1", 0, 1));
   cases.push_back(gaussians("spherical Gaussians, numbers of 0 to 1e-7", 0, 1e-7));
   cases.push_back(gaussians("spherical Gaussians, numbers of 0.999 to 1", 0.999, 1));
