@@ -2,9 +2,9 @@
 // which a sphere that the ray leaves ahead is a segment of length 1.
 //
 // shells, range, radii as in light/shells.cl; points: camera metres, {1, 3, pixels, samples} or, with per_row, {1, 3,
-// pixels, 1}; direction {1, 3, pixels, samples}, camera frame, any length (none: +z, so that nothing is infinite); radiance {1, 3, pixels, samples}, zeroed
-// before. With `listed` only the rays list[0 ... count - 1] are asked, else all of the tile. A work-item takes LANES
-// rays. For inference: no adjoint.
+// pixels, 1}; direction {1, 3, pixels, samples}, camera frame, any length, (0, 0, 0) looks along +z as unit3() has it;
+// radiance {1, 3, pixels, samples}, zeroed before. With `listed` only the rays list[0 ... count - 1] are asked, else all
+// of the tile. A work-item takes LANES rays. For inference: no adjoint.
 #include "lib/chunk.clh"
 #include "lib/frame.clh"
 #include "lib/lanes.clh"
