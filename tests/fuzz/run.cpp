@@ -1,5 +1,7 @@
 // The folder of a run, with objects put in and a panorama, as insert, edit, replay and report read it. What its files
 // say must come out of the report as text: an input that has the beginning of a tag finds it escaped there.
+#include <exception>
+
 #include "experiments/applications/render_record.hpp"
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_report.hpp"
@@ -46,18 +48,22 @@ void make(const fs::path& folder) {
 }
 
 const FuzzTarget target = folder_target("run", make, [](const fs::path& folder) {
-  const auto tried = [](const auto& read) {  // what one of them refuses the next may take
+  std::exception_ptr refused;
+  const auto tried = [&](const auto& read) {  // what one of them refuses the next may take
     try {
       read();
     } catch (const Error&) {
+      refused = std::current_exception();
     }
   };
   tried([&] { read_run(folder); }), tried([&] { read_rerender(folder); }), tried([&] { read_gbuffer(folder); });
-  tried([&] { parse_render_record(folder / kRenderRecord); });
-  foreign_in(folder);
-  write_run_report(folder);
-  if (read_file(folder / "report.html").find(kTag) != std::string::npos)
-    throw std::logic_error("the report does not escape what it prints");
+  tried([&] { parse_render_record(folder / kRenderRecord); }), tried([&] { foreign_in(folder); });
+  tried([&] {
+    write_run_report(folder);
+    if (read_file(folder / "report.html").find(kTag) != std::string::npos)
+      throw std::logic_error("the report does not escape what it prints");
+  });
+  if (refused) std::rethrow_exception(refused);
 });
 
 }  // namespace
