@@ -260,7 +260,7 @@ class Inversion {
   fs::path run() {
     read();
     folder_ = open_folder(options_);
-    if (rerenders()) find_light_weights(options_.render, options_.lit_by.weights);  // missing: said before the work
+    if (rerenders()) check_light_weights(options_.render, options_.lit_by.weights);
     device_ = Device::open(options_.device);
     device_->use_tile(options_.tile), device_->use_gemm(options_.gemm);
     if (options_.render.precision == Precision::Double && !device_->has_double())

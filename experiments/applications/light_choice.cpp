@@ -12,17 +12,17 @@
 namespace clerestory {
 namespace fs = std::filesystem;
 
-fs::path find_light_weights(const RenderSettings& settings, const fs::path& weights) {
-  if (!is_learned_light(settings.light)) return {};
+void check_light_weights(const RenderSettings& settings, const fs::path& weights) {
+  if (!is_learned_light(settings.light)) return;
   const fs::path path = light_or_shipped(weights);
   check_method(settings.light, read_light_sizes(path), path.string());
-  return path;
 }
 
 void load_light_nets(RenderSettings& settings, const fs::path& weights, Device device) {
   if (!is_learned_light(settings.light)) return;
-  const fs::path path = find_light_weights(settings, weights);
+  const fs::path path = light_or_shipped(weights);
   const LoadedLight loaded = load_light(path, std::move(device));
+  check_method(settings.light, loaded.net, path.string());
   const auto nets = std::make_shared<LightNets>();
   nets->sizes = loaded.net, nets->longer_side = loaded.longer_side(), nets->states = loaded.states;
   nets->note = path.string();

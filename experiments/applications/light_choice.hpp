@@ -30,12 +30,12 @@ void choose_sampler(RenderSettings& settings);
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record);
 
-/// Where a learned light's weights are: light_or_shipped(weights); nothing for other lights. Throws what that and
-/// check_method() throw, and reads no more than the weights' sizes: for what must be refused before the work.
-std::filesystem::path find_light_weights(const RenderSettings& settings, const std::filesystem::path& weights);
+/// What must be refused before the work: throws what light_or_shipped() and check_method() throw of a learned light's
+/// weights, of which it reads the sizes alone.
+void check_light_weights(const RenderSettings& settings, const std::filesystem::path& weights);
 
 /// Sets settings.nets if settings.light is learned. `weights`: as light_or_shipped() takes them.
-/// Throws what find_light_weights() and load_light() throw.
+/// Throws what light_or_shipped(), load_light() and check_method() throw.
 void load_light_nets(RenderSettings& settings, const std::filesystem::path& weights, Device device);
 
 /// "image", or the name of a learned light and its weights: for provenance and report.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/error.hpp"
+#include "host/io/finite.hpp"
 
 namespace clerestory {
 namespace {
@@ -23,10 +24,8 @@ std::optional<fs::path> file_of(const fs::path& root, const std::string& name, c
 
 Image decoded_albedo(const fs::path& file, AlbedoCode code) {
   Image albedo = read_map(file, 3);
-  for (std::size_t i = 0; i < albedo.data.size(); ++i) {
-    float& v = albedo.data[i];
-    if (!std::isfinite(v))
-      throw usage_error("a value is not finite", file.string(), fmt::format("{} at {}", v, place_of(albedo, i)));
+  check_finite(albedo, file);
+  for (float& v : albedo.data) {
     v = std::clamp(v, 0.0f, 1.0f);
     if (code == AlbedoCode::Srgb) v = std::pow(v, 2.2f);
   }
