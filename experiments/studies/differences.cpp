@@ -6,8 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "host/math/welch.hpp"
+
 namespace clerestory {
 namespace {
+
+constexpr double kChance = 0.05;
 
 using Texts = std::vector<std::string>;
 
@@ -30,8 +34,10 @@ Cell difference(const Cell& mine, const Cell& first) {
   const auto *a = std::get_if<Measure>(&mine), *b = std::get_if<Measure>(&first);
   if (!a || !b || !std::isfinite(a->mean) || !std::isfinite(b->mean)) return {};
   if (a->count < 2 || b->count < 2) return "one seed";
+  const auto square = [](const Measure& m) { return m.deviation * m.deviation / m.count; };  // of the standard error
   const double d = a->mean - b->mean;
-  return std::abs(d) <= std::hypot(a->deviation, b->deviation) ? "none" : fmt::format("{:+.3g}", d);
+  const double p = p_of_shifts({{d, {square(*a), square(*b)}, {a->count, b->count}}}).value_or(d == 0 ? 1 : 0);
+  return p > kChance ? "none" : fmt::format("{:+.3g}", d);
 }
 
 }  // namespace

@@ -88,19 +88,6 @@ ErrorReference::Moments ErrorReference::moments(const std::vector<Estimate>& est
   return found;
 }
 
-std::optional<double> p_of_shifts(const std::vector<Shift>& shifts) {
-  double value = 0, variance = 0, parts = 0;
-  for (const Shift& shift : shifts) {
-    value += shift.value;
-    for (int k = 0; k < 2; ++k) {
-      variance += shift.squares[k];
-      parts += shift.squares[k] * shift.squares[k] / static_cast<double>(shift.counts[k] - 1);
-    }
-  }
-  if (!(variance > 0)) return {};
-  return student_two_sided_p(value / std::sqrt(variance), std::max(1, static_cast<int>(variance * variance / parts)));
-}
-
 std::optional<double> p_together(const std::vector<std::optional<double>>& tests) {
   double statistic = 0;
   for (const std::optional<double>& p : tests) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "host/math/welch.hpp"
 #include "host/report/table.hpp"
 
 namespace clerestory {
@@ -45,15 +46,6 @@ class ErrorReference {
   std::vector<bool> used_;
 };
 
-/// A difference of two means with the squares of their standard errors, of so many values each.
-struct Shift {
-  double value = 0;
-  double squares[2] = {0, 0};
-  std::int64_t counts[2] = {2, 2};
-};
-/// Welch's test that the mean over such differences is 0, by Student's t of as many degrees as Satterthwaite gives: the
-/// two-sided p-value; nothing where there is no spread.
-std::optional<double> p_of_shifts(const std::vector<Shift>& shifts);
 /// Of independent tests together (Fisher 1932); nothing where one has none.
 std::optional<double> p_together(const std::vector<std::optional<double>>& tests);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/studies/intervals.hpp"
 #include "experiments/studies/ladder_room.hpp"
 #include "experiments/studies/room_study.hpp"
 #include "experiments/studies/strip.hpp"
@@ -51,6 +52,17 @@ class LadderStudy : public RoomStudy {
     }
     return measure_of(seeds);
   }
+  /// relMSE of each room: the mean over seeds and those of the jobs that it has, or NaN.
+  std::vector<double> by_room(const std::vector<std::string>& jobs, const std::string& rung) const {
+    std::vector<double> rooms;
+    for (std::size_t r = 0; r < found().rooms(); ++r) {
+      std::vector<double> all;
+      for (const std::string& job : jobs)
+        for (const auto& [seed, value] : found().items(r, {"relmse", job, rung})) all.push_back(value);
+      rooms.push_back(all.empty() ? NAN : mean(all));
+    }
+    return rooms;
+  }
   /// Over rooms, each by its mean over seeds.
   double median_of_rooms(const char* metric, const std::string& rung) const {
     std::vector<double> means;
@@ -75,7 +87,7 @@ class LadderStudy : public RoomStudy {
     const auto relmse = over_seeds(jobs, "relmse", rung), psnr = over_seeds(jobs, "psnr", rung);
     Cell change;
     if (relmse && !before.empty()) {
-      const auto changed = change_beyond_spread(*over_seeds(jobs, "relmse", before), *relmse);
+      const auto changed = clear_change(by_room(jobs, before), by_room(jobs, rung));
       change = changed ? fmt::format("{:+.0f} %", 100 * *changed) : std::string("none");
     }
     row.push_back(relmse ? Cell(*relmse) : Cell()), row.push_back(change), row.push_back(psnr ? Cell(*psnr) : Cell());
@@ -93,8 +105,9 @@ class LadderStudy : public RoomStudy {
   Table ladder_table() const {
     Table table;
     table.title = fmt::format(
-        "The oracle ladder: means over {} rooms, {} samples a pixel; spread over {} seeds of the layer, a change "
-        "inside it is none; predicted depth is brought to scale at the ball's foot; relMSE without the noise of layer "
+        "The oracle ladder: means over {} rooms, {} samples a pixel; spread over {} seeds of the layer; a change whose "
+        "interval of 95 %, room by room, holds 0 is none; predicted depth is brought to scale at the ball's foot; "
+        "relMSE without the noise of layer "
         "and "
         "reference, PSNR with it; the re-render is what lamps were fitted to",
         found().rooms(), config_.integer("ladder.spp"), config_.integer("ladder.seeds"));
@@ -170,14 +183,14 @@ class LadderStudy : public RoomStudy {
     return table;
   }
 
-  /// The link whose truth alone lowers the error most, beyond the spread.
+  /// The link whose truth alone lowers the error most, in more rooms than chance would have it.
   std::string limit_of(const std::vector<std::string>& jobs) const {
-    const auto start = over_seeds(jobs, "relmse", rungs().front().key);
-    if (!start) return "no room has it";
+    const std::vector<double> start = by_room(jobs, rungs().front().key);
+    if (std::ranges::none_of(start, [](double v) { return std::isfinite(v); })) return "no room has it";
     std::string link = "none of them alone";
     double least = 0;
     for (const char* alone : {"hits", "in view", "out of view", "maps"}) {
-      const auto change = change_beyond_spread(*start, *over_seeds(jobs, "relmse", alone));
+      const auto change = clear_change(start, by_room(jobs, alone));
       if (change && *change < least)
         least = *change, link = fmt::format("{} (alone true: {:+.0f} % relMSE)", alone, 100 * least);
     }
@@ -201,9 +214,13 @@ class LadderStudy : public RoomStudy {
 
 }  // namespace
 
-std::optional<double> change_beyond_spread(const Measure& before, const Measure& after) {
-  if (std::abs(after.mean - before.mean) <= std::max(before.deviation, after.deviation)) return std::nullopt;
-  return after.mean / before.mean - 1;
+std::optional<double> clear_change(const std::vector<double>& before, const std::vector<double>& after) {
+  const auto difference = roomwise_difference(after, before);
+  if (!difference || (difference->verdict != "higher" && difference->verdict != "lower")) return std::nullopt;
+  double base = 0;  // over the rooms that the difference is over
+  for (std::size_t r = 0; r < before.size(); ++r)
+    if (std::isfinite(before[r]) && std::isfinite(after[r])) base += before[r] / difference->difference.count;
+  return difference->difference.mean / base;
 }
 
 void add_ladder_keys(Schema& schema) {

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "host/io/config.hpp"
-#include "host/report/table.hpp"
 
 namespace clerestory {
 
@@ -27,7 +26,8 @@ void add_ladder_keys(Schema& schema);
 /// missing.
 std::string run_ladder_study(const Config& config, const std::vector<std::string>& command);
 
-/// after / before - 1 of two mean errors; nothing where their difference lies inside the larger of their deviations.
-std::optional<double> change_beyond_spread(const Measure& before, const Measure& after);
+/// Means of `after` / means of `before` - 1, errors of each room, over rooms where both are finite; nothing where the
+/// interval of their difference room by room holds 0 (intervals.hpp) or fewer than two rooms have both.
+std::optional<double> clear_change(const std::vector<double>& before, const std::vector<double>& after);
 
 }  // namespace clerestory

@@ -86,10 +86,11 @@ TEST(Ladder, ErrorOfAPairHoldsNoVariance) {
   EXPECT_THROW(relmse_of_pair(truth, truth, truth, truth, {false, false, false}), Error);
 }
 
-TEST(Ladder, AChangeInsideTheSpreadIsNone) {
-  EXPECT_FALSE(change_beyond_spread({2, 0.5, 3}, {1.6, 0.1, 3}));
-  EXPECT_FALSE(change_beyond_spread({2, 0.1, 3}, {1.6, 0.5, 3}));
-  EXPECT_DOUBLE_EQ(change_beyond_spread({2, 0.3, 3}, {1.6, 0.1, 3}).value(), -0.2);
+TEST(Ladder, AChangeThatRoomsDoNotShareIsNone) {
+  EXPECT_NEAR(clear_change({2, 2.2, 2.4, NAN, 9}, {1.8, 1.98, 2.16, 7, NAN}).value(), -0.1, 1e-12);
+  EXPECT_GT(clear_change({1.8, 1.98, 2.16}, {2, 2.2, 2.4}).value(), 0);
+  EXPECT_FALSE(clear_change({2, 2.2, 2.4}, {1, 2.5, 1.2})) << "one of three rooms got worse";
+  EXPECT_FALSE(clear_change({1, NAN}, {0.5, 2}));
   EXPECT_TRUE(rungs().front().links == Links{} && !rungs().front().true_maps);
   EXPECT_TRUE(rungs().back().links.all_light() && rungs().back().true_maps);
 }

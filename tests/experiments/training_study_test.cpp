@@ -46,12 +46,12 @@ std::string text_at(const Table& t, std::size_t row, std::size_t column) {
   return cell_text(t.rows[row][column], t.columns[column]);
 }
 
-TEST(Differences, InsideTheSpreadThereIsNone) {
+TEST(Differences, ThatSeedsBringAboutAreNone) {
   const Table t = with_differences(
       swept_table({{"a", "3 of 3", "hit", Measure{1.0, 0.03, 3}, Measure{9}},
                    {"a", "3 of 3", "miss", Measure{2.0, 0.04, 3}, Measure{9}},
-                   {"b", "2 of 3", "hit", Measure{1.049, 0.04, 2}, Measure{9}},  // the root of both is 0.05
-                   {"b", "2 of 3", "miss", Measure{1.94, 0.04, 2}, Measure{9}},  // 0.0566
+                   {"b", "2 of 3", "hit", Measure{1.1, 0.04, 2}, Measure{9}},   // t = 3.0 of 1.7 degrees: p > 0.05
+                   {"b", "2 of 3", "miss", Measure{1.5, 0.03, 2}, Measure{9}},  // t = 16 of 2.7 degrees
                    {"c", "1 of 3", "miss", Measure{5.0}, Measure{9}},
                    {"c", "1 of 3", "other", Measure{5.0, 0.1, 3}, Measure{9}},
                    {"d", "0 of 3", std::monostate{}, std::monostate{}, std::monostate{}}}),
@@ -62,7 +62,7 @@ TEST(Differences, InsideTheSpreadThereIsNone) {
   EXPECT_EQ(text_at(t, 0, 4), "-");
   EXPECT_EQ(text_at(t, 1, 4), "-");
   EXPECT_EQ(text_at(t, 2, 4), "none");
-  EXPECT_EQ(text_at(t, 3, 4), "-0.06");
+  EXPECT_EQ(text_at(t, 3, 4), "-0.5");
   EXPECT_EQ(text_at(t, 4, 4), "one seed");
   EXPECT_EQ(text_at(t, 5, 4), "-") << "the first variant has no such row";
   EXPECT_EQ(text_at(t, 6, 4), "-");
