@@ -22,6 +22,7 @@ struct SceneRadiance::State {
   Value radiance;
   SsrtHits hits;
   RayCounts counts;
+  ChunkListener after_block;
 
   int capacity() const { return rows * kSamples; }
 };
@@ -33,6 +34,7 @@ SceneRadiance::SceneRadiance(Device device, const Scene& scene, const RenderSett
   const SceneValues v = scene_values(s.whole, scene);
   const SceneLight light = scene_light(s.whole, v, scene, settings);
   const RenderSpec spec = render_spec(settings, light);
+  s.after_block = settings.after_chunk;
   s.lamps = light.lamps, s.reads_hits = light.traces, s.given = light.traces && who == RayHits::Given;
   const bool traces = s.reads_hits && !s.given;
   s.rows = static_cast<int>(std::clamp<std::size_t>((most + kSamples - 1) / kSamples, 1,
@@ -93,7 +95,9 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
   answers.radiance.resize(3 * count), answers.uncertainty.assign(count, 0), answers.pixel.assign(count, -1);
   for (const auto& [name, value] : s.counts) answers.answered.emplace_back(name, 0);
 
+  const auto blocks = static_cast<int>((count + block - 1) / block);
   for (std::size_t first = 0; first < count; first += block) {
+    if (s.after_block && first > 0) s.after_block(static_cast<int>(first / block), blocks);
     const std::size_t used = std::min(block, count - first);
     const Shape shape{1, 3, s.rows, kSamples};
     Tensor points(shape), directions(shape);  // a ray of no direction is none
@@ -132,6 +136,7 @@ RadianceAnswers SceneRadiance::radiance(const Rays& rays) {
     std::copy_n(u.begin(), used, answers.uncertainty.begin() + static_cast<std::ptrdiff_t>(first));
     std::copy_n(pixel.integer.begin(), used, answers.pixel.begin() + static_cast<std::ptrdiff_t>(first));
   }
+  if (s.after_block && blocks > 0) s.after_block(blocks, blocks);
   return answers;
 }
 

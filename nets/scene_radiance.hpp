@@ -37,7 +37,8 @@ struct RadianceAnswers {
 /// What does not depend on rays is computed once, at construction.
 class SceneRadiance {
  public:
-  /// settings: light, nets, ssrt, delta; `most` rays are asked at once. Throws what scene_light() throws.
+  /// settings: light, nets, ssrt, delta; after_chunk hears of each block of rays; `most` rays are asked at once. Throws
+  /// what scene_light() throws.
   SceneRadiance(Device device, const Scene& scene, const RenderSettings& settings, std::size_t most,
                 RayHits hits = RayHits::Traced);
   ~SceneRadiance();

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "host/io/data_files.hpp"
 #include "host/io/datasets.hpp"
@@ -149,6 +150,11 @@ class RoomSource {
       assets_ = load_assets(o.rooms.assets.empty() ? default_assets() : o.rooms.assets, o.rooms.setting);
   }
 
+  /// Rooms that a run with a larger count would have.
+  int most() const {
+    const std::size_t seeds = options_.rooms.seeds.size(), most = from_file() ? file_.rooms.size() : seeds;
+    return most > 0 ? static_cast<int>(most) : std::numeric_limits<int>::max();
+  }
   std::string name(int index) const { return from_file() ? description(index).name : room_name(options_, index); }
 
   std::unique_ptr<StandingRoom> room(const Device& device, int index) const {
@@ -190,7 +196,25 @@ class RoomSource {
   RoomAssets assets_;
 };
 
+/// Throws where a list is none that a run of this recipe for fewer or more rooms would have written.
+void expect_own_list(const GenerateOptions& o, const RoomSource& source, const std::string& split) {
+  const fs::path file = o.out / (split + ".txt");
+  if (!fs::exists(file)) return;
+  std::istringstream lines(read_file(file, 1 << 26));
+  std::string line;
+  int index = 0;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    // Of ten rooms in turn at least one is of any split that has rooms.
+    const int last = std::min(source.most(), index + 10);
+    while (index < last && split_of(o, index) != split) ++index;
+    if (index >= last || split_of(o, index) != split || source.name(index++) != line)
+      throw usage_error("the list was changed, and would be written anew", fmt::format("{}:{}", file.string(), number),
+                        line, "the list as `generate` wrote it, or another folder");
+  }
+}
+
 void write_lists(const GenerateOptions& o, const RoomSource& source) {
+  for (const char* split : {"train", "val", "test"}) expect_own_list(o, source, split);
   // Every shard knows all names and writes the same lists; a split without rooms has none.
   for (const char* split : {"train", "val", "test"}) {
     std::vector<std::string> names;

@@ -28,6 +28,9 @@ namespace fs = std::filesystem;
 Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
   if (object.at) {
     const auto [point, normal] = surface_at(scene, *object.at);
+    if (!(glm::length(normal) > 0))
+      throw usage_error("nothing is known of the normal there", "--at",
+                        fmt::format("{},{}", (*object.at)[0], (*object.at)[1]), "a pixel with a normal");
     return point + lift * normal;
   }
   const Vec3 point((*object.at_point)[0], (*object.at_point)[1], (*object.at_point)[2]);
@@ -142,6 +145,12 @@ int passes_of(int spp) {
   return static_cast<int>(std::bit_floor(static_cast<unsigned>(std::clamp(spp / kPassSamples, 1, kMostPasses))));
 }
 
+/// At least so many, of which each pass has an equal share. Rounds that follow have a multiple of kPassSamples.
+int shared_samples(int spp) {
+  const int passes = passes_of(spp);
+  return (spp + passes - 1) / passes * passes;
+}
+
 /// Digits of a number in a base, behind the point in reverse order.
 double radical_inverse(std::uint32_t number, std::uint32_t base) {
   double inverse = 0, digit = 1;
@@ -202,7 +211,10 @@ std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<Inse
                         static_cast<int>(i)});
     } else {
       check_length(*o.size, "--size", room);
-      placed.push_back({stand(read_mesh(o.mesh), scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
+      Mesh mesh = read_mesh(o.mesh);
+      const auto [low, high] = bounds(mesh);
+      if (low == high) throw usage_error("the mesh has no extent", o.mesh.string(), "one point", "a body");
+      placed.push_back({stand(std::move(mesh), scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
     }
   }
   return placed;
@@ -360,7 +372,7 @@ void insert(const InsertOptions& options) {
   inherit_facts(options.run, provenance);
   warn_of_scale(provenance);
   RenderSettings render = options.render;
-  render.after_chunk = chunk_progress("insert");
+  render.spp = shared_samples(render.spp), render.after_chunk = chunk_progress("insert");
   take_light(render, options.lit_by, device, scene, provenance);
   const Insertion inserted = insert_placed(device, scene, placed, options.objects, render, options.bounces,
                                            passes_of(render.spp), options.goal);
@@ -371,8 +383,8 @@ void insert(const InsertOptions& options) {
   if (seen == 0) say("insert: no pixel shows an object, it is hidden or outside of the picture");
 
   give_up_if_interrupted("insert");
-  write_exr(exr, composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
-  write_png(png, show_radiance(composite, shown_exposure(scene.photo)), Encoding::Linear);
+  write_exr(files.staged(exr), composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
+  write_png(files.staged(png), show_radiance(composite, shown_exposure(scene.photo)), Encoding::Linear);
   const double seconds = watch.seconds();
   provenance.inputs = {record_file(options.run / "photo.exr")};
   provenance.seeds["render"] = options.render.seed;
@@ -385,7 +397,7 @@ void insert(const InsertOptions& options) {
   }
   record_samples(render, provenance);
   provenance.ended = utc_now();
-  files.write_record(provenance);
+  files.commit(provenance);
   say(fmt::format("insert: {} object(s), {:.1f} % of the picture, {:.1f} s: {}", options.objects.size(), 100 * seen,
                   seconds, png.string()));
 }

@@ -51,6 +51,9 @@ void check_options(const InvertOptions& options) {
   if (options.depth_scale && !(*options.depth_scale > 0 && *options.depth_scale < 1e4))
     throw usage_error("not a length", "--depth-scale", fmt::format("{}", *options.depth_scale),
                       "metres between 0 and 10000");
+  if ((options.depth_scale || options.known) && !wanted(options, "depth"))
+    throw usage_error("--only leaves out the depth, whose scale this sets", options.known ? "--known" : "--depth-scale",
+                      "beside --only", "one of them, or depth among the maps");
   if (options.goal && !options.only.empty())
     throw usage_error("--only leaves out the re-render, whose error this is", "--target-error, --seconds",
                       "beside --only", "one of them");
@@ -287,6 +290,10 @@ class Inversion {
     if (fs::is_directory(options_.gbuffer)) gbuffer_lock_.emplace(options_.gbuffer, LockKind::Read);
     const bool own_camera = options_.camera.empty() && !options_.fov;  // of the maps
     if (!options_.gbuffer.empty()) given_ = read_gbuffer(options_.gbuffer, own_camera);
+    if (given_.depth && (options_.known || options_.depth_scale))
+      throw usage_error("the depth is given, in metres: none is predicted whose scale this could set",
+                        options_.known ? "--known" : "--depth-scale", "beside --gbuffer " + options_.gbuffer.string(),
+                        "one of them");
     require_size(given_.albedo, "albedo", options_, image), require_size(given_.normal, "normal", options_, image);
     require_size(given_.depth, "depth", options_, image), require_size(given_.material, "material", options_, image);
     scene_.photo = image;
@@ -359,6 +366,7 @@ class Inversion {
   void render() {
     scene_.check(options_.photo.string());
     RenderSettings settings = options_.render;
+    settings.spp = render_spec(settings).spp;  // a grid of directions has as many as it has
     settings.profile = true, settings.after_chunk = chunk_progress("re-render");
     take_light(settings, options_.lit_by, *device_, scene_, record_);
     lap("light");

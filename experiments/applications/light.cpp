@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/insert.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_folder.hpp"
@@ -108,6 +109,7 @@ std::string light(const LightOptions& options) {
   Provenance provenance = begin_provenance(options.command, device.fingerprint());
   inherit_facts(options.run, provenance);
   RenderSettings render = options.render;
+  render.after_chunk = chunk_progress("light");
   take_light(render, options.lit_by, device, scene, provenance);
 
   const Rays rays = panorama_rays(place, options.size);
@@ -117,8 +119,8 @@ std::string light(const LightOptions& options) {
   const Image panorama = image_of(answers.radiance, options.size);
 
   give_up_if_interrupted("light");
-  write_exr(out, panorama, fits_half(panorama) ? ExrType::Half : ExrType::Float);
-  write_png(png, show_radiance(panorama, shown_exposure(scene.photo)), Encoding::Linear);
+  write_exr(files.staged(out), panorama, fits_half(panorama) ? ExrType::Half : ExrType::Float);
+  write_png(files.staged(png), show_radiance(panorama, shown_exposure(scene.photo)), Encoding::Linear);
   const double seconds = watch.seconds();
   provenance.inputs = {record_file(options.run / "photo.exr")};
   provenance.facts[kPointFact] = text_of(place.point);
@@ -127,7 +129,7 @@ std::string light(const LightOptions& options) {
   provenance.figures["seconds: building kernels"] = device.build_seconds() - built;
   for (const auto& [part, count] : answers.answered) provenance.figures["rays answered " + part] = count;
   provenance.ended = utc_now();
-  files.write_record(provenance);
+  files.commit(provenance);
 
   say(fmt::format("light: {} at {}, {}x{}, {:.1f} s: {}", render.light, text_of(place.point), options.size.width,
                   options.size.height, seconds, out.string()));

@@ -144,28 +144,33 @@ FolderLock lock_run(const fs::path& run, LockKind kind) {
 
 ResultFiles::ResultFiles(const fs::path& run, const fs::path& record, const std::vector<fs::path>& results, bool force,
                          const std::vector<fs::path>& others)
-    : folder_(record.has_parent_path() ? record.parent_path() : "."), record_(record), results_(results) {
-  require_run(run);
+    : folder_(record.has_parent_path() ? record.parent_path() : "."),
+      record_(record),
+      staging_(folder_ / ("." + record.stem().string() + ".partial")),
+      results_(results),
+      made_((require_run(run), folder_)) {
   locks_ = lock_both(run, folder_);
-  made_ = !fs::exists(folder_);
-  make_directories(folder_);
+  lock_.emplace(folder_ / ("." + record.stem().string() + ".lock"), LockKind::Write, folder_);
   std::vector<fs::path> files = results, records = others;
   files.push_back(record), records.push_back(record);
   for (const fs::path& file : files) AtomicFile probe(file);  // never committed: nothing remains
   give_up(foreign_among(files, records), folder_, force);
+  remove_tree(staging_);  // of a process that was killed
+  make_directories(staging_);
 }
 
 ResultFiles::~ResultFiles() {
   std::error_code ignored;
-  if (made_) fs::remove(folder_, ignored);  // while it is empty
+  fs::remove_all(staging_, ignored);
 }
 
-void ResultFiles::write_record(Provenance& provenance) const {
+void ResultFiles::commit(Provenance& provenance) const {
   provenance.outputs.clear();
   for (const fs::path& file : results_) {
-    provenance.outputs.push_back(record_file(file));
+    provenance.outputs.push_back(record_file(staged(file)));
     provenance.outputs.back().path = file.filename().string();
   }
+  for (const fs::path& file : results_) fs::rename(staged(file), file);
   write_provenance(record_, provenance);
 }
 

@@ -9,6 +9,7 @@
 
 #include "host/io/image.hpp"
 #include "host/report/file_lock.hpp"
+#include "host/report/new_folders.hpp"
 #include "host/report/provenance.hpp"
 #include "nets/scene.hpp"
 
@@ -43,28 +44,31 @@ void inherit_facts(const std::filesystem::path& run, Provenance& record);
 /// Throws usage_error when there is no such folder, or another process works on it.
 FolderLock lock_run(const std::filesystem::path& run, LockKind kind);
 
-/// Files made from a run that are written one by one, into it or anywhere: results, and the provenance that lists them.
+/// Files made from a run that lie in it or anywhere: results, and the provenance that lists them. They appear together.
 class ResultFiles {
  public:
-  /// Locks the run, and makes the folder of `record`, where `results` lie too. Throws usage_error before any work: when
-  /// a file cannot be written, or exists and is listed neither by an earlier record nor by one of `others` (`force`
-  /// gives it up), or when another process is at work.
+  /// Locks the run and the folder of `record`, where `results` lie too, and makes the latter. Throws usage_error before
+  /// any work: when a file cannot be written, or exists and is listed neither by an earlier record nor by one of
+  /// `others` (`force` gives it up), or when another process is at work.
   ResultFiles(const std::filesystem::path& run, const std::filesystem::path& record,
               const std::vector<std::filesystem::path>& results, bool force,
               const std::vector<std::filesystem::path>& others = {});
-  /// Nothing stays of a folder that was made for results that never came.
+  /// Nothing stays of what was made for results that never came.
   ~ResultFiles();
   ResultFiles(const ResultFiles&) = delete;
   ResultFiles& operator=(const ResultFiles&) = delete;
 
-  /// The results are written: lists them in `provenance` and writes that.
-  void write_record(Provenance& provenance) const;
+  /// Where to write a result for now: a folder beside it.
+  std::filesystem::path staged(const std::filesystem::path& result) const { return staging_ / result.filename(); }
+  /// All results are written: moves them to their places, lists them in `provenance` and writes that.
+  void commit(Provenance& provenance) const;
 
  private:
-  std::filesystem::path folder_, record_;
+  std::filesystem::path folder_, record_, staging_;
   std::vector<std::filesystem::path> results_;
+  NewFolders made_;
   std::vector<FolderLock> locks_;
-  bool made_ = false;  // the folder was not there
+  std::optional<FileLock> lock_;  // of these results, wherever they lie
 };
 
 }  // namespace clerestory

@@ -199,6 +199,7 @@ const std::vector<Stage>& stages() {
                                         {"re-render, out of view", "light out of view"},
                                         {"re-render, lamps", "light of lamps"},
                                         {"re-render, shading", "directions and shading"}}},
+                                      {"measuring what was left out", "measuring what was left out", {}},
                                       {"writing", "writing", {}}};
   return all;
 }

@@ -318,6 +318,10 @@ void check(const Options& options, const CommonOptions& common) {
   if (!options.devices.report.empty())
     throw usage_error("is written of all devices", "--report", options.devices.report.string(),
                       "--device all, or --from");
+  for (const char* option : {"--patience", "--again"})
+    if (was_given(common, option)) throw usage_error("is for all devices", option, "", "--device all beside it");
+  if (options.stability && options.quick)
+    throw usage_error("is for ops", "--quick", "beside --stability", "one of them");
   const CheckedDevices devices = checked_devices(Device::open(common.device));
   if (options.stability)
     check_stability_of(devices, options.only, common);

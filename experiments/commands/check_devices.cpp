@@ -408,6 +408,7 @@ std::string markdown_of(const Json& all) {
 void expect_report_name(const fs::path& file) {
   if (!file.empty() && file.extension() != ".md" && file.extension() != ".html")
     throw usage_error("neither a page nor Markdown", "--report", file.string(), "FILE.html or FILE.md");
+  if (!file.empty()) AtomicFile tried(file);  // hours go by before it is written
 }
 
 void write_report(const fs::path& file, const Json& all, const CommonOptions& common) {

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <system_error>
 #include <utility>
@@ -131,6 +132,13 @@ std::vector<std::string> read_names(const std::string& text, const std::string& 
 bool was_given(const CommonOptions& common, const std::string& option) {
   return std::ranges::any_of(common.command,
                              [&](const std::string& word) { return word == option || word.starts_with(option + "="); });
+}
+
+std::uint32_t render_seed(const CommonOptions& common) {
+  constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
+  if (common.seed > kMost)
+    throw usage_error("out of range", "--seed", fmt::format("{}", common.seed), fmt::format("0 to {}", kMost));
+  return static_cast<std::uint32_t>(common.seed);
 }
 
 void print_result(const CommonOptions& common, const std::filesystem::path& result, const std::string& json) {

@@ -43,6 +43,9 @@ struct CommonOptions {
 /// Whether the option ("--seed") stands on the command line.
 bool was_given(const CommonOptions& common, const std::string& option);
 
+/// --seed of a render, which counts in 32 bits. Throws usage_error on a larger one.
+std::uint32_t render_seed(const CommonOptions& common);
+
 /// Writes a command's JSON result where --json says.
 void write_json_result(const CommonOptions& common, const std::string& json);
 /// The same, and `result`, where it lies, alone on a line of stdout, unless that is JSON.

@@ -41,7 +41,7 @@ void add_devices_command(CommandLine& line) {
         const std::vector<DeviceInfo> devices = list_devices();
         if (common.json) write_json_result(common, devices_json(devices));
         if (devices.empty()) throw Error(ErrorKind::Device, why_no_device());
-        if (!common.json) std::fputs(terminal_text(device_table(devices)).c_str(), stdout);
+        if (!common.json || !common.json->empty()) std::fputs(terminal_text(device_table(devices)).c_str(), stdout);
       });
 }
 

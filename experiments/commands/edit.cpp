@@ -41,7 +41,7 @@ void add_edit_command(CommandLine& line) {
     if (options->mask.empty()) throw usage_error("a mask is needed", "--mask", "none", "a picture of the run's size");
     options->mask = found_data(options->mask);
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
-    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    options->render.seed = render_seed(common);
     take_method(common, options->render, options->lit_by);
     options->goal = take_samples(common, *samples, options->render);
     catch_interrupts();

@@ -60,7 +60,8 @@ void check(const Options& options, const CommonOptions& common) {
   const bool weights = !common.weights.empty(), method = !options.method.empty();
   if (!options.run.empty())
     refuse("RUN", maps, "--maps"), refuse("RUN", protocol, "--protocol"), refuse("RUN", weights, "--weights"),
-        refuse("RUN", method, "--method");
+        refuse("RUN", method, "--method"), refuse("RUN", !o.frames.empty(), "--frames"),
+        refuse("RUN", !o.mean_data.empty(), "--mean-data"), refuse("RUN", was_given(common, "--split"), "--split");
   if ((maps || protocol) && o.data.empty())
     throw usage_error("what are these to be judged on?", "--data", "none", "the folder of a data set");
   if (maps && options.albedo.empty())

@@ -68,6 +68,7 @@ void write_sheet(const GenerateOptions& o, const fs::path& file) {
       for (const std::string& view : list_views(o.out / room))
         pictures.push_back(show_radiance(read_image(view_file(o.out / room, view, "im"))));
   }
+  if (pictures.empty()) throw usage_error("no view is there to be shown", "--sheet", o.out.string());
   const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));
   const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
   Image sheet(columns * o.views.width, rows * o.views.height, 3);
@@ -134,6 +135,26 @@ void check_layout(const Options& options) {
   check_layout_is_new(options.generate.out, options.layout);
 }
 
+/// What is of a whole folder does not go with a part of its rooms, and what a file fixes not with another word on it.
+void check_together(const Options& options, const CommonOptions& common) {
+  const GenerateOptions& o = options.generate;
+  const auto refuse = [&](const char* option, const char* beside, bool given) {
+    if (given) throw usage_error(fmt::format("does not go with {}", beside), option);
+  };
+  const bool part = o.rooms.shards > 1, list = !options.list.empty(), from = !o.rooms.from.empty();
+  const bool described = !options.write_rooms.empty();
+  refuse("--sheet", "--shard: it shows all rooms of a folder", part && !options.sheet.empty());
+  refuse("--shard", "--write-rooms, which describes all rooms", part && described);
+  refuse("--sheet", "--write-rooms, which traces nothing", described && !options.sheet.empty());
+  refuse("--setting", "--list, which says it", list && was_given(common, "--setting"));
+  refuse("--seed", "--list, which has the seeds", list && was_given(common, "--seed"));
+  refuse("--setting", "--from-rooms, whose file says it", from && was_given(common, "--setting"));
+  refuse("--seed", "--from-rooms, whose rooms are made", from && was_given(common, "--seed"));
+  refuse("--box-rooms", "--from-rooms, whose rooms are made", from && o.rooms.boxes);
+  refuse("--light-spp", "--no-light", options.no_light && was_given(common, "--light-spp"));
+  refuse("--probes", "--no-light", options.no_light && was_given(common, "--probes"));
+}
+
 /// Makes what a manifest names.
 void run_manifest(const Options& options, const CommonOptions& common) {
   refuse_fixed(common);
@@ -173,6 +194,7 @@ void run(Options& options, const CommonOptions& common) {
   if (options.stereo) o.baseline = options.baseline.value_or(kBaseline);
   read_shard(options.shard, o.rooms);
   check_layout(options);
+  check_together(options, common);
   if (!options.manifest.empty()) return run_manifest(options, common);
   if (options.write_expected) throw usage_error("is for a manifest", "--write-expected", "", "--manifest FILE");
   o.light.wanted = !options.no_light;

@@ -44,6 +44,9 @@ void check(const InsertOptions& options) {
                         "one of them");
     if (!o.mesh.empty() && !o.size)
       throw usage_error("a mesh needs a size", "--mesh", o.mesh.string(), "--size METRES");
+    if (o.mesh.empty() && o.size)
+      throw usage_error("is of a mesh", "--size", fmt::format("{}", *o.size),
+                        "--radius alone, or --mesh beside --size");
   }
 }
 
@@ -99,7 +102,7 @@ void add_insert_command(CommandLine& line) {
     if (options->bounces < 1 || options->bounces > 4)
       throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
-    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    options->render.seed = render_seed(common);
     take_method(common, options->render, options->lit_by);
     options->goal = take_samples(common, *samples, options->render);
     catch_interrupts();

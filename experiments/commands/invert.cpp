@@ -72,7 +72,7 @@ void add_invert_command(CommandLine& line) {
     options->device = common.device, options->gemm = common.gemm, options->tile = common.tile,
     options->preset = common.preset;
     options->command = common.command;
-    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    options->render.seed = render_seed(common);
     options->weights = take_method(common, options->render, options->lit_by);
     options->goal = take_samples(common, *samples, options->render);
     if (*every_ray) {

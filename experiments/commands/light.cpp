@@ -46,7 +46,7 @@ void add_light_command(CommandLine& line) {
   command.run([options](const CommonOptions& common) {
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
     options->json = common.json.value_or("");
-    options->render.seed = static_cast<std::uint32_t>(common.seed);
+    options->render.seed = render_seed(common);
     take_method(common, options->render, options->lit_by);
     catch_interrupts();
     const std::string summary = light(*options);

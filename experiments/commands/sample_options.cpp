@@ -6,6 +6,7 @@ namespace clerestory {
 namespace {
 
 constexpr int kFirstRound = 16;  // samples a pixel
+constexpr int kMostSamples = 1 << 20, kGridSamples = 128;
 
 double goal_of(const std::optional<double>& given, const char* name) {
   if (given && !(*given > 0)) throw usage_error("is no goal of a render", name, fmt::format("{}", *given), "above 0");
@@ -37,6 +38,11 @@ std::optional<RenderGoal> take_samples(const CommonOptions& common, const Sample
     goal = RenderGoal{goal_of(options.error, "--target-error"), goal_of(options.seconds, "--seconds")};
     render.spp = kFirstRound;
   }
+  if (common.spp && *common.spp > kMostSamples)
+    throw usage_error("out of range", "--spp", fmt::format("{}", *common.spp), fmt::format("1 to {}", kMostSamples));
+  if (common.spp && render.sampler == "grid8x16" && *common.spp != kGridSamples)
+    throw usage_error("a grid of 8x16 directions has its number", "--spp", fmt::format("{}", *common.spp),
+                      fmt::format("{}, or none", kGridSamples));
   if (common.spp) render.spp = static_cast<int>(*common.spp);
   return goal;
 }

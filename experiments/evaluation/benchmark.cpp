@@ -135,7 +135,7 @@ std::string benchmark_json(const BenchmarkResult& result) {
       if (const auto& value = result.pictures[i].values[m]) one[result.metrics[m].key] = *value;
     out["pictures"].push_back(std::move(one));
   }
-  return out.dump(1) + "\n";
+  return out.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";  // names may be in any encoding
 }
 
 }  // namespace clerestory

@@ -58,7 +58,11 @@ std::vector<int> nyu_numbers(const NyuFile& file, const fs::path& list) {
   std::vector<std::string> known;
   for (const int n : numbers) known.push_back(nyu_name(n)), known.push_back(std::to_string(n));
   numbers.clear();
-  for (const std::string& name : read_list(list, known)) numbers.push_back(std::stoi(name));
+  for (const std::string& name : read_list(list, known)) {
+    numbers.push_back(std::stoi(name));
+    if (std::ranges::count(numbers, numbers.back()) > 1)
+      throw usage_error("names a picture twice", list.string(), name);
+  }
   return numbers;
 }
 

@@ -115,6 +115,9 @@ class OpenRoomsWriter : public Writer {
     if (fs::exists(view_file(rooms_ / listed.room, listed.id, "envmap")))
       out.light = tiles_of(read_envmaps(rooms_ / listed.room, listed.id, view.image.width, view.image.height),
                            view.image.width, view.image.height);
+    if (listed.id.empty() || listed.id.size() > 6 || listed.id.find_first_not_of("0123456789") != std::string::npos)
+      throw usage_error("OpenRooms numbers its views", (rooms_ / listed.room).string(), listed.id,
+                        "views 000, 001, ...");
     write_openrooms({folder_, "main_xml", listed.room, std::stoi(listed.id) + 1}, out);
     std::vector<std::string>& list = lists_[listed.split];
     if (list.empty() || list.back() != listed.room) list.push_back(listed.room);

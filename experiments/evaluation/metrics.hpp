@@ -20,7 +20,7 @@ constexpr double least_relative_depth = 1e-3;
 /// without length counts as 90 degrees.
 std::optional<double> mean_angle(const Image& predicted, const Image& truth, const Image& mask);
 
-/// Root of the scale-invariant logarithmic error (Eigen et al. 2014, eq. 1 with lambda = 1): the standard deviation
+/// Root of the scale-invariant logarithmic error (Eigen et al. 2014, eq. 4 with lambda = 1): the standard deviation
 /// over valid pixels of ln max(predicted, least_relative_depth) - ln truth. A global factor between the two has no
 /// effect. Truth must be positive where the mask is set.
 std::optional<double> rooted_si_log(const Image& predicted, const Image& truth, const Image& mask);

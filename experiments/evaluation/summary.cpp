@@ -321,7 +321,7 @@ std::string evaluation_json(const EvaluationSummary& summary, const std::vector<
                              {"metres_over_measured", f.metres},
                              {"training_mean", f.mean_map ? json(*f.mean_map) : json(nullptr)},
                              {"valid_share", f.valid_share}});
-  return out.dump(1) + "\n";
+  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";  // names may be in any encoding
 }
 
 }  // namespace clerestory

@@ -7,9 +7,10 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
 case "${*:-}" in
   "" | --stale | --list) prepare ;;
-  *) sed -n '3,5s/^# //p' "$0" >&2 && exit 2 ;;
+  *) sed -n '3,5s/^# //p' "$script" >&2 && exit 2 ;;
 esac
 [ "${1:-}" != --list ] || exec build/clerestory results list
-for name in $(build/clerestory results list --names "$@"); do
+names=$(build/clerestory results list --names "$@")
+for name in $names; do
   bash "experiments/reproduce/$name.sh"
 done

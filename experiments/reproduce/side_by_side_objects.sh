@@ -16,7 +16,7 @@ newest() { # variant, maps or light
 }
 
 trained() { # variant, maps or light
-  [ -n "$(newest "$@")" ] || bash "experiments/reproduce/side_by_side_$2.sh" >&2
+  [ -n "$(newest "$@")" ] || bash "experiments/reproduce/side_by_side_$2.sh" >&2 || return
   newest "$@"
 }
 

@@ -35,7 +35,7 @@ std::uint64_t seed_from(const std::string& text, const std::string& where) {
 RoomList read_room_list(const fs::path& file) {
   RoomList list;
   list.file = found_data(file);
-  if (!fs::exists(list.file)) throw usage_error("there is no such list of rooms", "data.list", file.string());
+  if (!fs::exists(list.file)) throw usage_error("there is no such list of rooms", file.string());
   std::istringstream lines(read_file(list.file, 1 << 20));
   std::string line;
   bool has_setting = false;

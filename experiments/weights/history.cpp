@@ -20,31 +20,35 @@ json numbers(const std::vector<double>& values) {
   return out;
 }
 
+/// JSON knows no NaN: it is null there.
+double number(const json& value) { return value.is_null() ? nan : value.get<double>(); }
+
 std::vector<double> numbers(const json& values) {
   std::vector<double> out;
-  for (const json& v : values) out.push_back(v.is_null() ? nan : v.get<double>());
+  for (const json& v : values) out.push_back(number(v));
   return out;
 }
 
 HistoryPoint point_of(const json& p, std::size_t errors, const std::string& where) {
   HistoryPoint point{whole_number<std::int64_t>(p.at("step"), "step", where),
                      p.at("hours"),
-                     p.at("score"),
+                     number(p.at("score")),
                      numbers(p.at("errors")),
                      numbers(p.at("ratios")),
-                     p.at("scale_error")};
+                     number(p.at("scale_error"))};
   const auto check = [&](const auto& of) {
     if (of.errors.size() != errors || of.ratios.size() != errors)
       throw json::other_error::create(501, "a point of the curve has another number of errors", &p);
   };
   check(point);
   for (const json& l : p.value("lists", json::array())) {
-    point.lists.push_back({l.at("list"), whole_number<std::int64_t>(l.at("views"), "views", where), l.at("score"),
-                           numbers(l.at("errors")), numbers(l.at("ratios")), l.at("scale_error")});
+    point.lists.push_back({l.at("list"), whole_number<std::int64_t>(l.at("views"), "views", where),
+                           number(l.at("score")), numbers(l.at("errors")), numbers(l.at("ratios")),
+                           number(l.at("scale_error"))});
     check(point.lists.back());
   }
   for (const json& f : p.value("frames", json::array()))
-    point.frames.push_back({f.at("frame"), f.at("depth"), f.at("constant"), f.at("scale")});
+    point.frames.push_back({f.at("frame"), number(f.at("depth")), number(f.at("constant")), number(f.at("scale"))});
   return point;
 }
 

@@ -165,7 +165,8 @@ std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& device
   int index = -1;
   const char* end = selector.data() + selector.size();
   const auto parsed = std::from_chars(selector.data(), end, index);
-  const bool is_index = parsed.ec == std::errc() && parsed.ptr == end;
+  const bool is_index = parsed.ec == std::errc() && parsed.ptr == end &&  // or a part of a name, "4090"
+                        std::ranges::find(devices, index, [](const auto& d) { return d.info.index; }) != devices.end();
   std::vector<FoundDevice> matching;
   for (const FoundDevice& device : devices) {
     const std::string names = lower(device.info.platform) + "\n" + lower(device.info.name);

@@ -3,6 +3,8 @@
 #include <CL/cl.h>
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "host/cl/platforms.hpp"
 
@@ -29,7 +31,12 @@ void Profiler::collect() {
   if (pending_.empty()) return;
   check(clWaitForEvents(1, &pending_.back().second), "clWaitForEvents",
         *pending_.back().first);  // the queue is in order
-  for (const auto& [name, event] : pending_) {
+  const auto done = std::exchange(pending_, {});
+  const auto release = [](const auto* events) {
+    for (const auto& [name, event] : *events) clReleaseEvent(event);
+  };
+  const std::unique_ptr<const decltype(pending_), decltype(release)> released(&done, release);  // whatever comes
+  for (const auto& [name, event] : done) {
     cl_ulong start = 0, end = 0;
     check(clGetEventProfilingInfo(event, CL_PROFILING_COMMAND_START, sizeof start, &start, nullptr),
           "clGetEventProfilingInfo", *name);
@@ -39,9 +46,7 @@ void Profiler::collect() {
     sum.kernel = *name;
     ++sum.launches;
     sum.seconds += static_cast<double>(end - start) * 1e-9;
-    clReleaseEvent(event);
   }
-  pending_.clear();
 }
 
 std::vector<KernelProfile> Profiler::profile() {

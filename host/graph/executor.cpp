@@ -39,6 +39,7 @@ Executor::Executor(Plan plan, std::shared_ptr<States> states) : plan_(std::move(
     return TensorView{device.allocate(static_cast<std::size_t>(s.shape.count()) * element), 0,
                       static_cast<int>(s.shape.item()), s.shape, s.type};
   };
+  owns_.resize(plan_.input_nodes.size());
   inputs_.resize(plan_.input_nodes.size());  // allocated when first fed: many are bound to memory of others
   for (const Node* node : plan_.constant_nodes) {
     constants_.push_back(own(node->outputs[0]));
@@ -62,7 +63,7 @@ void Executor::feed(const std::string& input, const Tensor& tensor) {
     const Signature& s = plan_.input_nodes[i]->outputs[0];
     if (!(tensor.shape == s.shape))
       throw Error(ErrorKind::Failed, "an input has another shape", input, tensor.shape.text(), s.shape.text());
-    if (!inputs_[i].buffer) allocate_input(i);
+    if (!owns_[i]) allocate_input(i), owns_[i] = true;  // never into what it was bound to
     upload(plan_.device, inputs_[i], tensor, plan_.options.precision);
     return;
   }
@@ -85,7 +86,7 @@ void Executor::bind(const std::string& input, const TensorView& memory) {
     const Signature& s = plan_.input_nodes[i]->outputs[0];
     if (!(memory.shape == s.shape) || memory.type != s.type)
       throw Error(ErrorKind::Failed, "an input has another shape", input, memory.shape.text(), s.shape.text());
-    inputs_[i] = memory;
+    inputs_[i] = memory, owns_[i] = false;
   }
 }
 
@@ -101,10 +102,10 @@ TensorView Executor::resolve(const Placement& place, const Shape& shape, Type ty
       const Node& node = *plan_.input_nodes[static_cast<std::size_t>(place.slot)];
       if (!view.buffer) throw Error(ErrorKind::Failed, "an input was not fed", name_of(node));
       // A bound tensor may be strided; a value that is a view of it was placed as if it were contiguous.
-      if (view.stride != node.outputs[0].shape.item() && place.stride != node.outputs[0].shape.item())
+      const Shape& whole = node.outputs[0].shape;
+      if (whole.n > 1 && view.stride != whole.item() && place.stride != whole.item())
         throw Error(ErrorKind::Failed, "a view regroups a strided input", name_of(node));
-      if (place.stride == node.outputs[0].shape.item())
-        return {view.buffer, view.offset + place.offset, view.stride, shape, type};
+      if (place.stride == whole.item()) return {view.buffer, view.offset + place.offset, view.stride, shape, type};
       return {view.buffer, view.offset + place.offset, place.stride, shape, type};
     }
     case Placement::Where::State:
@@ -200,11 +201,14 @@ void Executor::add_work(std::map<std::string, Work>& rows, int times) const {
 }
 
 std::map<std::string, Work> Executor::work(bool profile) {
+  const struct Off {  // whatever comes
+    Executor& executor;
+    ~Off() { executor.set_profiling(false); }
+  } off{*this};
   set_profiling(profile);
   if (profile) run();
   std::map<std::string, Work> rows;
   add_work(rows, 1);
-  set_profiling(false);
   return rows;
 }
 

@@ -1,6 +1,7 @@
 #include "host/graph/graph.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace clerestory {
 
@@ -19,6 +20,17 @@ Cost Op::cost(const Node& node) const {
   return {0, 4 * elements};
 }
 
+namespace {
+
+/// Kernels count the elements of a batch item in 32 bits.
+void check_size(const Shape& s, const std::string& op) {
+  if (s.count() < 1) throw Error(ErrorKind::Failed, "a tensor without elements", "op " + op, s.text());
+  if (s.item() > std::numeric_limits<int>::max())
+    throw Error(ErrorKind::Failed, "a tensor is too large", "op " + op, s.text(), "items of less than 2^31 elements");
+}
+
+}  // namespace
+
 Value Graph::add(std::unique_ptr<const Op> op, std::vector<Value> inputs) {
   for (const Value& v : inputs)
     if (!v || v.node->graph != this)
@@ -29,6 +41,7 @@ Value Graph::add(std::unique_ptr<const Op> op, std::vector<Value> inputs) {
   node.draws = draws_;
   try {
     node.outputs = op->infer(inputs);
+    for (const Signature& s : node.outputs) check_size(s.shape, op->name());
   } catch (...) {
     nodes_.pop_back();
     throw;

@@ -143,7 +143,8 @@ class Builder {
     for (const TaskValue& other : inputs) {  // another view of the same memory would be overwritten while it is read
       const Placement& p = out_.place(other);
       const bool same_root = p.where == Placement::Where::Arena && p.slot == place.slot;
-      if (same_root && (p.offset != place.offset || p.stride != place.stride)) return false;
+      const bool same = p.offset == place.offset && p.stride == place.stride && s_.signature(other).shape == from.shape;
+      if (same_root && !same) return false;
     }
     put({t, 0}, place);
     return true;

@@ -43,6 +43,9 @@ struct TakeOp : Op {
     l.run("tensor/place.cl", "take", Range::of2(static_cast<std::size_t>(capacity), static_cast<std::size_t>(whole.c)),
           l.in(0), l.out(), l.chunk.first_pixel, l.chunk.pixels, capacity, static_cast<int>(whole.plane()));
   }
+  Cost cost(const Node& node) const override {  // of the whole map it reads the chunk
+    return {0, 8 * static_cast<double>(node.outputs[0].shape.count())};
+  }
 };
 
 /// The transpose of TakeOp: a whole map that is zero outside the chunk.
@@ -181,15 +184,24 @@ struct MapChunksOp : Op, Chunked {
                   to.offset * size);
   }
 
+  /// Item by item: either may be a view of something larger.
+  static void add_total(Launch& l, TensorView part, TensorView whole, bool add) {
+    const int items = whole.shape.n, count = static_cast<int>(whole.shape.item());
+    part.shape.n = whole.shape.n = 1;
+    for (int n = 0; n < items; ++n) {
+      l.run("tensor/place.cl", part.type == Type::Int ? "add_total_int" : "add_total",
+            Range::of(static_cast<std::size_t>(count)), part, whole, count, static_cast<int>(add));
+      part = part.from(static_cast<std::uint64_t>(part.stride));
+      whole = whole.from(static_cast<std::uint64_t>(whole.stride));
+    }
+  }
+
   void collect(Launch& l, const Executor& executor, const Chunk& chunk) const {
     for (std::size_t o = 0; o < inner->outputs.size(); ++o) {
       const TensorView part = executor.view(inner->outputs[o].value);
       const TensorView& whole = l.outputs[o];
       if (inner->outputs[o].total) {
-        const int count = static_cast<int>(whole.shape.count());
-        l.run("tensor/place.cl", part.type == Type::Int ? "add_total_int" : "add_total",
-              Range::of(static_cast<std::size_t>(count)), part, whole, count,
-              static_cast<int>(chunk.first_pixel > 0 || chunk.first_sample > 0));
+        add_total(l, part, whole, chunk.first_pixel > 0 || chunk.first_sample > 0);
       } else {
         l.run("tensor/place.cl", "place",
               Range::of2(static_cast<std::size_t>(chunk.pixels), static_cast<std::size_t>(part.shape.c)), part, whole,

@@ -147,6 +147,7 @@ class Executor {
   std::shared_ptr<States> states_;
   Buffer arena_;
   std::vector<TensorView> inputs_, constants_;
+  std::vector<bool> owns_;                         // of the inputs; others are bound, or not fed yet
   std::vector<std::unique_ptr<Executor>> bodies_;  // one per step, null for most
   std::vector<double> seconds_;                    // of each step without its body, while profiling; else empty
   std::size_t fed_bytes_ = 0;

@@ -66,7 +66,7 @@ UnfilledPixels clean(RoomView& view) {
     if (view.normal.channels) {
       const double l = length(view.normal, i);
       require(view.normal, unfilled.normal, std::isfinite(l) && l > 0);
-      if (masked && std::abs(l - 1) > 0.01) ++unfilled.normal_length;
+      if (masked && std::isfinite(l) && l > 0 && std::abs(l - 1) > 0.01) ++unfilled.normal_length;
       if (std::isfinite(l) && l > 0)
         for (int c = 0; c < 3; ++c) view.normal.plane(c)[i] = static_cast<float>(view.normal.plane(c)[i] / l);
     }

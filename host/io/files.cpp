@@ -119,6 +119,10 @@ AtomicFile::AtomicFile(const fs::path& path) : path_(path) {
   for (;;) {
     temporary_ = temporary_for(path);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ < 0 && errno == EEXIST) {  // of a process that had our number; the next name is another
+      remove_abandoned_temporaries(path);
+      continue;
+    }
     if (descriptor_ < 0) throw usage_error("cannot be written: " + reason(errno), path.string());
     if (keep_locked(descriptor_)) break;
     ::close(descriptor_);

@@ -46,12 +46,19 @@ Format format_of(std::string_view bytes, const std::string& where) {
   throw usage_error("is not a picture that can be read", where, {}, "PNG, JPEG, OpenEXR or Radiance HDR");
 }
 
-void check_header(const OIIO::ImageSpec& spec, std::uint64_t file_bytes, const std::string& where) {
+void check_header(const OIIO::ImageSpec& spec, const Format& format, std::uint64_t file_bytes,
+                  const std::string& where) {
   const std::string size = fmt::format("{}x{}, {} channels", spec.width, spec.height, spec.nchannels);
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0)
     throw usage_error("the picture has no pixels", where, size);
   if (spec.deep) throw usage_error("deep pictures are not read", where);
   if (spec.depth > 1) throw usage_error("volumes are not read", where);
+  const bool whole = spec.x == spec.full_x && spec.y == spec.full_y && spec.width == spec.full_width &&
+                     spec.height == spec.full_height;
+  if (format.plugin == std::string_view("openexr") && !whole)
+    throw usage_error("the data window is not the display window: a part of a picture", where,
+                      fmt::format("{} at {},{}", size, spec.x, spec.y),
+                      fmt::format("all {}x{} pixels", spec.full_width, spec.full_height));
   if (std::max(spec.width, spec.height) > longest_side)
     throw usage_error("the picture is too large", where, size, fmt::format("sides of at most {} pixels", longest_side));
   // Each factor is below 2^31 and the first product is checked before the second is formed: no overflow.
@@ -145,7 +152,7 @@ Decoded decode(const std::filesystem::path& path) {
   wish["oiio:UnassociatedAlpha"] = 1;  // colours as stored, not multiplied by alpha
   if (!input->open(where, spec, wish))
     throw usage_error(fmt::format("is no valid {}: {}", format.name, failure_of(*input, false)), where);
-  check_header(spec, bytes.size(), where);
+  check_header(spec, format, bytes.size(), where);
 
   std::vector<float> interleaved(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);
   const bool read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, interleaved.data());

@@ -63,10 +63,11 @@ Entry parse_entry(const std::string& name, const Json& json, std::uint64_t data_
   if (entry.begin > entry.end || entry.end > data_bytes)
     throw usage_error("data_offsets lie outside the file", where, brief(offsets),
                       fmt::format("a range in 0 to {}", data_bytes));
+  const bool empty = std::any_of(shape.begin(), shape.end(), [](const Json& size) { return size == 0; });
   for (const Json& dimension : shape) {
     const std::uint64_t size = whole(dimension, "shape", where);
     // Refused before the product can overflow; a shape with a zero may be as large as it likes elsewhere.
-    if (size != 0 && entry.count > data_bytes / size)
+    if (!empty && size != 0 && entry.count > data_bytes / size)
       throw usage_error("the shape is larger than the file", where, brief(shape));
     entry.count *= size;
     entry.shape.push_back(static_cast<long>(size));

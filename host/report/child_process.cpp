@@ -50,7 +50,10 @@ int end_of(pid_t child, const std::function<bool()>& goes_on) {
   int status = 0;
   for (pid_t ended = 0; ended != child;) {
     ended = ::waitpid(child, &status, goes_on ? WNOHANG : 0);
-    if (ended != 0) continue;  // over, or errno == EINTR
+    if (ended < 0 && errno != EINTR)  // its end went to nobody: a parent of ours ignores SIGCHLD
+      throw Error(ErrorKind::Failed, std::string("how it ended is not known: ") + std::strerror(errno),
+                  "a child process");
+    if (ended != 0) continue;
     if (!goes_on()) ::kill(child, SIGKILL);
     std::this_thread::sleep_for(kPoll);
   }

@@ -8,8 +8,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <regex>
+#include <thread>
 #include <utility>
 
 #include "host/io/files.hpp"
@@ -29,6 +31,7 @@ bool is_file_at(int file, const fs::path& path) {
 /// Nobody who may write there can be kept out by one who may not.
 bool may_not_write(int reason) { return reason == EACCES || reason == EPERM || reason == EROFS; }
 
+constexpr int kLeavingTries = 20;            // a reader that leaves holds the file alone for a moment
 constexpr std::size_t kLongestHolder = 300;  // bytes; a host's name has 255 at most
 
 /// This process, as others are told of it.
@@ -55,7 +58,7 @@ FileLock::FileLock(const fs::path& path, LockKind kind, const fs::path& guarded)
 void FileLock::take(LockKind kind, const fs::path& guarded) {
   // A writer leaves its name; and NFS locks a file for one alone only where it is open for writing.
   const int access = kind == LockKind::Write ? O_RDWR : O_RDONLY;
-  for (;;) {
+  for (int tries = 1;; ++tries) {
     file_ = ::open(path_.c_str(), access | O_CREAT | O_CLOEXEC, 0666);
     if (file_ < 0 && kind == LockKind::Read && may_not_write(errno)) return;
     if (file_ < 0) throw usage_error(std::string("cannot be locked: ") + std::strerror(errno), path_.string());
@@ -63,6 +66,10 @@ void FileLock::take(LockKind kind, const fs::path& guarded) {
       const int reason = errno;
       const std::string holder = reason == EWOULDBLOCK ? holder_of(file_) : "";
       ::close(file_);
+      if (reason == EWOULDBLOCK && kind == LockKind::Read && tries < kLeavingTries) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        continue;
+      }
       if (reason != EWOULDBLOCK)
         throw Error(ErrorKind::Failed, std::string("cannot be locked: ") + std::strerror(reason), path_.string());
       throw AtWork(ErrorKind::Usage, "another process is at work here", guarded.string(), holder);

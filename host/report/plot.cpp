@@ -14,7 +14,7 @@ namespace {
 
 // Told apart by people with any kind of colour vision: Okabe and Ito, "Color Universal Design", 2008.
 constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"};
-constexpr const char* kInk = "#5b6066";  // html.cpp lets these two follow the page's colours
+constexpr const char* kInk = "#5b6066";  // html_page.cpp lets these two follow the page's colours
 constexpr const char* kGrid = "#d9dadc";
 constexpr double kLeastOfBar = 1e-3;  // of its value, where a bar on a log axis would reach below zero
 

@@ -53,7 +53,7 @@ StagedFolder::StagedFolder(const fs::path& target, Replacing replacing)
   if (is_mount_point(target_))
     throw usage_error("is a mount point, which cannot be replaced as a whole", target_.string(), {}, "a folder in it");
   check_inputs();
-  make_directories(parent);
+  above_.emplace(parent);
   lock_.emplace(target_, LockKind::Write);
   const std::string name = "." + target_.filename().string();
   staging_ = parent / (name + ".partial");

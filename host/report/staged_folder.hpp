@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/report/file_lock.hpp"
+#include "host/report/new_folders.hpp"
 
 namespace clerestory {
 
@@ -39,6 +40,7 @@ class StagedFolder {
   std::filesystem::path target_, staging_;
   Replacing replacing_;
   std::vector<std::string> given_up_;  // what was said to go
+  std::optional<NewFolders> above_;
   std::optional<FolderLock> lock_;
   bool committed_ = false;
 };

@@ -113,7 +113,11 @@ fs::path tuning_file() {
 }
 
 std::vector<Tuning> read_tunings(const fs::path& file) {
-  if (file.empty() || !fs::exists(file)) return {};
+  std::error_code unreadable;  // a home that this user may not enter
+  if (file.empty() || !fs::exists(file, unreadable)) {
+    if (unreadable) throw usage_error(unreadable.message(), file.string());
+    return {};
+  }
   const nlohmann::json json = parse_json_object(read_file(file, largest_file), file.string());
   std::vector<Tuning> tunings;
   try {

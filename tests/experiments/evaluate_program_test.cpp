@@ -145,6 +145,9 @@ TEST_F(EvaluateProgram, OptionsThatContradictEachOtherAreRefused) {
   expect_refused({"run", "--data", data, "--protocol", "zhu"}, "RUN: does not go with --protocol");
   expect_refused({"run", "--data", data, "--weights", "w"}, "RUN: does not go with --weights");
   expect_refused({"run", "--data", data, "--method", "zhu"}, "RUN: does not go with --method");
+  expect_refused({"run", "--data", data, "--frames", data}, "RUN: does not go with --frames");
+  expect_refused({"run", "--data", data, "--mean-data", data}, "RUN: does not go with --mean-data");
+  expect_refused({"run", "--data", data, "--split", "val"}, "RUN: does not go with --split");
   expect_refused({"--data", data, "--method", "zhu", "--weights", "w"}, "--weights: does not go with --method");
   expect_refused({"--data", data, "--maps", given, "--albedo", "srgb", "--method", "zhu"},
                  "--method: does not go with --maps");

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
@@ -68,6 +69,30 @@ TEST_F(GenerateProgram, KilledEndsInTheSameBits) {
   Program last = start("broken");
   ASSERT_EQ(last.wait(), 0) << said("broken");
   expect_whole("broken");
+}
+
+TEST_F(GenerateProgram, AListThatWasChangedIsNotWrittenAnew) {
+  const std::vector<std::string> fewer{"--views", "1", "--no-light", "--split", "train"};
+  const auto ends = [&](std::vector<std::string> more, int code, const std::string& because) {
+    std::vector<std::string> line{"generate", "--size", "20x16", "--spp", "1", "--box-rooms", "--out", folder / "own"};
+    line.insert(line.end(), fewer.begin(), fewer.end()), line.insert(line.end(), more.begin(), more.end());
+    EXPECT_EQ(Program(line, folder / "own.txt").wait(), code) << said("own");
+    EXPECT_NE(said("own").find(because), std::string::npos) << said("own");
+  };
+  ends({"--rooms", "3"}, 0, "");
+  ends({"--rooms", "2"}, 0, "");  // the same for fewer, and for more
+  ends({"--rooms", "4"}, 0, "");
+  const std::string list = folder / "own/train.txt";
+  const std::string whole = text_of(list), cut = whole.substr(whole.find('\n') + 1);
+  std::ofstream(list) << cut;
+  ends({"--rooms", "5"}, 2, "train.txt:1: the list was changed");
+  EXPECT_EQ(text_of(list), cut);
+  std::ofstream(list) << whole;
+  std::ofstream(folder / "own/val.txt") << whole;
+  ends({"--rooms", "5"}, 2, "val.txt:1: the list was changed");
+  EXPECT_EQ(text_of(folder / "own/val.txt"), whole);
+  ends({"--rooms", "5", "--shard", "0/2", "--sheet", folder / "sheet.png"}, 2, "--sheet: does not go with --shard");
+  ends({"--rooms", "5", "--probes", "2"}, 2, "--probes: does not go with --no-light");
 }
 
 // Two of PoCL's, which share the cores: a program each, at the same time, into one folder.

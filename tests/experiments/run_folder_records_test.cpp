@@ -156,6 +156,20 @@ TEST_F(RunFolder, AnErrorIsAskedForAndRecorded) {
   EXPECT_THAT(text_of(out / "report.html"), HasSubstr("root relMSE"));
 }
 
+TEST_F(RunFolder, AsManySamplesAreRecordedAsWereTaken) {
+  Words words = inserted();
+  words.back() = "70";  // four passes
+  ASSERT_EQ(start(words), 0) << said();
+  EXPECT_EQ(record(run() / "insert.json")["figures"]["samples a pixel"], 72);
+  words = taken_apart(photo(), folder_ / "grid");
+  const auto spp = std::ranges::find(words, std::string("--spp"));
+  words.erase(spp, spp + 2);
+  words.insert(words.end(), {"--sampler", "grid8x16"});
+  ASSERT_EQ(start(words), 0) << said();
+  EXPECT_EQ(record(folder_ / "grid/provenance.json")["figures"]["samples a pixel"], 128);
+  EXPECT_EQ(record(folder_ / "grid/render.json")["rounds"][0]["spp"], 128);
+}
+
 TEST_F(RunFolder, AnErrorIsAskedForOfThePixelsUnderAMask) {
   const fs::path out = folder_ / "new", file = folder_ / "half.png", other = folder_ / "other.png";
   const Image picture = read_image(photo());

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "experiments/applications/run_folder.hpp"
 #include "tests/experiments/run_folder.hpp"
 
 namespace clerestory {
@@ -67,6 +68,11 @@ TEST_F(RunFolder, MistakesAreFoundBeforeTheWork) {
   refused(objects({"--at", "32,40", "--radius", "-1"}), "not a length");
   refused(objects({"--at", "32,40", "--radius", "99"}), "larger than the room");
   refused(objects({"--at-point", "0,0,1", "--radius", "0.1"}), "behind the camera");
+  refused(objects({"--at", "32,40", "--radius", "0.1", "--size", "0.2"}), "--size: is of a mesh");
+  Scene flat = read_run(run());  // nothing is known of where a ball would stand on
+  std::ranges::fill(flat.normal.data, 0.0f);
+  write_exr(run() / "normal.exr", flat.normal, ExrType::Float);
+  refused(objects({"--at", "32,40", "--radius", "0.1"}), "nothing is known of the normal there");
   refused(objects({"--at", "32,40", "--radius", "0.1", "--spp", "1"}), "two samples");
   const auto photographed = [&](const Words& words) {
     Words all{"invert", photo(), "--out", folder_ / "out"};
@@ -76,6 +82,11 @@ TEST_F(RunFolder, MistakesAreFoundBeforeTheWork) {
   refused(photographed({"--known", "99,5,2"}),
           "--known: the point lies outside of the picture (found 99,5, expected 0..63,0..47)");
   refused(photographed({"--known", "5,5,-2"}), "not a distance");
+  refused(photographed({"--known", "5,5,2", "--gbuffer", view_}), "--known: the depth is given");
+  refused(photographed({"--depth-scale", "2", "--only", "normal"}), "--depth-scale: --only leaves out the depth");
+  refused(photographed({"--spp", "4294967298"}), "--spp: out of range");
+  refused(photographed({"--spp", "64", "--sampler", "grid8x16"}), "a grid of 8x16 directions has its number");
+  refused(photographed({"--seed", "4294967296"}), "--seed: out of range");
   refused(photographed({"--light-weights", folder_ / "no weights"}), "this folder has no weights of the light");
   refused(photographed({"--light-weights", folder_ / "nothere"}), "there is no such file or folder");
   refused({"invert", photo(), "--out", photo()}, "a file stands where a folder should be");

@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "host/io/image.hpp"
+#include "host/report/file_lock.hpp"
 #include "tests/experiments/program.hpp"
 
 namespace clerestory {
@@ -161,6 +164,24 @@ TEST_F(RunFolder, WeightsInsideAreNotReplacedByAnEdit) {
 TEST_F(RunFolder, NothingStaysOfAFolderForResultsThatNeverCame) {
   expect_refused(inserted({"--at", "640,0", "--radius", "0.1", "--out", folder_ / "new"}), "outside of the picture");
   EXPECT_FALSE(fs::exists(folder_ / "new"));
+  expect_refused(inserted({"--at", "640,0", "--radius", "0.1", "--out", folder_ / "new/a/b"}),
+                 "outside of the picture");
+  EXPECT_FALSE(fs::exists(folder_ / "new"));
+}
+
+TEST_F(RunFolder, TwoInsertionsIntoOneFolderAreKeptApart) {
+  const fs::path out = folder_ / "out";
+  fs::create_directory(out);
+  {
+    const FileLock other(out / ".insert.lock");
+    expect_refused(inserted({"--out", out}), "another process is at work");
+    ASSERT_EQ(start(lit({"--out", out / "light.exr"})), 0) << said() << " writes other files";
+  }
+  ASSERT_EQ(start(inserted({"--out", out})), 0) << said();
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(out)) names.insert(entry.path().filename());
+  EXPECT_EQ(names, (std::set<std::string>{"composite.exr", "composite.png", "insert.json", "light.exr", "light.json",
+                                          "light.png"}));
 }
 
 }  // namespace

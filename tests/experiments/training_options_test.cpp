@@ -166,13 +166,15 @@ History history() {
 }
 
 TEST(HistoryTest, SurvivesItsText) {
-  const History h = history();
+  History h = history();
+  HistoryPoint& diverged = h.legs[0].curve[0];
+  diverged.score = diverged.scale_error = std::numeric_limits<double>::quiet_NaN();
   const std::string text = history_json(h);
   const History back = history_from_json(text, "test");
   EXPECT_EQ(history_json(back), text);
   EXPECT_DOUBLE_EQ(back.hours(), 3);
   EXPECT_EQ(back.views_seen(), 1600);
-  EXPECT_TRUE(std::isnan(back.legs[0].curve[0].errors[4]));
+  EXPECT_TRUE(std::isnan(back.legs[0].curve[0].errors[4]) && std::isnan(back.legs[0].curve[0].score));
   EXPECT_THROW(history_from_json("{", "test"), Error);
   EXPECT_THROW(history_from_json(R"([{"experiment":"e"}])", "test"), Error);
 }

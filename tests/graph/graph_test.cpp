@@ -68,6 +68,37 @@ TEST(Compile, EveryPassLeavesValuesAsTheyAre) {
   }
 }
 
+// A slice that begins where its whole does is read as often as the whole has channels.
+TEST(Compile, NothingIsWrittenOverWhatASmallerViewStillReads) {
+  Graph g;
+  const Value x = g.input("x", {1, 3, 4, 5});
+  const Value whole = scale(x, 2), product = multiply(whole, slice(whole, 0, 1));
+  const std::map<std::string, Tensor> feeds{{"x", random_tensor(x.shape(), 1)}};
+  const auto plain = evaluate(g, {product}, device(), feeds, {.alias = false});
+  for (const PlanOptions& options : all_passes())
+    EXPECT_EQ(evaluate(g, {product}, device(), feeds, options)[0].real, plain[0].real);
+}
+
+TEST(Compile, RefusesTensorsWithoutElementsOrOfTooMany) {
+  Graph g;
+  const auto of = [&](const Shape& shape) { return message_of<Error>([&] { g.input(shape.text(), shape); }); };
+  EXPECT_NE(of({1, 0, 4, 4}).find("without elements"), std::string::npos);
+  EXPECT_NE(of({1, 3, 32768, 32768}).find("2^31"), std::string::npos);
+}
+
+TEST(Executor, FeedsNothingIntoWhatAnInputIsBoundTo) {
+  Graph first, second;
+  const Value y = scale(first.input("x", {1, 1, 2, 2}), 2), z = scale(second.input("y", {1, 1, 2, 2}), 3);
+  Executor run(compile(first, {y}, device())), reader(compile(second, {z}, device()));
+  run.feed("x", Tensor({1, 1, 2, 2}, 1));
+  run.run();
+  reader.bind("y", run.view(y));
+  reader.feed("y", Tensor({1, 1, 2, 2}, 5));
+  reader.run();
+  EXPECT_EQ(reader.fetch(z).real, std::vector<double>(4, 15));
+  EXPECT_EQ(run.fetch(y).real, std::vector<double>(4, 2));
+}
+
 TEST(Compile, AChainOfConcatenationsSharesOnePieceOfMemory) {
   Graph g;
   const Value x = relu(g.input("x", {1, 4, 8, 8}));
@@ -261,6 +292,39 @@ TEST(MapChunks, CoversEveryPixelOnceWhateverTheChunk) {
       EXPECT_NEAR(values[1].real[0], passes * total, 2 * 210 * passes * kDoubleRounding * size);  // 210 terms, twice
     }
   }
+}
+
+TEST(MapChunks, TotalsGoToAPartOfSomethingLarger) {
+  const Tensor input = random_tensor({2, 6, 2, 5}, 3);
+  Graph g;
+  const Value x = g.input("x", input.shape), t = scale(x, 2);
+  const std::vector<Value> halves{slice(t, 0, 3), slice(t, 3, 3)};
+  const Value y = map_chunks(g, {2, 2, 5, 1, 4, 1}, halves, [](Graph&, std::span<const Value> in) {
+    const Value a = take_pixels(in[0], 4), b = take_pixels(in[1], 4);
+    return std::vector<ChunkOutput>{{multiply(a, multiply(b, b)), false}};
+  })[0];
+  const Value dx = gradient(sum(y), std::span(&x, 1))[0];
+  const auto values = evaluate(g, {dx}, device(), {{"x", input}}, {.precision = Precision::Double});
+  for (int n = 0; n < 2; ++n)
+    for (int c = 0; c < 3; ++c)
+      for (int p = 0; p < 10; ++p) {
+        const double a = 2 * input.at(n, c, p / 5, p % 5), b = 2 * input.at(n, c + 3, p / 5, p % 5);
+        EXPECT_NEAR(values[0].at(n, c, p / 5, p % 5), 2 * b * b, 16 * kDoubleRounding * 8);
+        EXPECT_NEAR(values[0].at(n, c + 3, p / 5, p % 5), 4 * a * b, 16 * kDoubleRounding * 8);
+      }
+}
+
+TEST(MapChunks, ABodyRegroupsAPartOfOneItem) {
+  const Tensor input = random_tensor({1, 6, 2, 2}, 3);
+  Graph g;
+  const Value x = g.input("x", input.shape), part = slice(scale(x, 2), 0, 3);
+  const Value y = map_chunks(g, {1, 2, 2, 1, 4, 1}, std::span(&part, 1), [](Graph&, std::span<const Value> in) {
+    return std::vector<ChunkOutput>{{sum(reshape(in[0], {3, 1, 2, 2})), true}};
+  })[0];
+  const auto values = evaluate(g, {y}, device(), {{"x", input}}, {.precision = Precision::Double});
+  double total = 0;
+  for (int i = 0; i < 12; ++i) total += 2 * input.real[static_cast<std::size_t>(i)];
+  EXPECT_NEAR(values[0].real[0], total, 12 * 24 * kDoubleRounding);
 }
 
 TEST(MapChunks, SaysHowManyAreDone) {

@@ -77,6 +77,14 @@ TEST_F(Files, RemovesWhatAKilledWriterLeft) {
   EXPECT_EQ(entries(), 3u);
 }
 
+// In a container a program has one number in every run.
+TEST_F(Files, WhatAKilledWriterOfOurOwnNumberLeftIsNotInTheWay) {
+  for (int counter = 0; counter < 1000; ++counter) put(fmt::format(".f.{}-{}.tmp", ::getpid(), counter), "half of");
+  write_file(folder / "f", "whole");
+  EXPECT_EQ(read_file(folder / "f"), "whole");
+  EXPECT_EQ(entries(), 1u);
+}
+
 TEST_F(Files, KeepsTheOldFileUntilCommit) {
   write_file(folder / "f", "old");
   {

@@ -269,6 +269,13 @@ TEST_F(Images, OrientationOfEveryPixel) {
   }
 }
 
+TEST_F(Images, APartOfAPictureIsRefused) {
+  OIIO::ImageSpec part(2, 2, 3, OIIO::TypeFloat);
+  part.x = 1, part.y = 1, part.full_width = 4, part.full_height = 3;
+  expect_error([&] { read_photo(foreign("part.exr", part, std::vector<float>(12, 0.5f))); },
+               {"part.exr", "display window", "2x2", "4x3"});
+}
+
 TEST_F(Images, MapsByChannelCount) {
   OIIO::ImageSpec odd(2, 2, 1, OIIO::TypeFloat);
   odd.channelnames = {"distance.whatever"};

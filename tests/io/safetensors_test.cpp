@@ -155,6 +155,14 @@ TEST_F(Safetensors, ReadsOtherTypes) {
   EXPECT_EQ(file.get("d", "f").floats(), std::vector<float>{0.5f});
 }
 
+TEST_F(Safetensors, ATensorWithoutElementsMayHaveLongSides) {
+  for (const char* shape : {"[1000,0]", "[0,1000]"}) {
+    const std::string header = R"({"e":{"dtype":"F32","shape":)" + std::string(shape) +
+                               R"(,"data_offsets":[0,0]},"x":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})";
+    EXPECT_TRUE(read_safetensors(file_of(header, std::string(8, '\0'))).get("e", "f").floats().empty()) << shape;
+  }
+}
+
 TEST_F(Safetensors, EveryRuleOfTheHeader) {
   const std::string eight(8, '\0'), at = "f.safetensors";
   expect_refused("[]", "", {at, "an object"});

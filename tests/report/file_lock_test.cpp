@@ -3,7 +3,10 @@
 #include <fcntl.h>
 #include <sys/file.h>
 
+#include <atomic>
 #include <optional>
+#include <thread>
+#include <vector>
 
 #include "host/error.hpp"
 #include "tests/report/temporary_folder.hpp"
@@ -36,6 +39,22 @@ TEST_F(FileLockTest, ManyReadersOrOneWriter) {
     EXPECT_FALSE(can(LockKind::Write));
   }
   EXPECT_TRUE(names_in(folder_).empty());
+}
+
+// Who leaves holds the file alone for a moment, to remove it.
+TEST_F(FileLockTest, ReadersThatComeAndGoDoNotKeepEachOtherOut) {
+  std::atomic<int> refused = 0;
+  std::vector<std::thread> readers;
+  for (int t = 0; t < 3; ++t)
+    readers.emplace_back([&] {
+      for (int i = 0; i < 2000; ++i) try {
+          const FileLock reader(path(), LockKind::Read);
+        } catch (const AtWork&) {
+          ++refused;
+        }
+    });
+  for (std::thread& reader : readers) reader.join();
+  EXPECT_EQ(refused, 0);
 }
 
 TEST_F(FileLockTest, TheLastHolderRemovesTheFile) {

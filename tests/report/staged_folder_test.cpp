@@ -42,6 +42,8 @@ TEST_F(StagedFolderTest, WithoutCommitNothingIsLeft) {
     put(staged / "provenance.json", "{}");
   }
   EXPECT_TRUE(names_in(folder_).empty());
+  { StagedFolder staged(folder_ / "new/a/office"); }
+  EXPECT_TRUE(names_in(folder_).empty()) << "nor of the folders above it that were made";
 }
 
 TEST_F(StagedFolderTest, ReplacesItsOwnKindOnly) {

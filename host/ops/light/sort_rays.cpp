@@ -46,7 +46,7 @@ struct SortRaysOp : NotDifferentiable {
       return view;
     };
     int passes = 1;
-    while (keys() >> (kDigitBits * passes) > 0) ++passes;
+    while (static_cast<std::int64_t>(keys()) >> (kDigitBits * passes) > 0) ++passes;
     TensorView key = part(0, rays), other_key = part(1, rays), order = part(2, rays), other_order = l.out(0);
     const TensorView counts = part(3, kDigits * count);
     if (passes % 2 == 0) std::swap(order, other_order);  // the last pass writes the output

@@ -54,6 +54,8 @@ struct MaxPoolOp : Op {  // x -> y, which
   std::string name() const override { return "max_pool"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape& s = in[0].shape();
+    if (spec.window < 1 || spec.window > 3)  // what the kernel holds in registers
+      throw Error(ErrorKind::Failed, "no such window", "max_pool", std::to_string(spec.window), "1 to 3");
     if (s.h + 2 * spec.pad < spec.window || s.w + 2 * spec.pad < spec.window)
       throw Error(ErrorKind::Failed, "smaller than the window", "max_pool", s.text());
     const auto pooled = [&](int n) { return (n + 2 * spec.pad - spec.window) / 2 + 1; };
