@@ -160,13 +160,13 @@ TEST_F(RunFolder, AsManySamplesAreRecordedAsWereTaken) {
   Words words = inserted();
   words.back() = "70";  // four passes
   ASSERT_EQ(start(words), 0) << said();
-  EXPECT_EQ(record(run() / "insert.json")["figures"]["samples a pixel"], 72);
+  EXPECT_EQ(record(run() / "insert.json")["facts"]["samples"], "72 a pixel, guided, sobol");
   words = taken_apart(photo(), folder_ / "grid");
   const auto spp = std::ranges::find(words, std::string("--spp"));
   words.erase(spp, spp + 2);
   words.insert(words.end(), {"--sampler", "grid8x16"});
   ASSERT_EQ(start(words), 0) << said();
-  EXPECT_EQ(record(folder_ / "grid/provenance.json")["figures"]["samples a pixel"], 128);
+  EXPECT_EQ(record(folder_ / "grid/provenance.json")["facts"]["samples"], "128 a pixel, grid8x16, sobol");
   EXPECT_EQ(record(folder_ / "grid/render.json")["rounds"][0]["spp"], 128);
 }
 
