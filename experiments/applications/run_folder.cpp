@@ -147,9 +147,10 @@ ResultFiles::ResultFiles(const fs::path& run, const fs::path& record, const std:
     : folder_(record.has_parent_path() ? record.parent_path() : "."),
       record_(record),
       staging_(folder_ / ("." + record.stem().string() + ".partial")),
-      results_(results),
-      made_((require_run(run), folder_)) {
+      results_(results) {
+  require_run(run);
   locks_ = lock_both(run, folder_);
+  made_.emplace(folder_);
   lock_.emplace(folder_ / ("." + record.stem().string() + ".lock"), LockKind::Write, folder_);
   std::vector<fs::path> files = results, records = others;
   files.push_back(record), records.push_back(record);

@@ -66,7 +66,7 @@ class ResultFiles {
  private:
   std::filesystem::path folder_, record_, staging_;
   std::vector<std::filesystem::path> results_;
-  NewFolders made_;
+  std::optional<NewFolders> made_;
   std::vector<FolderLock> locks_;
   std::optional<FileLock> lock_;  // of these results, wherever they lie
 };
