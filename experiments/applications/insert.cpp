@@ -28,9 +28,6 @@ namespace fs = std::filesystem;
 Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
   if (object.at) {
     const auto [point, normal] = surface_at(scene, *object.at);
-    if (!(glm::length(normal) > 0))
-      throw usage_error("nothing is known of the normal there", "--at",
-                        fmt::format("{},{}", (*object.at)[0], (*object.at)[1]), "a pixel with a normal");
     return point + lift * normal;
   }
   const Vec3 point((*object.at_point)[0], (*object.at_point)[1], (*object.at_point)[2]);
@@ -46,11 +43,13 @@ void check_length(double length, const std::string& option, double room) {
                       fmt::format("at most {:.2f} m", room));
 }
 
-/// The mesh with its own y along world y, facing the viewer, standing on `foot`, longest side `size`.
-Mesh stand(Mesh mesh, const Camera& camera, const Vec3& foot, double size) {
+/// The mesh of a file with its own y along world y, facing the viewer, standing on `foot`, longest side `size`.
+Mesh stand(const fs::path& file, const Camera& camera, const Vec3& foot, double size) {
+  Mesh mesh = read_mesh(file);
   const auto [low, high] = bounds(mesh);
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, static_cast<double>(high[i]) - low[i]);
+  if (!(longest > 0)) throw usage_error("the mesh has no extent", file.string(), "one point", "a body");
   const double scale = size / longest;
   const Vec3 up = camera.direction_to_camera({0, 1, 0});
   Vec3 front = Vec3(0, 0, 1) - up.z * up;  // the viewer's side, level
@@ -194,8 +193,10 @@ std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>
                       fmt::format("0..{},0..{}", scene.width() - 1, scene.height() - 1));
   const double depth = scene.depth.at(0, y, x);
   if (!(depth > 0)) throw usage_error("nothing is known of the depth there", "--at", text, "a pixel with a depth");
-  return {scene.camera.unproject(at[0], at[1], depth),
-          {scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x)}};
+  const Vec3 normal(scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x));
+  if (!(glm::length(normal) > 0))
+    throw usage_error("nothing is known of the normal there", "--at", text, "a pixel with a normal");
+  return {scene.camera.unproject(at[0], at[1], depth), normal};
 }
 
 std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<InsertedObject>& objects) {
@@ -211,10 +212,7 @@ std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<Inse
                         static_cast<int>(i)});
     } else {
       check_length(*o.size, "--size", room);
-      Mesh mesh = read_mesh(o.mesh);
-      const auto [low, high] = bounds(mesh);
-      if (low == high) throw usage_error("the mesh has no extent", o.mesh.string(), "one point", "a body");
-      placed.push_back({stand(std::move(mesh), scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
+      placed.push_back({stand(o.mesh, scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
     }
   }
   return placed;

@@ -40,7 +40,7 @@ struct InsertOptions {
 void insert(const InsertOptions& options);
 
 /// Surface under a pixel: point and normal in camera space. Throws usage_error naming --at: outside of the picture,
-/// no depth.
+/// no depth, no normal.
 std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at);
 
 /// Meshes in camera space. Throws usage_error: a pixel outside or without depth, a point behind the camera, an object

@@ -57,9 +57,6 @@ AskedPlace asked_place(const Scene& scene, const LightOptions& options) {
   AskedPlace place;
   if (options.at) {
     const auto [point, normal] = surface_at(scene, *options.at);
-    if (!(glm::length(normal) > 0))
-      throw usage_error("nothing is known of the normal there", "--at",
-                        fmt::format("{},{}", (*options.at)[0], (*options.at)[1]), "a pixel with a normal");
     place.point = point + kAboveSurface * glm::normalize(normal);
     place.skip =
         static_cast<int>(std::floor((*options.at)[1])) * scene.width() + static_cast<int>(std::floor((*options.at)[0]));

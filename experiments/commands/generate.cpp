@@ -124,23 +124,23 @@ void add_layout(const fs::path& rooms, const std::string& layout) {
   say(fmt::format("{}: written", (rooms / layout).string()));
 }
 
+void refuse(const char* option, const char* beside, bool given) {
+  if (given) throw usage_error(fmt::format("does not go with {}", beside), option);
+}
+
 /// A layout is of the rooms of a whole folder.
 void check_layout(const Options& options) {
   if (options.layout.empty()) return;
-  const auto refuse = [](bool given, const char* option) {
-    if (given) throw usage_error("does not go with --layout, which is of all rooms of a folder", option);
-  };
-  refuse(options.generate.rooms.shards > 1, "--shard"), refuse(!options.manifest.empty(), "--manifest");
-  refuse(!options.write_rooms.empty(), "--write-rooms");
+  const char* layout = "--layout, which is of all rooms of a folder";
+  refuse("--shard", layout, options.generate.rooms.shards > 1);
+  refuse("--manifest", layout, !options.manifest.empty());
+  refuse("--write-rooms", layout, !options.write_rooms.empty());
   check_layout_is_new(options.generate.out, options.layout);
 }
 
 /// What is of a whole folder does not go with a part of its rooms, and what a file fixes not with another word on it.
 void check_together(const Options& options, const CommonOptions& common) {
   const GenerateOptions& o = options.generate;
-  const auto refuse = [&](const char* option, const char* beside, bool given) {
-    if (given) throw usage_error(fmt::format("does not go with {}", beside), option);
-  };
   const bool part = o.rooms.shards > 1, list = !options.list.empty(), from = !o.rooms.from.empty();
   const bool described = !options.write_rooms.empty();
   refuse("--sheet", "--shard: it shows all rooms of a folder", part && !options.sheet.empty());

@@ -3,8 +3,6 @@
 #include <CL/cl.h>
 
 #include <algorithm>
-#include <memory>
-#include <utility>
 
 #include "host/cl/platforms.hpp"
 
@@ -31,22 +29,22 @@ void Profiler::collect() {
   if (pending_.empty()) return;
   check(clWaitForEvents(1, &pending_.back().second), "clWaitForEvents",
         *pending_.back().first);  // the queue is in order
-  const auto done = std::exchange(pending_, {});
-  const auto release = [](const auto* events) {
-    for (const auto& [name, event] : *events) clReleaseEvent(event);
-  };
-  const std::unique_ptr<const decltype(pending_), decltype(release)> released(&done, release);  // whatever comes
-  for (const auto& [name, event] : done) {
+  std::vector<double> seconds;    // of all, or of none: a device may fail to say
+  for (const auto& [name, event] : pending_) {
     cl_ulong start = 0, end = 0;
     check(clGetEventProfilingInfo(event, CL_PROFILING_COMMAND_START, sizeof start, &start, nullptr),
           "clGetEventProfilingInfo", *name);
     check(clGetEventProfilingInfo(event, CL_PROFILING_COMMAND_END, sizeof end, &end, nullptr),
           "clGetEventProfilingInfo", *name);
-    KernelProfile& sum = sums_[*name];
-    sum.kernel = *name;
-    ++sum.launches;
-    sum.seconds += static_cast<double>(end - start) * 1e-9;
+    seconds.push_back(static_cast<double>(end - start) * 1e-9);
   }
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    const std::string& name = *pending_[i].first;
+    KernelProfile& sum = sums_[name];
+    sum.kernel = name, ++sum.launches, sum.seconds += seconds[i];
+    clReleaseEvent(pending_[i].second);
+  }
+  pending_.clear();
 }
 
 std::vector<KernelProfile> Profiler::profile() {

@@ -54,7 +54,7 @@ void Executor::allocate_input(std::size_t index) {
   const std::size_t element = s.type == Type::Int ? 4 : real_size(plan_.options.precision);
   const std::size_t bytes = static_cast<std::size_t>(s.shape.count()) * element;
   inputs_[index] = {plan_.device.allocate(bytes), 0, static_cast<int>(s.shape.item()), s.shape, s.type};
-  fed_bytes_ += bytes;
+  fed_bytes_ += bytes, owns_[index] = true;
 }
 
 void Executor::feed(const std::string& input, const Tensor& tensor) {
@@ -63,7 +63,7 @@ void Executor::feed(const std::string& input, const Tensor& tensor) {
     const Signature& s = plan_.input_nodes[i]->outputs[0];
     if (!(tensor.shape == s.shape))
       throw Error(ErrorKind::Failed, "an input has another shape", input, tensor.shape.text(), s.shape.text());
-    if (!owns_[i]) allocate_input(i), owns_[i] = true;  // never into what it was bound to
+    if (!owns_[i]) allocate_input(i);  // never into what it was bound to
     upload(plan_.device, inputs_[i], tensor, plan_.options.precision);
     return;
   }
