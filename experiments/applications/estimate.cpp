@@ -24,7 +24,7 @@ double maps_flops(Device& device, const std::string& preset, const Size& size, c
   if (request.normal) outputs.push_back(maps.normal);
   if (request.depth) outputs.insert(outputs.end(), {maps.depth, maps.log_scale});
   if (request.material) outputs.push_back(maps.material);
-  return flops_of(compile(graph, outputs, device));
+  return 2 * flops_of(compile(graph, outputs, device));  // the photograph, and its mirror image
 }
 
 double encoders_flops(Device& device, const LightSizes& sizes, const Size& size) {

@@ -14,7 +14,6 @@
 #include "host/ops/nn/unit_vector.hpp"
 #include "host/ops/tensor/joint_bilateral.hpp"
 #include "host/report/preview.hpp"
-#include "nets/mgnet.hpp"
 #include "nets/scene_maps.hpp"
 
 namespace clerestory {
@@ -53,47 +52,48 @@ Prediction predict_maps(Device& device, const std::filesystem::path& weights, co
   const int longer = std::max(loaded.size.width, loaded.size.height);
   double exposure = 1;
   const Image small = prepare_photo(photo, longer, &exposure);
-  const Image input = net_input(small);
-  const Image exposed = scaled(photo, exposure);
+  MapPredictor net(device, loaded.net, in_precision(loaded.states, precision), 2, request, precision);
+  const MapPrediction said = net.predict({&small}).front();
 
+  Prediction result;
+  result.note = fmt::format("{} ({}), at {}x{}", weights.filename().string(), loaded.preset, small.width, small.height);
+  result.explanation = net.explain(small.width, small.height);
+  if (request.depth) {
+    result.scene_scale = std::exp(said.log_scale);
+    result.off_by = scale_doubt(weights, loaded.metadata);
+  }
   Graph graph;
-  const Value image = graph.input("image", {1, 3, input.height, input.width});
   const Value guide_low = graph.input("guide low", {1, 3, small.height, small.width});
   const Value guide = graph.input("guide", {1, 3, photo.height, photo.width});
-  const Maps maps = mgnet(graph, image, loaded.net, false);
-
   std::vector<Value> outputs;
-  Prediction result;
-  const auto want = [&](bool wanted, const char* name, Value map, const JointBilateral& by = {}) {
+  const auto enlarge = [&](bool wanted, const char* name, const Image& map, const JointBilateral& by = {}) {
     if (!wanted) {
       result.left_out.push_back(std::string("decoder of ") + name);
       return Value{};
     }
-    return outputs.emplace_back(joint_bilateral(map, guide_low, guide, by));
+    const Value input = graph.input(name, {1, map.channels, map.height, map.width});
+    return outputs.emplace_back(joint_bilateral(input, guide_low, guide, by));
   };
-  const Value albedo = want(request.albedo, "albedo", maps.albedo),
-              material = want(request.material, "material", maps.material);
-  const Value depth = want(request.depth, "depth", maps.depth);
-  Value normal = want(request.normal, "normal", maps.normal, enlarges_normals);
+  const MapSet& maps = said.maps;
+  const Value albedo = enlarge(request.albedo, "albedo", maps.albedo),
+              material = enlarge(request.material, "material", maps.material);
+  const Value depth = enlarge(request.depth, "depth", maps.depth);
+  Value normal = enlarge(request.normal, "normal", maps.normal, enlarges_normals);
   if (normal) outputs.back() = normal = unit_vector(normal);
-  if (request.depth) outputs.push_back(maps.log_scale);
 
-  loaded.states->initialise(graph, 0);
-  Executor executor(compile(graph, outputs, device, {.precision = precision}), in_precision(loaded.states, precision));
-  executor.feed("image", tensor_of(input));
-  executor.feed("guide low", guide_of(small)), executor.feed("guide", guide_of(exposed));
+  Executor executor(compile(graph, outputs, device, {.precision = precision}));
+  executor.feed("guide low", guide_of(small)), executor.feed("guide", guide_of(scaled(photo, exposure)));
+  if (albedo) executor.feed("albedo", tensor_of(maps.albedo));
+  if (material) executor.feed("material", tensor_of(maps.material));
+  if (depth) executor.feed("depth", tensor_of(maps.depth));
+  if (normal) executor.feed("normal", tensor_of(maps.normal));
   executor.run();
+  result.explanation += executor.explain();
 
   if (albedo) clamp_unit(result.albedo = fetch_image(executor, albedo));
   if (normal) result.normal = fetch_image(executor, normal);
   if (material) clamp_unit(result.material = with_flag(fetch_image(executor, material)));
-  if (depth) {
-    result.depth = fetch_image(executor, depth);
-    result.scene_scale = std::exp(executor.fetch(maps.log_scale).real[0]);
-    result.off_by = scale_doubt(weights, loaded.metadata);
-  }
-  result.note = fmt::format("{} ({}), at {}x{}", weights.filename().string(), loaded.preset, small.width, small.height);
-  result.explanation = executor.explain();
+  if (depth) result.depth = fetch_image(executor, depth);
   return result;
 }
 

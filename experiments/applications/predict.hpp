@@ -4,17 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "experiments/weights/map_predictor.hpp"
 #include "host/cl/device.hpp"
 #include "host/io/image.hpp"
 #include "host/ops/tensor/joint_bilateral.hpp"
 
 namespace clerestory {
 
-/// Which heads are needed: what nobody asks for is pruned from the plan.
-struct PredictRequest {
-  bool albedo = true, normal = true, depth = true, material = true;
+struct PredictRequest : WantedMaps {
   std::string preset;  // that the weights must have; empty: any
-  bool any() const { return albedo || normal || depth || material; }
 };
 
 struct Prediction {
@@ -24,13 +22,13 @@ struct Prediction {
   double scene_scale = 0;   // metres of the 99th percentile of depth
   std::string off_by;       // how far scene_scale is typically off: on generated rooms, on real photographs
   std::string note;         // weights, preset and size the network ran at
-  std::string explanation;  // of the plan
+  std::string explanation;  // of the plans
   std::vector<std::string> left_out;
 };
 
 /// The photograph enters scaled so that its 95th percentile of luminance is 0.9 and clamped to [0, 1], resized to the
-/// longer side stored with the weights; maps come back to full size by a joint bilateral guided by the photograph.
-/// Throws usage_error naming the weights when they do not fit.
+/// longer side stored with the weights, once as it is and once mirrored; maps come back to full size by a joint
+/// bilateral guided by the photograph. Throws usage_error naming the weights when they do not fit.
 Prediction predict_maps(Device& device, const std::filesystem::path& weights, const Image& photo,
                         const PredictRequest& request, Precision precision = Precision::Single);
 

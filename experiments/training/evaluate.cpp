@@ -4,8 +4,8 @@
 #include <cmath>
 #include <set>
 
-#include "experiments/training/network.hpp"
 #include "experiments/training/validation.hpp"
+#include "experiments/weights/map_predictor.hpp"
 #include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/error.hpp"

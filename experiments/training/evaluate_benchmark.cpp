@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/training/network.hpp"
 #include "experiments/training/validation.hpp"
+#include "experiments/weights/map_predictor.hpp"
 #include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
@@ -63,7 +63,8 @@ Predict predicted_by(const BenchmarkOptions& options, const Benchmark& benchmark
                 {"device", device.info().name}};
   told.conventions = {fmt::format(
       "predicted from the picture at {} pixels of its longer side, averaged by area, linear, scaled so that the 95th "
-      "percentile of luminance is 0.9, clamped to [0, 1]; maps stay at that size until the protocol resizes them",
+      "percentile of luminance is 0.9, clamped to [0, 1], once as it is and once mirrored; maps are the mean of both "
+      "and stay at that size until the protocol resizes them",
       longer)};
   const auto predictor = std::make_shared<MapPredictor>(device, weights.net, weights.states, 1);
   return [predictor, longer, picture = benchmark.picture](std::size_t i) {

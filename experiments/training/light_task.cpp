@@ -12,6 +12,7 @@
 #include "experiments/training/training_views.hpp"
 #include "experiments/training/validation.hpp"
 #include "experiments/weights/light_text.hpp"
+#include "experiments/weights/map_predictor.hpp"
 #include "experiments/weights/shipped.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/math/panorama.hpp"

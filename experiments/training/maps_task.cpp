@@ -8,6 +8,7 @@
 #include "experiments/training/report.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/validation.hpp"
+#include "experiments/weights/map_predictor.hpp"
 #include "experiments/weights/maps_text.hpp"
 #include "host/report/progress.hpp"
 

@@ -1,4 +1,4 @@
-// MGNet as training and evaluation drive it: fed batches, giving losses or maps. The graphs come from nets/.
+// MGNet as training drives it: fed batches, giving losses. The graphs come from nets/.
 #pragma once
 #include <map>
 #include <memory>
@@ -53,25 +53,5 @@ class TrainingNetwork {
 
 /// A line for the log; empty when nothing is frozen.
 std::string frozen_note(const std::vector<std::string>& scopes);
-
-/// What MGNet says about one picture.
-struct MapPrediction {
-  MapSet maps;  // at the size of the picture that was given
-  double log_scale = 0;
-};
-
-/// Runs MGNet on prepared pictures, several at a time, with the states given (running statistics, no update).
-class MapPredictor {
- public:
-  MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<States> states, int batch);
-  ~MapPredictor();
-
-  /// Pictures of one size, exposed but neither clamped nor padded (prepare.hpp).
-  std::vector<MapPrediction> predict(const std::vector<const Image*>& pictures);
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
 
 }  // namespace clerestory

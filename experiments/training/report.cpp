@@ -91,7 +91,7 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
       {"hash (FNV-1a, 64 bit)", fmt::format("{}", fmt::join(hashes, ", "))},
       {"preset", last.preset},
       {"input", fmt::format("{}x{}, linear, 95th percentile of luminance at 0.9{}", last.width, last.height,
-                            light ? "" : ", clamped to [0, 1]")},
+                            light ? "" : ", clamped to [0, 1], once as it is and once mirrored: the mean of both")},
       {"commit", last.commit}};
   if (const LightSizes net = light ? read_light_sizes(files[0]) : LightSizes{}; light && !net.li2020)
     facts.emplace_back("gain out of view",

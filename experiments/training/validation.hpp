@@ -1,7 +1,8 @@
 // The same judgement in training and in `clerestory evaluate`.
 #pragma once
 #include "experiments/evaluation/summary.hpp"
-#include "experiments/training/network.hpp"
+#include "experiments/training/view_store.hpp"
+#include "experiments/weights/map_predictor.hpp"
 
 namespace clerestory {
 
