@@ -1,7 +1,7 @@
 // Sweeps: lists of values in overrides become the Cartesian product of runs.
 #include <algorithm>
 
-#include "host/io/config.hpp"
+#include "host/io/config_values.hpp"
 
 namespace clerestory {
 namespace {
@@ -21,25 +21,9 @@ std::vector<std::string> range_values(const std::string& text, const std::string
   return values;
 }
 
-/// Splits at commas outside brackets and quotes.
 std::vector<std::string> alternatives(const std::string& text, const std::string& where) {
   if (text.starts_with("range(")) return range_values(text, where);
-  std::vector<std::string> values(1);
-  int depth = 0;
-  char quote = 0;
-  for (char c : text) {
-    if (quote) {
-      if (c == quote) quote = 0;
-    } else if (c == '"' || c == '\'') {
-      quote = c;
-    } else {
-      depth += (c == '[') - (c == ']');
-    }
-    if (c == ',' && depth == 0 && !quote)
-      values.emplace_back();
-    else
-      values.back() += c;
-  }
+  std::vector<std::string> values = split_values(text);
   if (values.size() > 1 && std::ranges::find(values, "") != values.end())
     throw usage_error("an empty value between commas", where);
   return values;

@@ -45,20 +45,8 @@ std::vector<std::string> list_items(const std::string& text, const std::string& 
     inside = trimmed(inside.substr(1, inside.size() - 2));
     if (inside.empty()) return {};
   }
-  std::vector<std::string> items;
-  std::string item;
-  char quote = 0;
-  for (char c : inside) {
-    if (c == quote)
-      quote = 0;
-    else if (!quote && (c == '"' || c == '\''))
-      quote = c;
-    if (c == ',' && !quote)
-      items.push_back(trimmed(item)), item.clear();
-    else
-      item += c;
-  }
-  items.push_back(trimmed(item));
+  std::vector<std::string> items = split_values(inside);
+  for (std::string& item : items) item = trimmed(item);
   return items;
 }
 
@@ -107,6 +95,27 @@ template <class... F>
 Overloaded(F...) -> Overloaded<F...>;  // Clang 14 makes none itself
 
 }  // namespace
+
+std::vector<std::string> split_values(const std::string& text) {
+  std::vector<std::string> values(1);
+  int depth = 0;
+  char quote = 0, before = ',';  // the last character that is no blank
+  for (const char c : text) {
+    const bool begins = before == ',' || before == '[';
+    if (c == quote)
+      quote = 0;
+    else if (!quote && begins && (c == '"' || c == '\''))
+      quote = c;
+    else if (!quote)
+      depth += (c == '[') - (c == ']');
+    if (c != ' ' && c != '\t') before = c;
+    if (c == ',' && depth == 0 && !quote)
+      values.emplace_back();
+    else
+      values.back() += c;
+  }
+  return values;
+}
 
 std::string type_words(const ConfigValue& value) {
   static const char* const words[] = {"true or false",    "integer",         "number",       "text",

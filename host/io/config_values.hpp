@@ -17,6 +17,8 @@ std::string toml_text(std::string_view text);
 std::string allowed_words(const Schema::Key& key);
 /// Throws ErrorKind::Usage when `value` breaks bounds or choices of `key`. `name` is the full name, `where` file:line.
 void check_allowed(const Schema::Key& key, const ConfigValue& value, const std::string& name, const std::string& where);
+/// Splits at commas outside of brackets and quotes. A quote begins where a value does: "dad's" holds none.
+std::vector<std::string> split_values(const std::string& text);
 /// Reads `text` (right side of an override) as the key's type; texts need no quotes.
 ConfigValue parse_override_value(const Schema::Key& key, const std::string& name, const std::string& text,
                                  const std::string& where);

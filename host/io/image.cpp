@@ -106,6 +106,13 @@ Image upright(const Image& stored, int orientation) {
   return image;
 }
 
+// OpenImageIO 2.4 exchanges the numbers of Radiance's "+X +Y" and "-X -Y", whose columns are stored one after another.
+int orientation_of(const OIIO::ImageSpec& spec, const Format& format) {
+  const int said = spec.get_int_attribute("Orientation", 1);
+  const bool exchanged = std::string_view(format.plugin) == "hdr" && (said == 6 || said == 8);
+  return exchanged ? 14 - said : said;
+}
+
 // Focal length in pixels of the stored picture; 0 where EXIF does not say. What is said "as of 35 mm film" goes by the
 // diagonal, 43.27 mm of it (CIPA DCG-001); else by millimetres and the sensor's resolution, of the picture as it left
 // the camera, PixelXDimension wide.
@@ -168,7 +175,7 @@ Decoded decode(const std::filesystem::path& path) {
     out.names.push_back(spec.channelnames[keep[c]]);
   }
   out.alpha_dropped = spec.alpha_channel >= 0 && spec.nchannels > 1;
-  const int orientation = spec.get_int_attribute("Orientation", 1);
+  const int orientation = orientation_of(spec, format);
   if (orientation > 1 && orientation <= 8) out.image = upright(out.image, orientation), out.turned = true;
   out.focal = focal_pixels(spec);
   const bool integer = !spec.format.is_floating_point();

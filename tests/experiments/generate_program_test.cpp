@@ -92,6 +92,7 @@ TEST_F(GenerateProgram, AListThatWasChangedIsNotWrittenAnew) {
   ends({"--rooms", "5"}, 2, "val.txt:1: the list was changed");
   EXPECT_EQ(text_of(folder / "own/val.txt"), whole);
   ends({"--rooms", "5", "--shard", "0/2", "--sheet", folder / "sheet.png"}, 2, "--sheet: does not go with --shard");
+  ends({"--write-rooms", folder / "own.rooms"}, 2, "does not go with --write-rooms");
   ends({"--rooms", "5", "--probes", "2"}, 2, "--probes: does not go with --no-light");
 }
 

@@ -298,6 +298,8 @@ TEST(ConfigSweep, CartesianProductInOrder) {
                   {"d=[1,2]", "t='a,b'", "~x", "seed=-1"},
                   {"d=[3]", "t='a,b'", "~x", "seed=-2"},
                   {"d=[3]", "t='a,b'", "~x", "seed=-1"}}));
+  EXPECT_EQ(expand_sweep({"room=dad's,mum's"}), (Runs{{"room=dad's"}, {"room=mum's"}}));
+  EXPECT_EQ(expand_sweep({"d=[ 'a,]', b's],[\"c's\"]"}), (Runs{{"d=[ 'a,]', b's]"}, {"d=[\"c's\"]"}}));
   EXPECT_THROW(expand_sweep({"a=1,,2"}), Error);
   EXPECT_THROW(expand_sweep({"a=range(3,3)"}), Error);
   EXPECT_THROW(expand_sweep({"a=range(0,9999999999)"}), Error);

@@ -4,6 +4,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include "host/io/files.hpp"
@@ -267,6 +268,33 @@ TEST_F(Images, OrientationOfEveryPixel) {
     EXPECT_EQ(image.width, o < 5 ? 3 : 2) << o;
     EXPECT_EQ(image.data, upright[static_cast<std::size_t>(o - 1)]) << o;
   }
+}
+
+// By Radiance's definition: the first axis is that of the scanlines, X grows to the right and Y upwards.
+TEST_F(Images, OrientationOfRadianceFiles) {
+  const int width = 3, height = 2;
+  const auto value = [&](int x, int y) { return 1 << (width * y + x); };  // exact in 8 bits and an exponent
+  for (const bool by_columns : {false, true})
+    for (const bool x_grows : {false, true})
+      for (const bool y_grows : {false, true}) {
+        const std::string x_axis = fmt::format("{}X {}", x_grows ? '+' : '-', width),
+                          y_axis = fmt::format("{}Y {}", y_grows ? '+' : '-', height);
+        const std::string axes = by_columns ? x_axis + " " + y_axis : y_axis + " " + x_axis;
+        const auto path = folder / "o.hdr";
+        std::ofstream out(path, std::ios::binary);
+        out << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" << axes << "\n";
+        for (int i = 0; i < width * height; ++i) {
+          const int along_x = by_columns ? i / height : i % width, along_y = by_columns ? i % height : i / width;
+          const int x = x_grows ? along_x : width - 1 - along_x, y = y_grows ? height - 1 - along_y : along_y;
+          const char mantissa = char(128), exponent = char(129 + width * y + x);  // v = 128 / 256 * 2^(e - 128)
+          out << mantissa << mantissa << mantissa << exponent;
+        }
+        out.close();
+        const Image image = read_image(path);
+        ASSERT_EQ(image.width, width) << axes;
+        for (int y = 0; y < height; ++y)
+          for (int x = 0; x < width; ++x) EXPECT_NEAR(image.at(0, y, x) / value(x, y), 1, 0.01) << axes;
+      }
 }
 
 TEST_F(Images, APartOfAPictureIsRefused) {
