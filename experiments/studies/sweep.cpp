@@ -139,21 +139,29 @@ Cell merged(const std::vector<Cell>& cells) {
   return measure_of(means);
 }
 
-/// Rows of a point's runs put together, in the order in which they first occur.
-std::vector<std::vector<Cell>> merged_rows(const std::vector<const Table*>& tables) {
-  std::vector<RowName> names;
-  std::vector<std::vector<std::vector<Cell>>> cells;  // [row][column][run]
+/// A row of some runs put together.
+struct MergedRow {
+  RowName name;
+  std::vector<std::vector<Cell>> cells;  // [column][run]
+  std::size_t runs = 0;                  // that have it
+};
+
+/// Rows of a point's runs put together. What a run has beyond those before it stands behind the row that it follows
+/// there.
+std::vector<MergedRow> merged_rows(const std::vector<const Table*>& tables) {
+  std::vector<MergedRow> rows;
   for (const Table* table : tables) {
     const std::vector<RowName> own = row_names(*table);
+    auto next = rows.begin();
     for (std::size_t r = 0; r < own.size(); ++r) {
-      auto found = std::ranges::find(names, own[r]);
-      if (found == names.end()) found = names.insert(names.end(), own[r]), cells.emplace_back(table->columns.size());
-      auto& row = cells[static_cast<std::size_t>(found - names.begin())];
-      for (std::size_t c = 0; c < row.size(); ++c) row[c].push_back(table->rows[r][c]);
+      auto found = std::ranges::find(rows, own[r], &MergedRow::name);
+      if (found == rows.end())
+        found = rows.insert(next, {own[r], std::vector<std::vector<Cell>>(table->columns.size())});
+      for (std::size_t c = 0; c < found->cells.size(); ++c) found->cells[c].push_back(table->rows[r][c]);
+      ++found->runs;
+      next = found + 1;
     }
   }
-  std::vector<std::vector<Cell>> rows;
-  for (const auto& row : cells) std::ranges::transform(row, std::back_inserter(rows.emplace_back()), merged);
   return rows;
 }
 
@@ -190,14 +198,18 @@ Table stacked(const std::string& name, const Texts& keys, const std::vector<Swep
     std::vector<const Table*> tables;
     for (const SweptRun* run : point.runs)
       if (const auto found = run->tables.find(name); found != run->tables.end()) tables.push_back(&found->second);
-    std::vector<Cell> front(point.values.begin(), point.values.end());
-    if (counted) front.emplace_back(fmt::format("{} of {}", tables.size(), point.runs.size()));
-    auto rows = merged_rows(tables);
-    if (rows.empty()) rows.emplace_back(columns.size());
-    for (const auto& row : rows) {
-      std::vector<Cell> whole = front;
+    const auto add = [&](std::size_t runs, const std::vector<Cell>& row) {
+      std::vector<Cell> whole(point.values.begin(), point.values.end());
+      if (counted) whole.emplace_back(fmt::format("{} of {}", runs, point.runs.size()));
       whole.insert(whole.end(), row.begin(), row.end());
       out.add(std::move(whole));
+    };
+    const std::vector<MergedRow> rows = merged_rows(tables);
+    if (rows.empty()) add(tables.size(), std::vector<Cell>(columns.size()));
+    for (const MergedRow& row : rows) {
+      std::vector<Cell> cells;
+      std::ranges::transform(row.cells, std::back_inserter(cells), merged);
+      add(row.runs, cells);
     }
   }
   return out;

@@ -84,6 +84,21 @@ TEST(SweepTables, ASingleRunKeepsItsOwnSpread) {
   EXPECT_EQ(words(t, 2), "2|other");
 }
 
+TEST(SweepTables, ARowOfSomeRunsStandsWhereTheyHaveIt) {
+  const auto run = [](const char* seed, const std::vector<std::pair<std::string, double>>& rows) {
+    return swept({"1", seed}, {{"errors", error_table(rows)}});
+  };
+  const RunTables tables = sweep_tables(
+      {"a", "run.seed"}, {run("0", {{"step 1", 4}, {"end", 2}}), run("1", {{"step 1", 6}, {"step 2", 5}, {"end", 4}})});
+  const Table& t = tables.at("errors");
+  ASSERT_EQ(t.rows.size(), 3u);
+  EXPECT_EQ(words(t, 0), "1|2 of 2|step 1");
+  EXPECT_EQ(words(t, 1), "1|1 of 2|step 2");
+  EXPECT_EQ(words(t, 2), "1|2 of 2|end");
+  EXPECT_EQ(number(t, 1, 3).mean, 5);
+  EXPECT_EQ(number(t, 2, 3).mean, 3);
+}
+
 TEST(SweepTables, FailedRunsAreSeen) {
   const RunTables fine{{"errors", error_table({{"ours", 7}})}};
   const RunTables tables = sweep_tables({"a", "seed"}, {swept({"1", "0"}, fine), swept({"1", "1"}, {}, "no"),
