@@ -66,6 +66,7 @@ void judge_frames(const EvaluateOptions& options, const LoadedWeights& weights, 
 
 std::vector<std::string> conventions_of(int width, int height, bool rivals) {
   std::vector<std::string> lines = evaluation_conventions(width, height);
+  lines.push_back(kPredictionConvention);
   if (rivals) std::ranges::copy(rival_conventions(), std::back_inserter(lines));
   return lines;
 }

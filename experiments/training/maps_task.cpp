@@ -102,8 +102,9 @@ class MapsTask : public TrainingTask {
   void report(const RunDirectory& run, const Config& config, const History& history,
               const Provenance& provenance) override {
     if (!summary_) judge();  // killed between the last checkpoint and here
-    const std::vector<std::string> conventions =
+    std::vector<std::string> conventions =
         evaluation_conventions(options_.model.size.width, options_.model.size.height);
+    conventions.push_back(kPredictionConvention);
     write_training_report(
         run, config, history,
         {summary_table(*summary_, "Validation views"), fmt::format("{}", fmt::join(conventions, "\n")),

@@ -21,6 +21,10 @@ struct MapPrediction {
   double log_scale = 0;  // with depth
 };
 
+/// What a judgement of predictions says of them.
+inline constexpr const char* kPredictionConvention =
+    "predictions: the mean of what the net says of the picture and, mirrored back, of its mirror image";
+
 /// Mean of both, normals of length 1. What is empty in one is so in the other.
 MapPrediction mean_of(MapPrediction one, const MapPrediction& other);
 /// As a mirror shows it: left and right exchanged, the normals' x of the other sign.
