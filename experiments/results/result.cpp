@@ -56,10 +56,20 @@ ResultCommand command_of(const Provenance& provenance, const std::string& run, c
   return command;
 }
 
-std::map<std::string, std::string> settings_of(const Config& config) {
+/// What all of it was made with: not what the command sweeps, nor
+/// the rooms of trainings, which a study of them makes itself. What a variant sets stands by its name.
+std::map<std::string, std::string> settings_of(const Config& config, const Texts& overrides) {
   std::map<std::string, std::string> settings;
   for (const auto& [key, entry] : config.entries())
     if (entry.origin != "default" && config.schema().find(key)->names_run) settings[key] = toml_value(entry.value);
+  const auto key_of = [](const std::string& word) { return word.substr(0, word.find('=')); };
+  for (const std::string& word : overrides)
+    if (expand_sweep({word}).size() > 1) settings.erase(key_of(word));
+  if (settings.contains("ablation.data_seed"))
+    for (const char* key : {"data.train", "data.validation", "data.validation_split"}) settings.erase(key);
+  for (const ConfigVariant& variant : config.variants())
+    if (!variant.overrides.empty())
+      settings["variant " + variant.name] = fmt::format("{}", fmt::join(variant.overrides, " "));
   return settings;
 }
 
@@ -206,7 +216,7 @@ Result result_of_run(const fs::path& run, const std::string& name, const std::st
     throw usage_error("this run was made with another config than the file holds now",
                       run.string() + ": " + r.command.config, r.config_hash, hash("config"));
   r.kernels_hash = hash("kernels");
-  r.settings = settings_of(config);
+  r.settings = settings_of(config, r.command.overrides);
   r.commit = provenance.build.commit + (provenance.build.dirty ? " (changed)" : "");
   r.device = provenance.device;
   for (const FileRecord& file : provenance.inputs)

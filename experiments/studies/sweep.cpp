@@ -242,15 +242,17 @@ double minutes_of(const Provenance& run) {
   return seconds == run.figures.end() ? 0 : seconds->second / 60;
 }
 
-/// What the runs rest on, and how long they took, those of an earlier call too. Seeds that were swept are left to the
-/// command.
+/// What the runs rest on and were made by, and how long they took, those of an earlier call too. Seeds that were swept
+/// are left to the command.
 void gather(Provenance& all, const std::vector<SweptRun>& runs) {
-  std::set<std::string> kernels, swept;
+  std::set<std::string> kernels, swept, commits;
   double minutes = 0;
+  bool dirty = false;
   for (const SweptRun& run : runs) {
     if (!fs::exists(run.folder / "provenance.json")) continue;
     const Provenance one = read_provenance(run.folder / "provenance.json");
     minutes += minutes_of(one);
+    commits.insert(one.build.commit), dirty = dirty || one.build.dirty;
     all.device = one.device, all.facts.insert(one.facts.begin(), one.facts.end());
     for (const auto& [key, seed] : one.seeds)
       if (all.seeds.try_emplace(key, seed).first->second != seed) swept.insert(key);
@@ -261,6 +263,7 @@ void gather(Provenance& all, const std::vector<SweptRun>& runs) {
   }
   for (const std::string& key : swept) all.seeds.erase(key);
   all.figures["minutes"] = minutes;
+  if (!commits.empty()) all.build.commit = fmt::format("{}", fmt::join(commits, ", ")), all.build.dirty = dirty;
   all.hashes["kernels"] = fmt::format("{}", fmt::join(kernels, ", "));
 }
 

@@ -43,15 +43,32 @@ Numbers by_repetition(const Repeated& side) {
 }
 
 /// Departures from the mean, as wide as their draws with replacement have to be: those of n are short of the variance
-/// by (n - 1) / n, and Student's t of so many degrees of freedom is wider than a normal distribution.
-Numbers departures(const Numbers& values, std::size_t degrees) {
+/// by (n - 1) / n, and Student's t is wider than a normal distribution.
+Numbers departures(const Numbers& values) {
   const auto n = static_cast<double>(values.size());
-  Numbers all(values.size(), 0.0);
-  if (values.size() < 2) return all;
-  const double wider = std::sqrt(n / (n - 1)) * student_limit(kShare, static_cast<int>(degrees)) / kNormalLimit;
+  const double wider =
+      std::sqrt(n / (n - 1)) * student_limit(kShare, static_cast<int>(values.size()) - 1) / kNormalLimit;
   const double centre = mean(values);
-  for (std::size_t i = 0; i < values.size(); ++i) all[i] = wider * (values[i] - centre);
+  Numbers all;
+  for (const double v : values) all.push_back(wider * (v - centre));
   return all;
+}
+
+/// What chance does to the difference of two means of a few draws each: Student's t of as many degrees as Satterthwaite
+/// gives, over the standard error. Both are 0 where a side has one draw.
+struct Chance {
+  double error = 0, degrees = 1;
+};
+
+Chance chance_of(const Numbers& mine, const Numbers& other) {
+  if (mine.size() < 2 || other.size() < 2) return {};
+  double variance = 0, parts = 0;
+  for (const Numbers* side : {&mine, &other}) {
+    const double square = std::pow(standard_deviation(*side), 2) / static_cast<double>(side->size());
+    variance += square;
+    parts += square * square / static_cast<double>(side->size() - 1);
+  }
+  return variance > 0 ? Chance{std::sqrt(variance), variance * variance / parts} : Chance{};
 }
 
 /// The mean of as many, drawn with replacement.
@@ -70,17 +87,13 @@ Difference paired_bootstrap(const Repeated& mine, const Repeated& other, std::ui
   Numbers paired;
   for (std::size_t q = 0; q < a.size(); ++q) paired.push_back(a[q] - b[q]);
   const double middle = mean(paired);
-  const Numbers questions = departures(paired, paired.size() - 1);
-  const bool repeated = mine.size() > 1 && other.size() > 1;
-  const std::size_t degrees = mine.size() + other.size() - 2;
-  const Numbers none{0};
-  const Numbers mine_apart = repeated ? departures(by_repetition(mine), degrees) : none,
-                other_apart = repeated ? departures(by_repetition(other), degrees) : none;
+  const Numbers questions = departures(paired);
+  const Chance chance = chance_of(by_repetition(mine), by_repetition(other));
   std::mt19937_64 random(seed);
+  std::student_t_distribution<double> student(chance.degrees);
   Numbers drawn;
   for (int i = 0; i < draws; ++i)
-    drawn.push_back(middle + drawn_mean(questions, random) + drawn_mean(mine_apart, random) -
-                    drawn_mean(other_apart, random));
+    drawn.push_back(middle + drawn_mean(questions, random) + chance.error * student(random));
   return {middle, quantile(drawn, (1 - kShare) / 2), quantile(drawn, (1 + kShare) / 2)};
 }
 

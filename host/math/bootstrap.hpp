@@ -16,10 +16,11 @@ struct Difference {
 using Repeated = std::vector<std::vector<double>>;
 
 /// `mine` less `other`. A question's difference is that of its means over repetitions, a repetition's departure is that
-/// of its mean over questions. Questions and each side's repetitions are drawn anew `draws` times. A few draws spread
-/// too little: departures are widened to what Student's t asks for so many (two repetitions a side count for next to
-/// nothing, as they should). A side with one repetition says nothing of the spread over them: the interval is then over
-/// questions alone. Throws usage_error unless all repetitions have the same number of questions, at least 2.
+/// of its mean over questions. `draws` times questions are drawn anew, their departures widened to what Student's t
+/// asks for so many, and what chance does to the repetitions' means is drawn from Welch's t, which lets the sides
+/// spread unequally (of two repetitions a side 2 to 6 intervals of a hundred miss, by how unequal they are). A side
+/// with one repetition says nothing of the spread over them: the interval is then over questions alone. Throws
+/// usage_error unless all repetitions have the same number of questions, at least 2.
 Difference paired_bootstrap(const Repeated& mine, const Repeated& other, std::uint64_t seed, int draws = 4000);
 
 }  // namespace clerestory

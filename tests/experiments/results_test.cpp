@@ -126,6 +126,14 @@ class ResultTree : public testing::Test {
     if (done) run.finish();
     return run.path();
   }
+  /// The same where the command sweeps.
+  fs::path swept_run(const std::string& word) const {
+    const fs::path made = run({"experiments/configs/study.toml", word, "-m"});
+    Provenance p = read_provenance(made / "provenance.json");
+    p.hashes["config"] = study_hash(tree() / "experiments/configs/study.toml", {word}, true);
+    write_provenance(made / "provenance.json", p);
+    return made;
+  }
   Result result() const { return result_of_run(run(), "study", "Ours against theirs", {}, tree()); }
   void make() const {
     write_result(result(), tree());
@@ -162,6 +170,16 @@ TEST_F(ResultTree, FromARunToFilesAndBlocks) {
   EXPECT_THAT(readme, Not(HasSubstr("old")));
   EXPECT_THAT(readme, HasSubstr("kept")) << "another result's";
   EXPECT_THAT(text("docs/page.md"), HasSubstr("2.5"));
+}
+
+TEST_F(ResultTree, SettingsAreThoseOfAllOfIt) {
+  write("experiments/configs/study.toml",
+        "[study]\nkind = \"layer\"\n[data]\nrooms = 3\nspp = 8\n[[variant]]\nname = \"few\"\noverrides = "
+        "[\"data.spp=2\"]\n");
+  const Result swept = result_of_run(swept_run("data.rooms=3,4"), "study", "Ours against theirs", {}, tree());
+  EXPECT_EQ(swept.settings.count("data.rooms"), 0u) << "its values are in the tables";
+  EXPECT_EQ(swept.settings.at("data.spp"), "8");
+  EXPECT_EQ(swept.settings.at("variant few"), "data.spp=2");
 }
 
 TEST_F(ResultTree, ABlockOfNoResultIsFound) {

@@ -196,6 +196,22 @@ TEST_F(Sweep, RunsTheProductInOrderAndSkipsWhatIsDone) {
   EXPECT_EQ(read_file(place / "errors.table.json"), table_json(errors));
 }
 
+TEST_F(Sweep, IsOfTheProgramThatMadeItsRuns) {
+  const std::vector<std::string> overrides{"run.seed=range(0,2)"};
+  sweep(overrides);
+  for (const std::string& name : names(overrides)) {
+    Provenance made;
+    made.command = {"clerestory"}, made.build.commit = "0123abc";
+    made.hashes["kernels"] = "fedc";
+    write_provenance(folder / "runs/sweep" / name / "provenance.json", made);
+  }
+  const Provenance all = read_provenance(sweep(overrides) / "provenance.json");
+  EXPECT_TRUE(ran.empty()) << "tables alone are written again";
+  EXPECT_EQ(all.build.commit, "0123abc");
+  EXPECT_FALSE(all.build.dirty);
+  EXPECT_EQ(all.hashes.at("kernels"), "fedc");
+}
+
 TEST_F(Sweep, OneFailureLetsTheOthersGoOnAndIsTriedAgain) {
   fails = "4/1";
   const Error e = error_of({"model.width=4,9", "run.seed=0,1"});

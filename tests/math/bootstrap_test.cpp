@@ -35,13 +35,13 @@ struct Rooms {
 };
 
 /// How often the interval misses the true difference.
-double misses(int seeds, double seed_spread) {
+double misses(int seeds, double seed_spread, double other_spread) {
   constexpr int kTrials = 1000;
   std::mt19937_64 source(7);
   int missed = 0;
   for (int t = 0; t < kTrials; ++t) {
     Rooms rooms(source);
-    const Repeated mine = rooms.side(seeds, 0.25, seed_spread), other = rooms.side(seeds, 0, seed_spread);
+    const Repeated mine = rooms.side(seeds, 0.25, seed_spread), other = rooms.side(seeds, 0, other_spread);
     const Difference d = paired_bootstrap(mine, other, static_cast<std::uint64_t>(t), 400);
     missed += d.low > 0.25 || d.high < 0.25;
   }
@@ -50,12 +50,14 @@ double misses(int seeds, double seed_spread) {
 
 TEST(Bootstrap, IntervalsHoldTheTruthAsOftenAsTheySay) {
   // Of 1000 intervals 50 +- 6.9 may miss; 2.5 % to 7.5 % is 3.6 deviations. Departures that are not widened miss four
-  // times as often with two seeds.
+  // times as often with two seeds, and those of one spread for both sides three times where one spreads ten times more:
+  // Welch's t misses 6.2 of a hundred there, for two seeds (200,000 draws of normal numbers), and 9 is 3.7 deviations.
   for (const int seeds : {2, 3, 5}) {
-    EXPECT_NEAR(misses(seeds, 1), 0.05, 0.025) << seeds << " seeds that differ";
-    EXPECT_LE(misses(seeds, 0), 0.075) << seeds << " seeds alike: noise counts in rooms and in seeds";
+    EXPECT_NEAR(misses(seeds, 1, 1), 0.05, 0.025) << seeds << " seeds that differ";
+    EXPECT_LE(misses(seeds, 2, 0.2), 0.09) << seeds << " seeds that differ on one side";
+    EXPECT_LE(misses(seeds, 0, 0), 0.075) << seeds << " seeds alike: noise counts in rooms and in seeds";
   }
-  EXPECT_NEAR(misses(1, 0), 0.05, 0.025);
+  EXPECT_NEAR(misses(1, 0, 0), 0.05, 0.025);
 }
 
 TEST(Bootstrap, WhatBothShareIsNoDifference) {
