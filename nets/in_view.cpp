@@ -143,6 +143,11 @@ LightOutput light_output_of(const std::string& name) {
   throw usage_error("there is no such output of the light", "light.output", name, "released, softplus, exp, residual");
 }
 
+int encoded_numbers(const InViewSize& size) {
+  const InputSizes sizes = input_sizes(size);
+  return sizes.surface + sizes.direction;
+}
+
 InViewSize in_view_size(const std::string& preset) {
   if (preset == "paper") return {.output = LightOutput::Released, .log_input = false};
   if (preset == "compact")

@@ -25,6 +25,8 @@ struct InViewSize {
   bool log_input = true;  // a trunk without imagenet_input reads ln(1 + photograph): windows are hundreds of times
                           // brighter than walls
 };
+/// Numbers into which a ray's direction and the surface that it hits are encoded.
+int encoded_numbers(const InViewSize& size);
 /// "paper" or "compact"; throws usage_error otherwise.
 InViewSize in_view_size(const std::string& preset);
 

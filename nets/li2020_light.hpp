@@ -17,8 +17,9 @@ struct Li2020Shaded {
 /// `picture` is one, with its maps and camera; `lobes` of its cells.
 Li2020Shaded li2020_shaded(const Gaussians& lobes, const LightInputs& picture);
 
-/// Weights of the lobes times the one number, in [0.001, 1000], by which the picture rendered again comes nearest to
-/// the picture (least squares over cells that do not emit), both clamped to [0, 1]. No gradient.
+/// Weights of the lobes times the one number, of two steps that are in [0.001, 1000] each, by which the picture
+/// rendered again comes nearest to the picture (least squares over cells that do not emit), both clamped to [0, 1]. No
+/// gradient.
 Gaussians li2020_as_bright(const Gaussians& lobes, const LightInputs& picture);
 
 /// Their `LSregressDiffSpec`: diffuse and specular by the two coefficients that bring their sum nearest to `image`

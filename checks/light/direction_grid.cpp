@@ -140,8 +140,11 @@ OP_CASES(direction_grid) {
       if (s % 3 == p % 3 && (s < 8) == (p < 3)) straight["direction"].at(0, (s + 1) % 3, p, s) = 0.25;
     }
   for (int& pixel : misses["hit"].integer) pixel = -1;
+  Tensor lengths = random_tensor({1, 3, 5, 7}, 6);  // squares of which over- and underflow in float
+  for (std::size_t i = 0; i < lengths.real.size(); ++i) lengths.real[i] *= i % 35 % 2 == 0 ? 0x1p80 : 0x1p-80;
   return {directions_case("directions", random_tensor({1, 3, 5, 7}, 5), 8),
           directions_case("directions_of_axes", axes, 4),
+          directions_case("directions_of_lengths", lengths, 4),
           look_up_case("look_up", look_up_inputs({1, 1, 5, 7}, {1, 1, 9, 32}, 8)),
           look_up_case("look_up_coarse", look_up_inputs({1, 1, 3, 4}, {1, 1, 5, 16}, 4)),
           look_up_case("look_up_listed", look_up_inputs({1, 1, 5, 7}, {1, 1, 7, 16}, 12), every(3, 112)),

@@ -11,7 +11,7 @@ inline std::vector<Tensor> sorted_reference(const Tensor& hit, const Shape& map)
   const int keys = static_cast<int>(map.n * map.plane()), plane = static_cast<int>(map.plane());
   std::vector<int> key(hit.integer.size());
   for (std::size_t i = 0; i < key.size(); ++i) {
-    const int first = static_cast<int>(i) / hit.shape.w / plane * plane;
+    const int first = std::min(static_cast<int>(i) / hit.shape.w / plane, static_cast<int>(map.n) - 1) * plane;
     key[i] = hit.integer[i] < 0 ? keys : first + hit.integer[i];
   }
   Tensor order = hit, starts = random_ints({1, 1, 1, keys + 1}, 1, 0, 1);

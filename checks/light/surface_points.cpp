@@ -1,7 +1,8 @@
 // The points of a depth map.
 #include "host/ops/light/surface_points.hpp"
 
-#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "checks/op_case.hpp"
 #include "host/math/camera.hpp"
@@ -23,6 +24,7 @@ OP_CASES(surface_points) {
   OpCase c{.stem = "surface_points", .label = "holes", .kernels = {"surface_points"}};
   Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, 5, 0.5, 4);
   depth.at(0, 0, 1, 2) = 0, depth.at(1, 0, 2, 4) = -1;
+  depth.at(1, 0, 0, 1) = std::numeric_limits<double>::infinity(), depth.at(0, 0, 0, 3) = std::nan("");
   c.inputs = {{"depth", depth},
               {"camera", Tensor({kBatch, 4, 1, 1}, std::vector<double>{3, 3.1, 2.1, 1.5, 4, 3.9, 2.6, 1.4})}};
   c.build = [](Graph&, const Values& v) { return std::vector{surface_points(v.at("depth"), v.at("camera"))}; };
@@ -31,8 +33,9 @@ OP_CASES(surface_points) {
     for (int n = 0; n < kBatch; ++n)
       for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
+          const double z = t.at("depth").at(n, 0, y, x);
           const Vec3 point =
-              camera_in(t.at("camera"), n).unproject(x + 0.5, y + 0.5, std::max(0.0, t.at("depth").at(n, 0, y, x)));
+              camera_in(t.at("camera"), n).unproject(x + 0.5, y + 0.5, z > 0 && std::isfinite(z) ? z : 0.0);
           for (int i = 0; i < 3; ++i) all.at(n, i, y, x) = point[i];
         }
     return std::vector{all};

@@ -36,7 +36,8 @@ std::vector<Tensor> reference(const Tensors& t, bool li_frame, Draw draw, Weigh 
   for (int p = 0; p < kRows; ++p) {
     const Vec3 raw = pixel_of(t.at("normal"), p),
                view = -camera_in(t).direction(p % kWidth + 0.5, p % kPlane / kWidth + 0.5);
-    const bool deep = t.at("depth").real[static_cast<std::size_t>(p)] > 0;
+    const double z = t.at("depth").real[static_cast<std::size_t>(p)];
+    const bool deep = z > 0 && std::isfinite(z);
     status.at(0, 0, p, 0) = !deep ? 1 : glm::dot(raw, view) > 0 ? 0 : 2;
     if (status.at(0, 0, p, 0) != 0) continue;
     const Frame frame = li_frame ? hemisphere_frame(glm::normalize(raw)) : frame_around(glm::normalize(raw));

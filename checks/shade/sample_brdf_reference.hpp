@@ -1,6 +1,7 @@
 // What cases and tests of the op that draws directions share: maps, and weights written again.
 #pragma once
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "checks/op_case.hpp"
@@ -31,7 +32,7 @@ inline Tensors maps(unsigned seed) {
     n.at(0, c, 0, 0) = Vec3(1, 0, 0)[c], n.at(0, c, 0, 1) = Vec3(0.1, -0.96, 0.27)[c];
   }
   Tensor depth = random_tensor({kBatch, 1, kHeight, kWidth}, seed + 1, 1, 3);
-  depth.at(0, 0, 1, 1) = 0;
+  depth.at(0, 0, 1, 1) = 0, depth.at(0, 0, 2, 2) = std::numeric_limits<double>::infinity();
   return {{"normal", n},
           {"depth", depth},
           {"albedo", random_tensor({kBatch, 3, kHeight, kWidth}, seed + 2, 0, 1)},

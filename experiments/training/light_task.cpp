@@ -117,11 +117,16 @@ MapSet in_metres(MapPrediction predicted) {
   return std::move(predicted.maps);
 }
 
+/// Of a store: views lie in two where they are seen under true and under predicted maps.
+std::uint64_t cache_of(const TrainingOptions& options) {
+  return options.light.maps == "both" ? options.data.cache_bytes / 2 : options.data.cache_bytes;
+}
+
 class LightTask : public TrainingTask {
  public:
   LightTask(Device device, const TrainingOptions& options, const TrainingStates& states)
       : options_(options),
-        store_(fixed_names(options), options.model.size.width, options.model.size.height, options.data.cache_bytes),
+        store_(fixed_names(options), options.model.size.width, options.model.size.height, cache_of(options)),
         validation_store_(name_views(options.data.validation_roots, options.data.validation_split),
                           options.model.size.width, options.model.size.height, 0),
         network_(device, options, states.trained),
@@ -132,6 +137,8 @@ class LightTask : public TrainingTask {
         device_(device) {
     for (const JudgingList& list : options.data.lists)
       lists_.emplace_back(list.name, all_views(list.folder), options.model.size);
+    check_not_streamed(options.data.stream, validation_store_.names());
+    for (const LightList& list : lists_) check_not_streamed(options.data.stream, list.store.names());
   }
 
   std::string net() const override { return light_text(options_.model.light); }
@@ -153,6 +160,11 @@ class LightTask : public TrainingTask {
   std::vector<LeftOut> left_out() const override {
     if (options_.light.step.weights.rerender > 0) return {};
     return {{"pictures rendered again", "loss.rerender is 0", ""}};
+  }
+
+  std::optional<std::filesystem::path> maps_weights() const override {
+    if (options_.light.maps == "true") return std::nullopt;
+    return weights_or_shipped(options_.light.maps_weights);
   }
 
   void begin(TrainingProgress& progress) override {
@@ -239,9 +251,8 @@ class LightTask : public TrainingTask {
   void predict_maps() {
     const bool both = options_.light.maps == "both";
     if (both)
-      predicted_.emplace(store_.names(), options_.model.size.width, options_.model.size.height,
-                         options_.data.cache_bytes);
-    const LoadedWeights weights = load_weights(weights_or_shipped(options_.light.maps_weights), device_);
+      predicted_.emplace(store_.names(), options_.model.size.width, options_.model.size.height, cache_of(options_));
+    const LoadedWeights weights = load_weights(*maps_weights(), device_);
     MapPredictor predictor(device_, weights.net, weights.states, 1);
     std::vector<LightStore*> stores{both ? &*predicted_ : &store_, &validation_store_};
     for (LightList& list : lists_) stores.push_back(&list.store);
@@ -272,7 +283,7 @@ class LightTask : public TrainingTask {
     if (options_.light.maps == "true") return {};
     Device device = Device::open(options_.run.device);
     device.use_gemm(options_.model.gemm);
-    const LoadedWeights weights = load_weights(weights_or_shipped(options_.light.maps_weights), device);
+    const LoadedWeights weights = load_weights(*maps_weights(), device);
     const auto predictor = std::make_shared<MapPredictor>(device, weights.net, weights.states, 1);
     return [predictor](const Image& picture) { return predictor->predict({&picture})[0].maps; };
   }

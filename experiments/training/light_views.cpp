@@ -32,6 +32,19 @@ double factor_of(DepthUnit unit, const LightView& view, const Image& depth) {
 
 }  // namespace
 
+namespace {
+
+/// Whether rays can be drawn: from a tile at a pixel with depth, or from a probe.
+bool says_something(const LightView& view) {
+  const EnvmapLayout& layout = view.envmaps.layout;
+  bool any = !view.probes.empty();
+  for (int tile = 0; tile < layout.tiles() && !any; ++tile)
+    any = view.depth.at(0, layout.pixel_y(tile / layout.columns), layout.pixel_x(tile % layout.columns)) > 0;
+  return any;
+}
+
+}  // namespace
+
 LightView read_light_view(const ViewName& name, int width, int height) {
   RoomView room = read_view(name.room, name.id);
   if (room.image.width != width || room.image.height != height)
@@ -50,6 +63,7 @@ LightView read_light_view(const ViewName& name, int width, int height) {
   view.depth = std::move(room.depth), view.material = std::move(room.material);
   std::ranges::copy(view.emission.data, view.material.plane(2));
   view.true_normal = view.normal, view.true_depth = view.depth;
+  if (!says_something(view)) throw usage_error("no tile of the view has depth, and it has no probe", name.text());
   return view;
 }
 

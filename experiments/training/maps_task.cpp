@@ -28,7 +28,10 @@ class MapsTask : public TrainingTask {
                           options.model.size.width, options.model.size.height, 0),
         network_(device, options, states.trained),
         predictor_(device, options.model.net, states.judged, std::min(8, options.train.batch)),
-        device_name_(device.info().name) {}
+        device_name_(device.info().name) {
+    check_not_streamed(options.data.stream, validation_store_.names());
+    for (const JudgingList& list : options.data.lists) check_not_streamed(options.data.stream, all_views(list.folder));
+  }
 
   std::string net() const override { return net_text(options_.model.net); }
   std::map<std::string, Shape> weights() const override { return maps_states(options_.model.net); }

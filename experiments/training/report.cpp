@@ -110,9 +110,10 @@ std::string real_scale_section(const std::filesystem::path& weights) {
     text += fmt::format("| {} | {:.2f} | {:.2f} |\n", frame.name, frame.scale, frame.metres);
   return text +
          fmt::format(
-             "\nTypically off by {}; no photograph was seen in training. Measured by `clerestory evaluate --weights "
-             "{} --frames FRAME ... --json={}`.\n",
-             real->text(), weights.filename().string(), frames_file(weights).filename().string());
+             "\nTypically off by {}; {} seen in training. Measured by `clerestory evaluate --weights {} --frames FRAME "
+             "... --json={}`.\n",
+             real->text(), saw_photographs(read_history(weights)) ? "other photographs were" : "no photograph was",
+             weights.filename().string(), frames_file(weights).filename().string());
 }
 
 }  // namespace
@@ -123,11 +124,21 @@ void check_weights_folder(const std::filesystem::path& folder, const std::vector
     throw usage_error("a file that `clerestory weights export` did not write would be replaced", file.string(), "",
                       "another place, or move it away");
   };
-  for (const fs::path& file : files) try {
-      if (fs::exists(file)) read_history(file);
+  const auto says_its_training = [](const fs::path& file) {
+    try {
+      return !read_history(file).legs.empty();
     } catch (const Error&) {
-      refuse(file);
+      return false;
     }
+  };
+  for (const fs::path& file : files)
+    if (fs::exists(file) && !says_its_training(file)) refuse(file);
+  std::vector<fs::path> beside = weights_files(folder);
+  beside.push_back(folder / "maps.safetensors");
+  for (const fs::path& file : beside)
+    if (fs::exists(file) && !says_its_training(file))
+      throw usage_error("the folder's card tells of these weights, which say nothing of their training", file.string(),
+                        "", "another folder, or move them away");
   const fs::path card = folder / "CARD.md";
   const bool ours = fs::is_regular_file(card) && read_file(card, 1 << 24, true).starts_with("# Weights of ");
   if (ours) return;

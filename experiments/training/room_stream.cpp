@@ -29,6 +29,15 @@ std::size_t views_in_window(const StreamOptions& options) {
   return static_cast<std::size_t>(options.window * options.rooms.views.count);
 }
 
+void check_not_streamed(const StreamOptions& options, const std::vector<ViewName>& judged) {
+  if (!options.on) return;
+  const std::string any = room_name(options.rooms, 0), of_seed = any.substr(0, any.rfind('-') + 1);
+  for (const ViewName& view : judged)
+    if (view.room.filename().string().starts_with(of_seed))
+      throw usage_error("rooms that are judged would be made again, and trained on", "stream.seed",
+                        fmt::format("{}: {}", options.rooms.rooms.seed, view.room.string()), "a seed of its own");
+}
+
 std::string stream_text(const StreamOptions& options, std::size_t fixed_views) {
   const std::string streamed =
       fmt::format("rooms of {} views made on the way, each seen {} times", options.rooms.views.count, options.times);
@@ -47,13 +56,15 @@ RoomStream::RoomStream(const StreamOptions& options, std::uint64_t seed, std::ui
       wanted_(rooms(first)),
       next_(oldest_),
       made_(oldest_),
-      dropped_(oldest_) {
+      dropped_(std::max<std::int64_t>(0, still_kept())) {
   // The index of a room has no end; the bound that a set has is of no use here.
   options_.rooms.rooms.count = 1000000;
   options_.rooms.interrupted = [this] {
     const std::lock_guard lock(mutex_);
     return stop_;
   };
+  for (std::int64_t room = 0; room < dropped_; ++room)  // what an earlier try kept behind it
+    std::filesystem::remove_all(folder_of(room));
   const Device device = Device::open(options_.device);
   if (options_.makers == 0) options_.makers = makers_beside(device);
   auto maker = std::make_unique<RoomMaker>(device, options_.rooms);  // says what is wrong with the options
@@ -70,6 +81,12 @@ RoomStream::~RoomStream() {
   for (std::thread& thread : threads_) thread.join();
 }
 
+std::filesystem::path RoomStream::folder_of(std::int64_t room) const {
+  return options_.rooms.out / room_name(options_.rooms, static_cast<int>(room));
+}
+
+std::int64_t RoomStream::still_kept() const { return oldest_ - kBehind * options_.window - unread_rooms(); }
+
 std::optional<std::int64_t> RoomStream::next_room() {
   std::int64_t room = 0, dropped = 0, oldest = 0;
   {
@@ -77,11 +94,10 @@ std::optional<std::int64_t> RoomStream::next_room() {
     changed_.wait(lock, [&] { return stop_ || error_ || next_ < wanted_ + kAhead * options_.makers; });
     if (stop_ || error_) return std::nullopt;
     room = next_++, dropped = dropped_;
-    oldest = std::max(dropped, oldest_ - kBehind * options_.window - unread_rooms());
+    oldest = std::max(dropped, still_kept());
     dropped_ = oldest;
   }
-  for (; dropped < oldest; ++dropped)
-    std::filesystem::remove_all(options_.rooms.out / room_name(options_.rooms, static_cast<int>(dropped)));
+  for (; dropped < oldest; ++dropped) std::filesystem::remove_all(folder_of(dropped));
   return room;
 }
 

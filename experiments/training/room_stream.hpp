@@ -34,6 +34,8 @@ bool is_fixed(const StreamOptions& options, std::uint64_t seed, std::uint64_t po
 std::int64_t streamed_rooms(const StreamOptions& options, std::uint64_t views);
 /// Views that are drawn from at a time.
 std::size_t views_in_window(const StreamOptions& options);
+/// Throws usage_error where one of the judged views is of a room that the stream makes anew.
+void check_not_streamed(const StreamOptions& options, const std::vector<ViewName>& judged);
 /// "rooms of 2 views made on the way, each seen 8 times".
 std::string stream_text(const StreamOptions& options, std::size_t fixed_views);
 
@@ -65,6 +67,9 @@ class RoomStream {
  private:
   std::int64_t first_room(std::uint64_t position) const { return rooms(position) - options_.window; }
   std::int64_t unread_rooms() const { return rooms(static_cast<std::uint64_t>(options_.unread)) - options_.window; }
+  std::filesystem::path folder_of(std::int64_t room) const;
+  /// The oldest room that is not dropped.
+  std::int64_t still_kept() const;
   /// Makes rooms until the stream ends; without a maker it opens one of its own.
   void work(std::unique_ptr<RoomMaker> maker);
   /// The next room to make, once it is wanted; none when the stream ends. Drops what is over.

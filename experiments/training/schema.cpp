@@ -8,6 +8,7 @@
 #include "host/cl/tile.hpp"
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_mlp.hpp"
+#include "host/ops/light/ray_mlp.hpp"
 
 namespace clerestory {
 namespace {
@@ -302,6 +303,8 @@ LightSizes light_net_of(const Config& c) {
          "paper or compact");
   LightSizes sizes = light_sizes(preset);
   if (is_li2020_light(c)) {
+    forbid(imagenet_input(c), c, "model.input", "the light of Li et al. 2020 reads pictures as they are",
+           "plain where light.net = li2020");
     sizes.li2020 = li2020_light_size(preset);
     return sizes;
   }
@@ -316,6 +319,10 @@ LightSizes light_net_of(const Config& c) {
   // What trains but cannot be asked for light is of no use to anybody.
   forbid(in_view.width % 16 != 0, c, "light.width", fmt::format("{} numbers cannot be asked for light", in_view.width),
          "a multiple of 16");
+  const int encoded = encoded_numbers(in_view);
+  forbid(encoded > kMostMlpFeatures, c, "light.frequencies",
+         fmt::format("{} encoded numbers cannot be asked for light", encoded),
+         fmt::format("at most {}", kMostMlpFeatures / (encoded / in_view.frequencies)));
   forbid(c.integers("light.field").size() >= kMostFieldLayers, c, "light.field",
          fmt::format("{} hidden layers cannot be asked for light", c.integers("light.field").size()),
          fmt::format("at most {}", kMostFieldLayers - 1));
@@ -344,6 +351,8 @@ LightTrainingOptions light_step_of(const Config& c, const Size& size, const Trai
   for (const char* key : {"light.samples", "light.shade_samples"})
     forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
   step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender"), c.real("loss.irradiance")};
+  forbid(is_li2020_light(c) && c.real("loss.irradiance") > 0, c, "loss.irradiance",
+         "the light of Li et al. 2020 has no such term", "0 where light.net = li2020");
   if (is_li2020_light(c)) {  // it has no such parts, and renders its own cells
     step.weights.out_of_view = step.weights.irradiance = 0;
     step.shade_width = step.shade_height = 0;

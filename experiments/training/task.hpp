@@ -45,6 +45,8 @@ class TrainingTask {
   virtual TrainingData data(std::int64_t step) const = 0;
   virtual std::vector<std::string> notes() const = 0;  // first lines of the log
   virtual std::vector<LeftOut> left_out() const = 0;
+  /// Weights of the maps under which a light learns; none where it learns under true ones.
+  virtual std::optional<std::filesystem::path> maps_weights() const { return std::nullopt; }
 
   /// Reads what validation needs; batches begin at progress.step. Fills in progress.means where the task has them.
   virtual void begin(TrainingProgress& progress) = 0;

@@ -37,10 +37,17 @@ std::vector<std::string> settings_of(const Config& config) {
         key == "data.frames" || key == "model.init" || key == "light.maps_weights" ||
         key == "loss.perceptual_weights" || key == "train.memory_mib")
       continue;  // paths and limits of one machine
+    if (key.starts_with("finetune.") && std::holds_alternative<std::string>(entry.value)) {  // of its path the name
+      const std::filesystem::path path = std::get<std::string>(entry.value);
+      settings.push_back(key + "=" + toml_text((path.has_filename() ? path : path.parent_path()).filename().string()));
+      continue;
+    }
     settings.push_back(key + "=" + toml_value(entry.value));
   }
   return settings;
 }
+
+constexpr const char* kMapsFact = "hash of the maps' weights";
 
 struct WholeCheckpoint {
   std::string path;
@@ -72,6 +79,10 @@ class Trainer {
   void check_best();
   /// The tile that this run had on this device, so that it goes on with the same; "auto" where there was none.
   std::string tile_before(const Device& device) const;
+  /// What an earlier try recorded, where it can be read.
+  std::optional<Provenance> before() const;
+  /// Throws usage_error where a light would go on under maps of other weights than it began with.
+  void check_maps_before() const;
   void resume_or_begin();
   /// The file of an encoder alone that a leg starts from: an imported one, or lite's; empty where there is none.
   std::filesystem::path encoder_to_begin_with() const;
@@ -192,22 +203,42 @@ void Trainer::prepare() {
   }
   if (options_.loss.weights.perceptual > 0 && !options_.loss.perceptual_weights.empty())
     provenance_.inputs.push_back(record_file(options_.loss.perceptual_weights));
+  if (!options_.data.finetune.nyu_list.empty())
+    provenance_.inputs.push_back(record_file(options_.data.finetune.nyu_list));
+  if (const auto maps = task_->maps_weights()) {
+    provenance_.inputs.push_back(record_file(*maps));
+    provenance_.facts[kMapsFact] = file_hash(*maps);
+  }
   for (const std::string& note : task_->notes()) run_.log(note);
 }
 
-std::string Trainer::tile_before(const Device& device) const {
-  if (!std::filesystem::exists(run_ / kProvenanceName)) return "auto";
-  Provenance before;
+std::optional<Provenance> Trainer::before() const {
+  if (!std::filesystem::exists(run_ / kProvenanceName)) return std::nullopt;
   try {
-    before = read_provenance(run_ / kProvenanceName);
+    return read_provenance(run_ / kProvenanceName);
   } catch (const Error& e) {
     if (e.kind() != ErrorKind::Usage) throw;
     run_.log(fmt::format("{}; it is written anew", e.what()));
-    return "auto";  // all tiles give the same bits
+    return std::nullopt;
   }
-  const auto tile = before.facts.find("tile");
-  if (before.device != device.fingerprint() || tile == before.facts.end()) return "auto";
+}
+
+std::string Trainer::tile_before(const Device& device) const {
+  const std::optional<Provenance> made = before();
+  if (!made) return "auto";  // all tiles give the same bits
+  const auto tile = made->facts.find("tile");
+  if (made->device != device.fingerprint() || tile == made->facts.end()) return "auto";
   return std::ranges::find(tiles(), tile->second, &Tile::name) != tiles().end() ? tile->second : "auto";
+}
+
+void Trainer::check_maps_before() const {
+  const auto now = provenance_.facts.find(kMapsFact);
+  if (now == provenance_.facts.end()) return;
+  const std::optional<Provenance> made = before();
+  const auto then = made ? made->facts.find(kMapsFact) : now;
+  if (made && then != made->facts.end() && then->second != now->second)
+    throw usage_error("this run has learned under other maps", task_->maps_weights()->string(), "hash " + now->second,
+                      "the weights with hash " + then->second + ", or a new run");
 }
 
 std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
@@ -252,6 +283,7 @@ void Trainer::check_best() {
 void Trainer::resume_or_begin() {
   const auto checkpoint = whole_checkpoint();
   if (checkpoint) {
+    check_maps_before();
     progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_.trained, identity());
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
     check_best();

@@ -128,13 +128,13 @@ struct CardText {
   const char *title, *purpose, *conventions, *limits;
 };
 
-CardText card_text(const std::string& kind) {
-  if (kind == "light")
+CardText card_text(const History& history) {
+  if (history.kind() == "light")
     return {
         "Weights of the light",
         "The light that arrives at any point of a photographed room from any direction: LightNet and the net out of "
-        "view, unless a leg names another net (light.net). Trained from random weights on generated rooms alone, by "
-        "the legs below.",
+        "view, unless a leg names another net (light.net). Trained on generated rooms alone, by the legs below, from "
+        "random weights or what `from` names.",
         "relMSE: mean over rays and channels of d² / (truth² + 0.01); log-RGB RMSE: root of the mean of ln((y + "
         "0.01) / (truth + 0.01))²; then means over views, under true maps unless the last leg says light.maps: then "
         "under MGNet's. Trivial predictors: the photograph (the pixel that a ray hits, mixed by the hit's uncertainty "
@@ -143,9 +143,13 @@ CardText card_text(const std::string& kind) {
         "is a guess at its colour and strength, without detail."};
   return {
       "Weights of the maps",
-      "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on "
-      "generated rooms alone, by the legs below; the first begins with random weights and, where `from` names it, an "
-      "encoder that has learned on ImageNet.",
+      saw_photographs(history)
+          ? "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on generated "
+            "rooms and, where a leg names finetune.iiw or finetune.nyu, on photographs, by the legs below; the first "
+            "begins with random weights and, where `from` names it, an encoder that has learned on ImageNet."
+          : "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on generated "
+            "rooms alone, by the legs below; the first begins with random weights and, where `from` names it, an "
+            "encoder that has learned on ImageNet.",
       "Conventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.",
       "Trained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its "
       "scale in metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are "
@@ -153,6 +157,14 @@ CardText card_text(const std::string& kind) {
 }
 
 }  // namespace
+
+bool saw_photographs(const History& history) {
+  return std::ranges::any_of(history.legs, [](const Leg& leg) {
+    return std::ranges::any_of(leg.overrides, [](const std::string& word) {
+      return word.starts_with("finetune.iiw=") || word.starts_with("finetune.nyu=");
+    });
+  });
+}
 
 const std::vector<ErrorName>& error_names(const std::string& kind) {
   static const std::vector<ErrorName> maps = [] {
@@ -307,7 +319,7 @@ Plot lists_plot(const History& history) {
 
 std::string model_card(const History& history, const std::vector<std::pair<std::string, std::string>>& facts,
                        const CardPlots& plots) {
-  const CardText text = card_text(history.kind());
+  const CardText text = card_text(history);
   std::string card = fmt::format("# {}\n\n{}\n\n| | |\n|---|---|\n", text.title, text.purpose);
   for (const auto& [name, value] : facts) card += fmt::format("| {} | {} |\n", name, value);
   card += fmt::format("| training | {:.2f} hours, {} views seen, {} leg{} |\n", history.hours(), history.views_seen(),

@@ -72,6 +72,8 @@ struct History {
   /// the same order instead of beginning it again.
   std::int64_t views_seen_before() const;
 };
+/// Whether a leg learned from photographs too (finetune.iiw, finetune.nyu).
+bool saw_photographs(const History& history);
 
 /// JSON text for a file's metadata, and back. Throws usage_error naming `where`.
 std::string history_json(const History& history);

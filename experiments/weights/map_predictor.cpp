@@ -124,18 +124,21 @@ MapPredictor::MapPredictor(Device device, const MgnetSize& net, std::shared_ptr<
 MapPredictor::~MapPredictor() = default;
 
 std::vector<MapPrediction> MapPredictor::predict(const std::vector<const Image*>& pictures) {
-  if (pictures.empty()) return {};
-  std::vector<Image> both_ways;
-  for (const Image* p : pictures) {
+  for (const Image* p : pictures)
     if (p->width != pictures[0]->width || p->height != pictures[0]->height || p->channels != 3)
       throw Error(ErrorKind::Failed, "pictures of unlike sizes in one prediction", "predict",
                   fmt::format("{}x{}", p->width, p->height),
                   fmt::format("{}x{}", pictures[0]->width, pictures[0]->height));
-    both_ways.push_back(*p), both_ways.push_back(clerestory::mirrored(*p));
-  }
-  const std::vector<MapPrediction> said = state_->predict(both_ways);
   std::vector<MapPrediction> out;
-  for (std::size_t i = 0; i < said.size(); i += 2) out.push_back(mean_of(said[i], mirrored(said[i + 1])));
+  const auto batch = static_cast<std::size_t>(state_->batch);
+  for (std::size_t first = 0; first < pictures.size(); first += batch) {  // both ways these fill two batches
+    std::vector<Image> both_ways;
+    for (std::size_t k = first; k < std::min(first + batch, pictures.size()); ++k)
+      both_ways.push_back(*pictures[k]), both_ways.push_back(mirrored(*pictures[k]));
+    std::vector<MapPrediction> said = state_->predict(both_ways);
+    for (std::size_t i = 0; i < said.size(); i += 2)
+      out.push_back(mean_of(std::move(said[i]), mirrored(std::move(said[i + 1]))));
+  }
   return out;
 }
 

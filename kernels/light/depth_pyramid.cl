@@ -3,7 +3,7 @@
 // up to 2 x 2 cells in level l. A ray whose inverse depth stays above a block's cannot meet it. Level l is
 // ceil(w / 2^l) x ceil(h / 2^l) and starts at row (2 H) - (2 H >> l), H the power of two not below h: a kernel finds it by
 // a shift. The stride is odd in cache lines, so that a column does not fall into one set of the cache.
-#include "lib/real.clh"
+#include "lib/camera.clh"
 
 // depth: {n, 1, h, w}, axial, metres, 0 = none. Writes level 0 and -1 everywhere else.
 kernel void pyramid_base(IN(depth), OUT(pyramid), const int w, const int h, const int stride, const int level_rows) {
@@ -12,7 +12,7 @@ kernel void pyramid_base(IN(depth), OUT(pyramid), const int w, const int h, cons
   if (x >= stride || y >= level_rows) return;
   const int n = (int)get_global_id(2);
   const real z = x < w && y < h ? AT(depth, n)[y * w + x] : R(0);
-  AT(pyramid, n)[y * stride + x] = z > R(0) && z < R(INFINITY) ? R(1) / z : R(-1);
+  AT(pyramid, n)[y * stride + x] = is_depth(z) ? R(1) / z : R(-1);
 }
 
 // One level, w x h cells that start at row `to`, from the one below, below_w x below_h at row `from`.

@@ -6,9 +6,11 @@
 // learned little. normal {1, 3, h, w}, camera frame, of any length but zero.
 #include "lib/chunk.clh"
 #include "lib/frame.clh"
+#include "lib/surface.clh"
 
 static inline Frame frame_at(global const real *normal, const int plane, const int pixel) {
-  return frame_of(unit3((real3)(normal[pixel], normal[plane + pixel], normal[2 * plane + pixel])));
+  const real3 v = (real3)(normal[pixel], normal[plane + pixel], normal[2 * plane + pixel]);
+  return frame_of(unit3(v / unit_near(v)));
 }
 
 // direction {1, 3, plane, side^2}: of a ray that meets the surface there, the other way round; pixel Int {1, 1, ...}.
@@ -33,7 +35,8 @@ kernel void look_up_grid(IN(grid), IN(normal), IN_INT(hit), IN(direction), IN_IN
                          CHUNK_ARGS, const int listed, const int channels, const int plane, const int side) {
   const int k = (int)get_global_id(0), asked = listed ? AT(count, 0)[0] : pixels * sample_capacity;
   if (k >= asked) return;
-  const int ray = listed ? AT(list, 0)[k] : k, pixel = AT(hit, 0)[ray];
+  const int ray = listed ? AT(list, 0)[k] : k;
+  const int pixel = ray % sample_capacity < samples ? AT(hit, 0)[ray] : -1;  // beyond a chunk's samples nobody has written
   if (pixel < 0) return;
   global const real *along = AT(direction, 0) + ray;
   const real3 d = (real3)(-along[0], -along[RAY_PLANE], -along[2 * RAY_PLANE]);

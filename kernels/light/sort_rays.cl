@@ -3,7 +3,7 @@
 // fixed length). Rays of one pixel keep their own order: same bits run to run, on any device.
 //
 // hit Int {1, 1, pixels, samples}: pixel y * w + x of the ray's own picture, or -1; key = picture * plane + hit, `keys` for
-// misses and rays beyond the chunk. order: ray numbers p * samples + s of the whole tile. counts {digits, blocks}.
+// misses and rays beyond the chunk. Rows beyond the pictures' planes are of the last picture, as for gather_rays. order: ray numbers p * samples + s of the whole tile. counts {digits, blocks}.
 #include "lib/chunk.clh"
 #include "lib/scan.clh"
 
@@ -21,7 +21,7 @@ kernel void ray_keys(IN_INT(hit), OUT_INT(key), OUT_INT(order), CHUNK_ARGS, cons
   const int p = (int)get_global_id(1);
   if (s >= sample_capacity || p >= pixel_capacity) return;
   const ulong ray = RAY(p, s);
-  const int pixel = AT(hit, 0)[ray], first = (first_pixel + p) / plane * plane;
+  const int pixel = AT(hit, 0)[ray], first = min((first_pixel + p) / plane, keys / plane - 1) * plane;
   const int inside = p < pixels && s < samples && pixel >= 0 && first + pixel < keys;
   AT(key, 0)[ray] = inside ? first + pixel : keys;
   AT(order, 0)[ray] = (int)ray;

@@ -227,7 +227,8 @@ kernel void gaussians_of_points(IN(axis), IN(sharpness), IN(weight), IN(camera),
 kernel void turn_gaussians(IN(axis), IN(normal), OUT(y), const int lobes, const int plane, const int back) {
   const int i = (int)get_global_id(0), n = (int)get_global_id(1);
   if (i >= plane) return;
-  const Frame frame = grid_frame(unit3(rgb_at(AT(normal, n), plane, i)));
+  const real3 mapped = rgb_at(AT(normal, n), plane, i);
+  const Frame frame = grid_frame(unit3(mapped / unit_near(mapped)));
   for (int k = 0; k < lobes; ++k) {
     const real3 v = rgb_at(AT(axis, n) + (ulong)(3 * k) * plane, plane, i);
     const real3 turned = back ? to_local(frame, v) : to_world(frame, v);

@@ -7,7 +7,7 @@ kernel void surface_points(IN(depth), IN(camera), OUT(points), const int w, cons
   if (pixel >= w * h) return;
   const int j = pixel / w;
   const real z = AT(depth, n)[pixel];
-  const real3 point = z > R(0) ? z * pixel_ray(camera_at(AT(camera, n)), pixel - j * w, j) : (real3)(R(0));
+  const real3 point = is_depth(z) ? z * pixel_ray(camera_at(AT(camera, n)), pixel - j * w, j) : (real3)(R(0));
   AT(points, n)[pixel] = point.x;
   AT(points, n)[w * h + pixel] = point.y;
   AT(points, n)[2 * w * h + pixel] = point.z;

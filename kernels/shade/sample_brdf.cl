@@ -118,7 +118,7 @@ static inline Pixel pixel_of(global const real *depth, const Camera camera, cons
 #endif
   at.alpha = alpha_of(at.material.roughness);
   // Of both cosines: wo.z is the exact one, but not of a normal without length.
-  at.status = depth[pixel] > R(0) ? (dot3(at.raw, view) > R(0) && !(at.wo.z <= R(0)) ? 0 : 2) : 1;
+  at.status = is_depth(depth[pixel]) ? (dot3(at.raw, view) > R(0) && !(at.wo.z <= R(0)) ? 0 : 2) : 1;
 #ifdef DETACHED
   at.e_normal = rgb_at(evaluated.normal, plane, pixel);
   at.e_unit = unit_near(at.e_normal);

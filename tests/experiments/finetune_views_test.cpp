@@ -8,6 +8,7 @@
 #include <set>
 
 #include "experiments/evaluation/benchmark_errors.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/io/files.hpp"
 #include "host/io/safetensors.hpp"
 #include "host/math/statistics.hpp"
@@ -234,6 +235,12 @@ TEST_F(Finetuning, ATrainingLearnsWhatPeopleSayAndDoesTheSameAgain) {
            15;
   };
   EXPECT_LT(mean_of(25), 0.7 * mean_of(0));
+
+  const History history = read_history(learned.weights);
+  EXPECT_TRUE(saw_photographs(history));
+  EXPECT_THAT(history.legs.back().overrides, testing::Contains("finetune.iiw=\"" + iiw.filename().string() + "\""))
+      << "no path of this machine";
+  EXPECT_THAT(model_card(history, {}, {}), HasSubstr("on photographs, by the legs below"));
 
   const TrainingOutcome again = run("again", with({"train.steps=40"}));
   const auto one = read_safetensors(learned.weights), other = read_safetensors(again.weights);

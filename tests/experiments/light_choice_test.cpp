@@ -14,6 +14,7 @@
 #include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/safetensors.hpp"
 #include "nets/constant_light.hpp"
 #include "tests/experiments/program.hpp"
 #include "tests/experiments/synthetic_views.hpp"
@@ -363,6 +364,15 @@ TEST_F(LightWeights, ExportReplacesWeightsAndTheirCardAndNothingElse) {
     EXPECT_THAT(text_of(said), HasSubstr(name));
     EXPECT_EQ(files_below(out), std::vector<std::string>{name}) << "nothing is half done";
     EXPECT_EQ(read_file(out / name), "mine");
+    fs::remove(out / name);
+  }
+  for (const char* name : {"light_local.safetensors", "maps.safetensors"}) {  // whose training nobody knows
+    write_safetensors(out / name, TensorFile());
+    const std::string before = read_file(out / name);
+    EXPECT_EQ(exported(), 2) << text_of(said);
+    EXPECT_THAT(text_of(said), HasSubstr(name));
+    EXPECT_EQ(files_below(out), std::vector<std::string>{name}) << "nothing is half done";
+    EXPECT_EQ(read_file(out / name), before);
     fs::remove(out / name);
   }
   EXPECT_EQ(exported(), 0) << text_of(said);

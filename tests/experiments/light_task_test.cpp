@@ -21,6 +21,8 @@
 namespace clerestory {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr int kWidth = 40, kHeight = 30;
 
 /// Two bare rooms with their light, as coarse as they come.
@@ -190,6 +192,32 @@ TEST_F(LightTask, MapsOfBothKindsGiveOtherWeightsThanEither) {
   EXPECT_NE(weights[0], weights[1]);
   EXPECT_NE(weights[0], weights[2]);
   EXPECT_NE(weights[1], weights[2]);
+}
+
+TEST_F(LightTask, GoesOnUnderTheMapsThatItBeganWith) {
+  const fs::path maps = *folder_ / "maps.safetensors";
+  fs::copy_file(fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors", maps);
+  const Config both = config("resumed", {"light.maps=both", "light.maps_weights=" + maps.string()});
+  const fs::path run = train(both, {"clerestory", "train"}).folder;
+  EXPECT_EQ(read_provenance(run / "provenance.json").inputs.at(0).path, maps.string());
+  const auto as_if_killed = [&] {
+    fs::remove(run / "DONE");
+    for (const auto& entry : fs::directory_iterator(run / "checkpoints"))
+      if (entry.path().string().find("0004") != std::string::npos) fs::remove(entry.path());
+  };
+  as_if_killed();
+  EXPECT_NO_THROW(train(both, {"clerestory", "train"}));
+  as_if_killed();
+  TensorFile other = read_safetensors(maps);
+  other.metadata["remark"] = "of another training";
+  write_safetensors(maps, other, FloatStorage::F16);
+  try {
+    train(both, {"clerestory", "train"});
+    FAIL() << "went on under other maps";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    EXPECT_NE(std::string(e.what()).find("other maps"), std::string::npos) << e.what();
+  }
 }
 
 TEST_F(LightTask, ALegEndsInTheSameBitsAndItsWeightsSayWhatTheyAre) {

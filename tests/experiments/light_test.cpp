@@ -325,7 +325,7 @@ TEST_F(Light, TheWidestNetsThatTrainCanBeAsked) {
   const Device device = Device::open();
   const TrainingOptions options = training_options(Config(
       training_schema(), {"train.steps=1", "model.kind=light", "light.out_of_view=field", "light.width=512",
-                          "light.layers=1", "light.frequencies=256", "light.field=[64,64,64,64]", "light.segments=4"}));
+                          "light.layers=1", "light.frequencies=102", "light.field=[64,64,64,64]", "light.segments=4"}));
   const auto nets =
       std::make_shared<LightNets>(LightNets{options.model.light, 40, std::make_shared<States>(device), "wide"});
   Graph graph;

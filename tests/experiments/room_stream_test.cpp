@@ -106,6 +106,34 @@ TEST_F(RoomStreamTest, WhatIsOverIsDropped) {
   EXPECT_EQ(rooms.count("room-s4-00020"), 1u);
 }
 
+TEST_F(RoomStreamTest, WhatAnEarlierTryKeptIsDropped) {
+  {
+    RoomStream stream(options("a"), 7, 0);
+    for (std::uint64_t position = 0; position < 60; ++position) stream.at(position);
+  }
+  ASSERT_EQ(rooms_in("a").count("room-s4-00008"), 1u);
+  RoomStream stream(options("a"), 7, 108);
+  stream.at(108);
+  EXPECT_EQ(rooms_in("a").count("room-s4-00008"), 0u);
+  EXPECT_EQ(rooms_in("a").count("room-s4-00018"), 1u);
+}
+
+TEST_F(RoomStreamTest, RoomsThatAreJudgedAreNotMade) {
+  const StreamOptions o = options("a");
+  const auto judged = [&](const std::string& room) { check_not_streamed(o, {{folder / room, "000"}}); };
+  EXPECT_NO_THROW(judged("room-s41-00000"));
+  EXPECT_NO_THROW(judged("held-out-room-s4-00000"));
+  EXPECT_NO_THROW(check_not_streamed({}, {{folder / "room-s4-00000", "000"}})) << "without a stream";
+  try {
+    judged("room-s4-00123");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::Usage);
+    for (const char* word : {"stream.seed", "4", "room-s4-00123"})
+      EXPECT_NE(std::string(e.what()).find(word), std::string::npos) << e.what();
+  }
+}
+
 TEST_F(RoomStreamTest, WhatCannotBeMadeEndsTheStreamWithItsReason) {
   StreamOptions o = options("a");
   o.rooms.views.spp = 0;

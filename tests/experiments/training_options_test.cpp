@@ -61,12 +61,15 @@ TEST(TrainingOptions, LightsThatTrainButCannotBeAskedAreRefused) {
   refused({"light.width=40"}, "light.width");
   refused({"light.width=528"}, "light.width");
   refused({"light.frequencies=257"}, "light.frequencies");
+  refused({"light.frequencies=103"}, "light.frequencies");
+  refused({"light.net=li2020", "loss.irradiance=1"}, "loss.irradiance");
+  refused({"light.net=li2020", "model.input=imagenet"}, "model.input");
   refused({"light.out_of_view=field", "light.field=[65]"}, "light.field");
   refused({"light.out_of_view=field", "light.field=[8,8,8,8,8]"}, "light.field");
   for (const char* preset : {"compact", "paper"})  // what stays is asked below, in light_test.cpp
     EXPECT_NO_THROW(training_options(
         Config(training_schema(), {"train.steps=1", "model.kind=light", std::string("model.preset=") + preset,
-                                   "light.width=512", "light.frequencies=256", "light.field=[64,64,64,64]"})));
+                                   "light.width=512", "light.frequencies=102", "light.field=[64,64,64,64]"})));
 }
 
 TEST(TrainingOptions, NetsSurviveTheirText) {

@@ -42,7 +42,8 @@ struct BilinearAdjointOp : NotDifferentiable {  // dy -> dx
   std::vector<Signature> infer(std::span<const Value>) const override { return {{input, Type::Real}}; }
   void launch(Launch& l) const override {
     const Shape& out = l.in(0).shape;
-    const int most_y = most_readers(input.h, out.h, aligned), most_x = most_readers(input.w, out.w, aligned),
+    // Readers of the first column begin where the pattern of the next two goes on, at most one before their own.
+    const int most_y = most_readers(input.h, out.h, aligned), most_x = most_readers(input.w, out.w, aligned) + 1,
               rows = rows_of(l.device, input.h);
     const int planes = planes_of(l.device);
     const int pitch = whole_vectors(input.w), line_pitch = whole_vectors(out.w + most_x + 32);
