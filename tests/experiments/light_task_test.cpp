@@ -185,7 +185,8 @@ TEST_F(LightTask, MirroredBatchesAreTheSameRoom) {
 TEST_F(LightTask, MapsOfBothKindsGiveOtherWeightsThanEither) {
   std::vector<std::vector<float>> weights;
   for (const char* maps : {"true", "predicted", "both"}) {
-    const TrainingOutcome leg = train(config(maps, {std::string("light.maps=") + maps}), {"clerestory", "train"});
+    const TrainingOutcome leg =
+        train(config(maps, {std::string("light.maps=") + maps, "loss.radiance=relative"}), {"clerestory", "train"});
     const TensorFile file = read_safetensors(leg.weights);
     weights.push_back(file.get("local.mlp.out.weight", "leg").floats("local.mlp.out.weight"));
   }
@@ -197,7 +198,8 @@ TEST_F(LightTask, MapsOfBothKindsGiveOtherWeightsThanEither) {
 TEST_F(LightTask, GoesOnUnderTheMapsThatItBeganWith) {
   const fs::path maps = *folder_ / "maps.safetensors";
   fs::copy_file(fs::path(CLERESTORY_SOURCE_DIR) / "nets/weights/maps.safetensors", maps);
-  const Config both = config("resumed", {"light.maps=both", "light.maps_weights=" + maps.string()});
+  const Config both =
+      config("resumed", {"light.maps=both", "light.maps_weights=" + maps.string(), "loss.radiance=relative"});
   const fs::path run = train(both, {"clerestory", "train"}).folder;
   EXPECT_EQ(read_provenance(run / "provenance.json").inputs.at(0).path, maps.string());
   const auto as_if_killed = [&] {
