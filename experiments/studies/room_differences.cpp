@@ -119,8 +119,8 @@ Table room_differences(const Texts& keys, const std::vector<SweptPoint>& points)
   table.title = "Room by room against the first";
   table.note =
       "Errors of the last weights, mean over rooms ± deviation over seeds; difference to the first row's training on "
-      "the same rooms, and the interval of 95 % of it: a bootstrap over rooms, which both share, and Welch's t over the "
-      "seeds of each. Lower is better; none: the interval holds 0.";
+      "the same rooms, and the interval of 95 % of it: a bootstrap over rooms, which both share, and Welch's t over "
+      "the seeds of each. Lower is better; none: the interval holds 0.";
   for (const std::string& key : keys) table.columns.push_back({key, "", Best::None, 3});
   const std::string to = points.empty() ? "" : fmt::format("to {}", fmt::join(points[0].values, " "));
   table.columns.insert(table.columns.end(), {{"list", "", Best::None, 3},
