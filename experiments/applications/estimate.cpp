@@ -19,12 +19,7 @@ double maps_flops(Device& device, const std::string& preset, const Size& size, c
   Graph graph;
   const Value image = graph.input("image", {1, 3, padded_size(size.height), padded_size(size.width)});
   const Maps maps = mgnet(graph, image, mgnet_size(preset), false);
-  std::vector<Value> outputs;
-  if (request.albedo) outputs.push_back(maps.albedo);
-  if (request.normal) outputs.push_back(maps.normal);
-  if (request.depth) outputs.insert(outputs.end(), {maps.depth, maps.log_scale});
-  if (request.material) outputs.push_back(maps.material);
-  return 2 * flops_of(compile(graph, outputs, device));  // the photograph, and its mirror image
+  return 2 * flops_of(compile(graph, wanted_outputs(maps, request), device));  // the photograph, and its mirror image
 }
 
 double encoders_flops(Device& device, const LightSizes& sizes, const Size& size) {

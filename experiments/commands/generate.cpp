@@ -145,8 +145,8 @@ void check_together(const Options& options, const CommonOptions& common) {
   const bool described = !options.write_rooms.empty();
   refuse("--sheet", "--shard: it shows all rooms of a folder", part && !options.sheet.empty());
   refuse("--shard", "--write-rooms, which describes all rooms", part && described);
-  refuse("--sheet", "--write-rooms, which traces nothing", described && !options.sheet.empty());
-  for (const char* traced : {"--balls", "--stereo", "--spp", "--light-spp", "--probes", "--no-light", "--clamp"})
+  for (const char* traced :
+       {"--sheet", "--balls", "--stereo", "--spp", "--light-spp", "--probes", "--no-light", "--clamp"})
     refuse(traced, "--write-rooms, which traces nothing", described && was_given(common, traced));
   refuse("--setting", "--list, which says it", list && was_given(common, "--setting"));
   refuse("--seed", "--list, which has the seeds", list && was_given(common, "--seed"));

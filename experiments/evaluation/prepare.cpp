@@ -57,6 +57,12 @@ Image mirrored(const Image& image) {
   return out;
 }
 
+Image mirrored_normals(const Image& normal) {
+  Image out = mirrored(normal);
+  for (std::size_t i = 0; i < out.pixels(); ++i) out.plane(0)[i] = -out.plane(0)[i];
+  return out;
+}
+
 Image cut(const Image& image, int width, int height) {
   if (width > image.width || height > image.height)
     throw Error(ErrorKind::Failed, "a cut is larger than its picture", "cut", fmt::format("{}x{}", width, height),

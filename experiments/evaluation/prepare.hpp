@@ -16,6 +16,8 @@ Image crop_to_aspect(const Image& image, int width, int height);
 Image pad_to_multiple(const Image& image, int multiple, bool repeat);
 /// Left and right exchanged.
 Image mirrored(const Image& image);
+/// The same of normals in camera space, whose x changes its sign.
+Image mirrored_normals(const Image& normal);
 /// The part of this size that begins at (left, top).
 Image window(const Image& image, int left, int top, int width, int height);
 /// The upper left part.

@@ -56,8 +56,8 @@ ResultCommand command_of(const Provenance& provenance, const std::string& run, c
   return command;
 }
 
-/// What all of it was made with: not what the command sweeps, nor
-/// the rooms of trainings, which a study of them makes itself. What a variant sets stands by its name.
+/// What all of it was made with: not what the command sweeps, nor the rooms of trainings, which a study of them makes
+/// itself. What a variant sets stands by its name.
 std::map<std::string, std::string> settings_of(const Config& config, const Texts& overrides) {
   std::map<std::string, std::string> settings;
   for (const auto& [key, entry] : config.entries())

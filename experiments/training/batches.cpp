@@ -52,13 +52,11 @@ TrainingBatch assemble_batch(const PreparedView& view, bool flip, double gain) {
   TrainingBatch batch;
   batch.n = 1;
   batch.w = padded_size(view.image.width), batch.h = padded_size(view.image.height);
-  Image normal = view.truth.normal, depth = view.truth.depth;
-  if (flip)
-    for (std::size_t i = 0; i < normal.pixels(); ++i) normal.data[i] = -normal.data[i];
+  Image depth = view.truth.depth;
   for (float& d : depth.data) d = std::min(d, 1.0f);
   batch.image = net_input(flip ? mirrored(view.image) : view.image, gain).data;
   append(batch.albedo, view.truth.albedo, flip, false);
-  append(batch.normal, normal, flip, false);
+  append(batch.normal, flip ? mirrored_normals(view.truth.normal) : view.truth.normal, false, false);
   append(batch.material, view.truth.material, flip, false);
   append(batch.depth, depth, flip, false);
   append(batch.geometry_mask, view.masks.geometry, flip, false);

@@ -34,8 +34,8 @@ struct Prepared {
 };
 
 void mirror(Prepared& p) {
-  for (Image* map : {&p.image, &p.albedo, &p.normal, &p.depth, &p.material, &p.emission}) *map = mirrored(*map);
-  for (std::size_t i = 0; i < p.normal.pixels(); ++i) p.normal.data[i] = -p.normal.data[i];
+  for (Image* map : {&p.image, &p.albedo, &p.depth, &p.material, &p.emission}) *map = mirrored(*map);
+  p.normal = mirrored_normals(p.normal);
   p.camera.cx = p.camera.width - p.camera.cx;
   for (Vec3& point : p.rays.points) point.x = -point.x;
   for (Vec3& d : p.rays.directions) d.x = -d.x;

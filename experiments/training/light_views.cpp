@@ -30,10 +30,6 @@ double factor_of(DepthUnit unit, const LightView& view, const Image& depth) {
   return unit == DepthUnit::True ? metres_of(view, depth) : 1;
 }
 
-}  // namespace
-
-namespace {
-
 /// Whether rays can be drawn: from a tile at a pixel with depth, or from a probe.
 bool says_something(const LightView& view) {
   const EnvmapLayout& layout = view.envmaps.layout;

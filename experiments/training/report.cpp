@@ -100,7 +100,7 @@ std::string card_of(const std::vector<std::filesystem::path>& files, const Histo
 }
 
 /// The scale of predicted depth on real photographs; nothing where it was not measured with these weights.
-std::string real_scale_section(const std::filesystem::path& weights) {
+std::string real_scale_section(const std::filesystem::path& weights, const History& history) {
   const std::optional<RealScale> real = real_scale(weights, file_hash(weights));
   if (!real) return {};
   std::string text =
@@ -112,7 +112,7 @@ std::string real_scale_section(const std::filesystem::path& weights) {
          fmt::format(
              "\nTypically off by {}; {} seen in training. Measured by `clerestory evaluate --weights {} --frames FRAME "
              "... --json={}`.\n",
-             real->text(), saw_photographs(read_history(weights)) ? "other photographs were" : "no photograph was",
+             real->text(), saw_photographs(history) ? "other photographs were" : "no photograph was",
              weights.filename().string(), frames_file(weights).filename().string());
 }
 
@@ -136,7 +136,7 @@ void check_weights_folder(const std::filesystem::path& folder, const std::vector
   std::vector<fs::path> beside = weights_files(folder);
   beside.push_back(folder / "maps.safetensors");
   for (const fs::path& file : beside)
-    if (fs::exists(file) && !says_its_training(file))
+    if (std::ranges::count(files, file) == 0 && fs::exists(file) && !says_its_training(file))
       throw usage_error("the folder's card tells of these weights, which say nothing of their training", file.string(),
                         "", "another folder, or move them away");
   const fs::path card = folder / "CARD.md";
@@ -149,8 +149,10 @@ void check_weights_folder(const std::filesystem::path& folder, const std::vector
 
 std::filesystem::path write_folder_card(const std::filesystem::path& folder, const std::filesystem::path& maps) {
   std::string card;
-  if (std::filesystem::exists(maps))
-    card = card_of({maps}, read_history(maps), folder, maps_plots) + real_scale_section(maps);
+  if (std::filesystem::exists(maps)) {
+    const History history = read_history(maps);
+    card = card_of({maps}, history, folder, maps_plots) + real_scale_section(maps, history);
+  }
   const auto light = weights_files(folder);
   if (std::ranges::all_of(light, [](const auto& file) { return std::filesystem::exists(file); }))
     card += (card.empty() ? "" : "\n") + card_of(light, read_history(light[0]), folder, light_plots);

@@ -80,7 +80,9 @@ class Trainer {
   /// The tile that this run had on this device, so that it goes on with the same; "auto" where there was none.
   std::string tile_before(const Device& device) const;
   /// What an earlier try recorded, where it can be read.
-  std::optional<Provenance> before() const;
+  std::optional<Provenance> read_before() const;
+  /// A fact that an earlier try recorded; none where there is none.
+  std::optional<std::string> fact_before(const std::string& name) const;
   /// Throws usage_error where a light would go on under maps of other weights than it began with.
   void check_maps_before() const;
   void resume_or_begin();
@@ -132,6 +134,7 @@ class Trainer {
   bool fresh_;  // nothing was here before
   std::vector<std::string> command_;
   Provenance provenance_;
+  std::optional<Provenance> before_;  // of an earlier try
   TrainingStates states_;
   std::unique_ptr<TrainingTask> task_;
   std::unique_ptr<MetricsWriter> metrics_;
@@ -184,6 +187,7 @@ void Trainer::say_what_stays() const {
 void Trainer::prepare() {
   catch_interrupts();
   Device device = Device::open(options_.run.device);
+  before_ = read_before();
   device.use_tile(options_.run.tile == "auto" ? tile_before(device) : options_.run.tile);
   device.use_gemm(options_.model.gemm);
   cores_ = device.info().cpu ? device.info().compute_units : 0;
@@ -207,12 +211,12 @@ void Trainer::prepare() {
     provenance_.inputs.push_back(record_file(options_.data.finetune.nyu_list));
   if (const auto maps = task_->maps_weights()) {
     provenance_.inputs.push_back(record_file(*maps));
-    provenance_.facts[kMapsFact] = file_hash(*maps);
+    provenance_.facts[kMapsFact] = provenance_.inputs.back().hash;
   }
   for (const std::string& note : task_->notes()) run_.log(note);
 }
 
-std::optional<Provenance> Trainer::before() const {
+std::optional<Provenance> Trainer::read_before() const {
   if (!std::filesystem::exists(run_ / kProvenanceName)) return std::nullopt;
   try {
     return read_provenance(run_ / kProvenanceName);
@@ -223,22 +227,24 @@ std::optional<Provenance> Trainer::before() const {
   }
 }
 
+std::optional<std::string> Trainer::fact_before(const std::string& name) const {
+  if (!before_) return std::nullopt;
+  const auto fact = before_->facts.find(name);
+  return fact == before_->facts.end() ? std::nullopt : std::optional(fact->second);
+}
+
 std::string Trainer::tile_before(const Device& device) const {
-  const std::optional<Provenance> made = before();
-  if (!made) return "auto";  // all tiles give the same bits
-  const auto tile = made->facts.find("tile");
-  if (made->device != device.fingerprint() || tile == made->facts.end()) return "auto";
-  return std::ranges::find(tiles(), tile->second, &Tile::name) != tiles().end() ? tile->second : "auto";
+  const std::optional<std::string> tile = fact_before("tile");
+  if (!tile || before_->device != device.fingerprint()) return "auto";  // all tiles give the same bits
+  return std::ranges::find(tiles(), *tile, &Tile::name) != tiles().end() ? *tile : "auto";
 }
 
 void Trainer::check_maps_before() const {
   const auto now = provenance_.facts.find(kMapsFact);
-  if (now == provenance_.facts.end()) return;
-  const std::optional<Provenance> made = before();
-  const auto then = made ? made->facts.find(kMapsFact) : now;
-  if (made && then != made->facts.end() && then->second != now->second)
+  const std::optional<std::string> then = fact_before(kMapsFact);
+  if (now != provenance_.facts.end() && then && *then != now->second)
     throw usage_error("this run has learned under other maps", task_->maps_weights()->string(), "hash " + now->second,
-                      "the weights with hash " + then->second + ", or a new run");
+                      "the weights with hash " + *then + ", or a new run");
 }
 
 std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {

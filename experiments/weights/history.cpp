@@ -125,7 +125,9 @@ std::string picture_line(const std::string& what, const std::string& plot) {
 }
 
 struct CardText {
-  const char *title, *purpose, *conventions, *limits;
+  const char* title;
+  std::string purpose;
+  const char *conventions, *limits;
 };
 
 CardText card_text(const History& history) {
@@ -143,13 +145,11 @@ CardText card_text(const History& history) {
         "is a guess at its colour and strength, without detail."};
   return {
       "Weights of the maps",
-      saw_photographs(history)
-          ? "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on generated "
-            "rooms and, where a leg names finetune.iiw or finetune.nyu, on photographs, by the legs below; the first "
-            "begins with random weights and, where `from` names it, an encoder that has learned on ImageNet."
-          : "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on generated "
-            "rooms alone, by the legs below; the first begins with random weights and, where `from` names it, an "
-            "encoder that has learned on ImageNet.",
+      fmt::format(
+          "Maps of one photograph of a room: albedo, normals, depth, roughness and metallic. Trained on "
+          "generated rooms {}, by the legs below; the first begins with random weights and, where `from` names "
+          "it, an encoder that has learned on ImageNet.",
+          saw_photographs(history) ? "and, where a leg names finetune.iiw or finetune.nyu, on photographs" : "alone"),
       "Conventions of these figures: `clerestory evaluate --weights FILE --data DIR` prints them all.",
       "Trained on procedural rooms: real photographs differ in texture, clutter and camera. Depth is relative; its "
       "scale in metres comes from one linear layer and is as rough as stated above. Mirrors, glass and text are "

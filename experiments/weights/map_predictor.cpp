@@ -35,6 +35,15 @@ Image picture_at(const std::vector<float>& data, const Shape& shape, std::size_t
 
 }  // namespace
 
+std::vector<Value> wanted_outputs(const Maps& maps, const WantedMaps& wanted) {
+  std::vector<Value> outputs;
+  if (wanted.albedo) outputs.push_back(maps.albedo);
+  if (wanted.normal) outputs.push_back(maps.normal);
+  if (wanted.depth) outputs.insert(outputs.end(), {maps.depth, maps.log_scale});
+  if (wanted.material) outputs.push_back(maps.material);
+  return outputs;
+}
+
 MapPrediction mean_of(MapPrediction one, const MapPrediction& other) {
   to_mean(one.maps.albedo, other.maps.albedo), to_mean(one.maps.depth, other.maps.depth);
   to_mean(one.maps.material, other.maps.material);
@@ -45,8 +54,8 @@ MapPrediction mean_of(MapPrediction one, const MapPrediction& other) {
 
 MapPrediction mirrored(MapPrediction prediction) {
   MapSet& m = prediction.maps;
-  for (Image* map : {&m.albedo, &m.normal, &m.depth, &m.material}) *map = mirrored(*map);
-  for (std::size_t i = 0; i < m.normal.pixels(); ++i) m.normal.plane(0)[i] *= -1;
+  for (Image* map : {&m.albedo, &m.depth, &m.material}) *map = mirrored(*map);
+  m.normal = mirrored_normals(m.normal);
   return prediction;
 }
 
@@ -71,13 +80,8 @@ struct MapPredictor::State {
     if (found) return *found;
     auto made = std::make_unique<Net>();
     made->maps = mgnet(made->graph, made->graph.input("image", {batch, 3, padded_height, padded_width}), size, false);
-    const Maps& m = made->maps;
-    std::vector<Value> outputs;
-    if (wanted.albedo) outputs.push_back(m.albedo);
-    if (wanted.normal) outputs.push_back(m.normal);
-    if (wanted.depth) outputs.insert(outputs.end(), {m.depth, m.log_scale});
-    if (wanted.material) outputs.push_back(m.material);
-    made->run = std::make_unique<Executor>(compile(made->graph, outputs, device, {.precision = precision}), states);
+    made->run = std::make_unique<Executor>(
+        compile(made->graph, wanted_outputs(made->maps, wanted), device, {.precision = precision}), states);
     found = std::move(made);
     return *found;
   }

@@ -15,6 +15,9 @@ struct WantedMaps {
   bool any() const { return albedo || normal || depth || material; }
 };
 
+/// What a plan gives out for these.
+std::vector<Value> wanted_outputs(const Maps& maps, const WantedMaps& wanted);
+
 /// What MGNet says about one picture.
 struct MapPrediction {
   MapSet maps;           // at the size of the picture that was given; empty where not wanted

@@ -5,6 +5,7 @@
 
 #include "host/error.hpp"
 #include "host/math/statistics.hpp"
+#include "host/math/welch.hpp"
 
 namespace clerestory {
 namespace {
@@ -54,21 +55,15 @@ Numbers departures(const Numbers& values) {
   return all;
 }
 
-/// What chance does to the difference of two means of a few draws each: Student's t of as many degrees as Satterthwaite
-/// gives, over the standard error. Both are 0 where a side has one draw.
-struct Chance {
-  double error = 0, degrees = 1;
-};
-
-Chance chance_of(const Numbers& mine, const Numbers& other) {
+/// What chance does to the difference of two means of a few draws each, by Student's t; no error where a side has one
+/// draw.
+ErrorOfSum chance_of(const Numbers& mine, const Numbers& other) {
   if (mine.size() < 2 || other.size() < 2) return {};
-  double variance = 0, parts = 0;
-  for (const Numbers* side : {&mine, &other}) {
-    const double square = std::pow(standard_deviation(*side), 2) / static_cast<double>(side->size());
-    variance += square;
-    parts += square * square / static_cast<double>(side->size() - 1);
-  }
-  return variance > 0 ? Chance{std::sqrt(variance), variance * variance / parts} : Chance{};
+  const auto square = [](const Numbers& side) {
+    return std::pow(standard_deviation(side), 2) / static_cast<double>(side.size());
+  };
+  const auto count = [](const Numbers& side) { return static_cast<std::int64_t>(side.size()); };
+  return error_of_sum({{0, {square(mine), square(other)}, {count(mine), count(other)}}}).value_or(ErrorOfSum{});
 }
 
 /// The mean of as many, drawn with replacement.
@@ -88,7 +83,7 @@ Difference paired_bootstrap(const Repeated& mine, const Repeated& other, std::ui
   for (std::size_t q = 0; q < a.size(); ++q) paired.push_back(a[q] - b[q]);
   const double middle = mean(paired);
   const Numbers questions = departures(paired);
-  const Chance chance = chance_of(by_repetition(mine), by_repetition(other));
+  const ErrorOfSum chance = chance_of(by_repetition(mine), by_repetition(other));
   std::mt19937_64 random(seed);
   std::student_t_distribution<double> student(chance.degrees);
   Numbers drawn;

@@ -12,6 +12,12 @@ struct Shift {
   double squares[2] = {0, 0};
   std::int64_t counts[2] = {2, 2};
 };
+/// The standard error of their sum, and the degrees that Satterthwaite gives it; nothing where there is no spread.
+/// Counts are at least 2.
+struct ErrorOfSum {
+  double error = 0, degrees = 1;
+};
+std::optional<ErrorOfSum> error_of_sum(const std::vector<Shift>& shifts);
 /// Welch's test that the mean over such differences is 0, by Student's t of as many degrees as Satterthwaite gives: the
 /// two-sided p-value; nothing where there is no spread. Counts are at least 2.
 std::optional<double> p_of_shifts(const std::vector<Shift>& shifts);
