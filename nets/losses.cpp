@@ -9,6 +9,7 @@
 #include "host/ops/tensor/reciprocal.hpp"
 #include "host/ops/tensor/reduce.hpp"
 #include "host/ops/tensor/reshape.hpp"
+#include "host/ops/tensor/resize.hpp"
 #include "host/ops/tensor/slice.hpp"
 #include "nets/vgg.hpp"
 
@@ -30,6 +31,16 @@ Value scaled_depth_loss(const Maps& maps, const MapTargets& truth, double factor
   const Value aligned = least_squares_scale(maps.depth, truth.depth, truth.geometry_mask);
   return log_loss(maps.depth, truth.depth, truth.geometry_mask, factor, aligned);
 }
+
+constexpr double kDepthFloor = 0.01;
+
+Value log_of(Value map, double floor) { return activate(affine(map, 1, floor), Function::Log); }
+
+Value log_error(Value prediction, Value truth, double floor) {
+  return subtract(log_of(prediction, floor), log_of(truth, floor));
+}
+
+Value absolute(Value x) { return add(relu(x), relu(scale(x, -1))); }
 
 Value clamp_to_unit(Value x) { return affine(relu(affine(relu(x), -1, 1)), -1, 1); }
 
@@ -92,11 +103,27 @@ Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Val
 }
 
 Value log_depth_loss(Value prediction, Value truth, Value mask) {
-  constexpr double share_removed = 0.85, floor = 0.01;
-  const auto log_of = [&](Value depth) { return activate(affine(depth, 1, floor), Function::Log); };
-  const Value predicted = log_of(prediction), wanted = log_of(truth);
+  constexpr double share_removed = 0.85;
+  const Value predicted = log_of(prediction, kDepthFloor), wanted = log_of(truth, kDepthFloor);
   const Value mean = detach(masked_mean(subtract(predicted, wanted), mask, {truth.shape().n, 1, 1, 1}));
   return squared_loss(predicted, add(wanted, expand(mean, truth.shape()), share_removed), mask);
+}
+
+Value detail_loss(Value error, Value mask) {
+  constexpr int scales = 4;
+  constexpr double nothing = 1e-6;  // of what no mask reaches all is 0
+  const auto mean_of = [](Value sum, Value weight) { return multiply(sum, reciprocal(affine(weight, 1, nothing))); };
+  Value sum = multiply(error, mask), weight = mask, total;
+  for (int i = 0; i < scales; ++i) {
+    const Shape fine = sum.shape();
+    const auto grown = [&](Value x) { return resize_bilinear(x, fine.h, fine.w, Aligned::Centres); };
+    const Value wide = average_pool(sum), wide_weight = average_pool(weight);
+    const Value band = subtract(mean_of(sum, weight), mean_of(grown(wide), grown(wide_weight)));
+    const Value term = masked_mean(absolute(band), weight, {1, 1, 1, 1});
+    total = total ? add(total, term) : term;
+    sum = wide, weight = wide_weight;
+  }
+  return scale(total, 1.0 / error.shape().c);
 }
 
 Value metallic_entropy(Value prediction, Value truth, Value mask) {
@@ -138,6 +165,12 @@ NamedValues mgnet_losses(const Scope& scope, const Maps& maps, const MapTargets&
   term("depth", compared.depth, weights.depth);
   if (weights.log_depth > 0)
     term("log_depth", log_depth_loss(maps.depth, truth.depth, truth.geometry_mask), weights.log_depth);
+  if (weights.depth_detail > 0)
+    term("depth_detail", detail_loss(log_error(maps.depth, truth.depth, kDepthFloor), truth.geometry_mask),
+         weights.depth_detail);
+  if (weights.albedo_detail > 0)
+    term("albedo_detail", detail_loss(log_error(maps.albedo, truth.albedo, 1), truth.albedo_mask),
+         weights.albedo_detail);
   if (weights.metallic > 0)
     term("metallic", metallic_entropy(slice(maps.material, 1, 1), slice(truth.material, 1, 1), truth.material_mask),
          weights.metallic);

@@ -43,7 +43,7 @@ struct PerceptualFeatures {
 /// Weights of the terms. perceptual is a part of the albedo, normal and material terms; 0 leaves its features out.
 struct LossWeights {
   double albedo = 1, normal = 1, material = 1, depth = 1, scale = 1, perceptual = 0, log_depth = 0, metallic = 0,
-         judgements = 0;
+         judgements = 0, depth_detail = 0, albedo_detail = 0;
   MapLosses terms = MapLosses::Zhu;
   PerceptualFeatures features = {};
 };
@@ -58,6 +58,13 @@ Value perceptual_distance(const Scope& scope, Value prediction, Value truth, Val
 
 /// <(e - 0.85 mean e)^2>_m with e = ln(D' + 0.01) - ln(D + 0.01), the mean over each picture's mask detached.
 Value log_depth_loss(Value prediction, Value truth, Value mask);
+
+/// How much of an error changes from place to place, at four scales; {1, 1, 1, 1}. With e_0 = error {n, c, h, w}, e_k+1
+/// its masked means over 2x2, each as fine as e_k when it is grown again, bilinear over what the mask {n, 1, h, w} has:
+///   sum_k <sum_c |e_k - grown e_k+1|>_mk / c
+/// What all of a surface is wrong by does not count; a bent wall and a blurred edge do (in place of the differences of
+/// neighbours of Li and Snavely 2018, MegaDepth). Sides: multiples of 16.
+Value detail_loss(Value error, Value mask);
 
 /// -<M ln(M' + 0.01) + (1 - M) ln(1.01 - M')>_m: least at the mean of M, as the squared error is, but steep where metal
 /// is given a metallic near 0: there the squared error of a sigmoid has next to no gradient, and metal is rare.
@@ -76,6 +83,8 @@ Value judgement_loss(Value albedo, const JudgedAlbedo& judged);
 ///   log_depth log_depth_loss, beyond the paper (Eigen et al. 2014): sees relative error however near the surface; what
 ///             is left of the mean holds the scale, which the term above lets drift to where the output's clamp has no
 ///             gradient
+///   depth_detail, albedo_detail  detail_loss of ln(D' + 0.01) - ln(D + 0.01) and of ln(1 + A') - ln(1 + A), beyond the
+///             paper: the squared terms see what is large, not what is sharp
 ///   metallic  metallic_entropy, beyond the paper: has the squared term's minimum, but its slope where metal is missed
 ///   scale     <(l' - l)^2>, beyond the paper: ln of the scene's scale
 ///   judgements  judgement_loss, where people have judged, under both kinds of terms

@@ -15,8 +15,8 @@ std::vector<std::string> without_a_term(const LossWeights& w, bool shared_decode
   const auto freeze = [&](const char* scope, bool seen) {
     if (!seen) scopes.push_back(scope);
   };
-  const bool albedo = w.albedo > 0 || w.judgements > 0, normal = w.normal > 0,
-             material = w.material > 0 || w.metallic > 0, depth = w.depth > 0 || w.log_depth > 0;
+  const bool albedo = w.albedo > 0 || w.albedo_detail > 0 || w.judgements > 0, normal = w.normal > 0,
+             material = w.material > 0 || w.metallic > 0, depth = w.depth > 0 || w.log_depth > 0 || w.depth_detail > 0;
   freeze("decoder_albedo", albedo), freeze("decoder_normal", normal), freeze("decoder_material", material);
   freeze("decoder_depth", depth), freeze("scale", w.scale > 0);
   const bool any = albedo || normal || material || depth;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/training/report.hpp"
+#include "experiments/weights/average.hpp"
 #include "experiments/weights/imported.hpp"
 #include "experiments/weights/light_text.hpp"
 #include "experiments/weights/maps_text.hpp"
@@ -19,6 +20,7 @@ namespace {
 
 struct WeightsArguments {
   std::filesystem::path file, picture, out;
+  std::vector<std::string> files;
   std::optional<double> gain;
 };
 
@@ -51,6 +53,12 @@ void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
   write_json_result(common, out.dump(1));
 }
 
+void write_maps(const std::filesystem::path& out, const LoadedWeights& weights, const Moments& moments) {
+  write_weights(out, *weights.states, weights.history, weights.means,
+                {weights.preset, net_text(weights.net), weights.size, weights.history.legs.back().commit,
+                 maps_states(weights.net), moments});
+}
+
 void export_maps(const WeightsArguments& arguments, Device device) {
   if (arguments.gain)
     throw usage_error("a gain is of the light out of view, and these are weights of maps", "--gain",
@@ -60,9 +68,7 @@ void export_maps(const WeightsArguments& arguments, Device device) {
   const std::filesystem::path folder = arguments.out.has_parent_path() ? arguments.out.parent_path() : ".";
   make_directories(folder);
   check_weights_folder(folder, {arguments.out});
-  write_weights(arguments.out, *loaded.states, loaded.history, loaded.means,
-                {loaded.preset, net_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
-                 maps_states(loaded.net), read_moments(arguments.file)});
+  write_maps(arguments.out, loaded, read_moments(arguments.file));
   std::printf("%s\n%s\n", arguments.out.c_str(), write_folder_card(folder, arguments.out).c_str());
 }
 
@@ -94,6 +100,16 @@ void export_light(const WeightsArguments& arguments, Device device) {
 void export_weights(const WeightsArguments& arguments, const CommonOptions& common) {
   const bool light = read_history(weights_files(arguments.file)[0]).kind() == "light";
   (light ? export_light : export_maps)(arguments, Device::open(common.device));
+}
+
+void average(const WeightsArguments& arguments, const CommonOptions& common) {
+  if (std::filesystem::exists(arguments.out))
+    throw usage_error("is there already", "OUT", arguments.out.string(), "a new file");
+  const std::vector<std::filesystem::path> files(arguments.files.begin(), arguments.files.end());
+  const LoadedWeights mean = average_weights(files, Device::open(common.device));
+  if (arguments.out.has_parent_path()) make_directories(arguments.out.parent_path());
+  write_maps(arguments.out, mean, read_moments(files.back()));
+  std::printf("%s\n", arguments.out.c_str());
 }
 
 /// Nothing is replaced but what an import wrote before.
@@ -146,6 +162,16 @@ void add_weights_commands(CommandLine& line) {
               arguments->gain)
       .common({Common::Device, Common::Quiet})
       .run([arguments](const CommonOptions& common) { export_weights(*arguments, common); });
+  line.add("weights average", "The mean of weights of maps that legs of one training left: often better than each")
+      .argument("OUT", "What to write, in half precision, with second moments and mean maps of the last FILE",
+                arguments->out)
+      .arguments("FILE", "Weights or checkpoints of `clerestory train` that go back to the same first leg",
+                 arguments->files, 2)
+      .notes(
+          "Nobody has judged the mean yet: `clerestory train CONFIG --init OUT train.steps=1 train.rate=0` does, and\n"
+          "`weights export` of that run writes its card.")
+      .common({Common::Device, Common::Quiet})
+      .run([arguments](const CommonOptions& common) { average(*arguments, common); });
   line.add("weights import", "Weights that torchvision's DenseNet121, ResNet34 or VGG16 learned elsewhere, as ours")
       .argument("FILE", "Its state_dict(), saved as safetensors", arguments->file)
       .argument("OUT", "What to write: for `train --init` (DenseNet121, ResNet34) or loss.perceptual_weights (VGG16)",

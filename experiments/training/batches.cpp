@@ -6,12 +6,20 @@
 #include <utility>
 
 #include "experiments/training/keyed.hpp"
+#include "experiments/training/new_paint.hpp"
 #include "experiments/training/photo.hpp"
 
 namespace clerestory {
 namespace {
 
-enum Purpose : std::uint64_t { flip_draw = 2, exposure_draw = 3, photo_draw = 4, camera_draw = 5 };
+enum Purpose : std::uint64_t {
+  flip_draw = 2,
+  exposure_draw = 3,
+  photo_draw = 4,
+  camera_draw = 5,
+  paint_draw = 6,
+  colours_draw = 7
+};
 
 void append(std::vector<float>& to, const Image& map, bool flip, bool repeat) {
   const Image padded = pad_to_multiple(flip ? mirrored(map) : map, net_multiple, repeat);
@@ -36,6 +44,8 @@ void append(TrainingBatch& batch, const TrainingBatch& more) {
 TrainingBatch batch_of_one(const MakeView& make, const Augmentation& augmentation, std::uint64_t seed,
                            std::uint64_t position) {
   NamedView view = make();
+  if (!view.photograph && keyed_uniform(seed, position, paint_draw) < augmentation.painted)
+    paint_anew(view.view, keyed_bits(seed, position, colours_draw));
   if (!view.photograph && keyed_uniform(seed, position, photo_draw) < augmentation.photographs)
     view.view.image = as_photographed(view.view.image, keyed_bits(seed, position, camera_draw));
   const bool flip = augmentation.flip && keyed_uniform(seed, position, flip_draw) < 0.5;

@@ -32,6 +32,7 @@ struct Augmentation {
   bool flip = true;                                  // half of the views mirrored, n_x negated
   double exposure_low = 0.85, exposure_high = 0.95;  // 95th percentile of luminance, uniform; both 0.9: none
   double photographs = 0;                            // share of views seen through a camera (photo.hpp)
+  double painted = 0;                                // share of views whose rooms are painted anew (new_paint.hpp)
 };
 
 /// One view, its picture times `gain`.

@@ -84,6 +84,8 @@ Schema make_schema() {
       "data.photographs", 0,
       "share of the views seen through a camera: clipping, white balance, tone curve, noise, blur, vignetting (maps)",
       {0, 1});
+  s.real("data.painted", 0, "share of the views whose rooms have other colours and patterns each time (maps)", {0, 1})
+      .later();
   s.texts("data.photographed", {}, "names of data.lists that are judged a second time, seen through such a camera")
       .aside();
 
@@ -168,6 +170,9 @@ Schema make_schema() {
   s.real("loss.depth", 1, "log-space squared error of depth after one scale per image", {0, none});
   s.real("loss.log_depth", 0, "squared error of ln depth, most of each image's mean removed (Eigen et al. 2014)",
          {0, none});
+  s.real("loss.depth_detail", 0, "absolute error of ln depth's detail at four scales; beyond the paper", {0, none})
+      .later();
+  s.real("loss.albedo_detail", 0, "the same of albedo", {0, none}).later();
   s.real("loss.judgements", 1, "what people say of albedo in the photographs of finetune.iiw", {0, none}).later();
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
   s.real("loss.perceptual", 0.02, "distance of features of maps, where loss.perceptual_features has any", {0, none});
@@ -431,7 +436,7 @@ Augmentation augmentation_of(const Config& c) {
   const auto& exposure = c.reals("data.exposure");
   forbid(exposure.size() != 2 || exposure[0] > exposure[1], c, "data.exposure", "not a range",
          "two numbers, the lower first");
-  return {c.flag("data.flip"), exposure[0], exposure[1], c.real("data.photographs")};
+  return {c.flag("data.flip"), exposure[0], exposure[1], c.real("data.photographs"), c.real("data.painted")};
 }
 
 /// What only a maps' training knows.
@@ -439,8 +444,9 @@ void forbid_for_light(const Config& c) {
   forbid(!c.texts("data.frames").empty(), c, "data.frames", "photographs with measured depth say nothing of light",
          "none where model.kind = light");
   for (const auto& [key, given] : {std::pair{"data.photographs", c.real("data.photographs") > 0},
+                                   std::pair{"data.painted", c.real("data.painted") > 0},
                                    std::pair{"data.photographed", !c.texts("data.photographed").empty()}})
-    forbid(given, c, key, "the light's views are not seen through such cameras", "left out where model.kind = light");
+    forbid(given, c, key, "the light's views are seen as they were traced", "left out where model.kind = light");
   for (const char* key : {"finetune.iiw", "finetune.nyu"})
     forbid(!c.text(key).empty(), c, key, "photographs have no light that is known", "none where model.kind = light");
 }
@@ -524,6 +530,7 @@ LossSection loss_of(const Config& c) {
   if (features) w.features = *features;
   w.albedo = c.real("loss.albedo"), w.normal = c.real("loss.normal"), w.material = c.real("loss.material");
   w.depth = c.real("loss.depth"), w.log_depth = c.real("loss.log_depth"), w.scale = c.real("loss.scale");
+  w.depth_detail = c.real("loss.depth_detail"), w.albedo_detail = c.real("loss.albedo_detail");
   w.judgements = c.text("finetune.iiw").empty() ? 0 : c.real("loss.judgements");
   w.metallic = c.real("loss.metallic"), w.perceptual = features ? c.real("loss.perceptual") : 0;
   return o;

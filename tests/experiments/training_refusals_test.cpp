@@ -38,6 +38,7 @@ TEST_F(TrainingRun, ListsAndStreamsThatDoNotDoAreRefusedByName) {
   EXPECT_THAT(message({"stream.setting=elsewhere"}), HasSubstr("stream.setting"));
   const std::string list = "data.lists=[\"flat=" + (folder / "data").string() + "\"]";
   EXPECT_THAT(message({"model.kind=light", "data.photographs=0.5"}), HasSubstr("data.photographs"));
+  EXPECT_THAT(message({"model.kind=light", "data.painted=0.5"}), HasSubstr("data.painted"));
   EXPECT_THAT(message({"model.kind=light", list, "data.photographed=[flat]"}), HasSubstr("data.photographed"));
 }
 

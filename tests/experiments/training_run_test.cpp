@@ -12,6 +12,7 @@
 #include "experiments/training/evaluate.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
+#include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/shipped.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
@@ -94,6 +95,60 @@ TEST_F(TrainingRun, LeavesWeightsThatEvaluateAsItsLastValidationDid) {
   EXPECT_EQ(history.views_seen(), 48);
   EXPECT_EQ(history.legs[1].init, "weights.safetensors");
   EXPECT_GT(history.legs[1].curve[0].hours, 0);
+}
+
+// Weights of three legs: the first, one that goes on from it, and one that has nothing to do with them.
+TEST_F(TrainingRun, LegsOfOneTrainingHaveAMean) {
+  const fs::path first = run("first", {"train.steps=3"}).weights,
+                 next = run("next", {"train.steps=5", "run.seed=2", "model.init=" + first.string()}).weights,
+                 other = run("other", {"train.steps=3", "run.seed=3"}).weights, mean = folder / "out/mean.safetensors";
+  const auto says = [&](const std::vector<fs::path>& files, int code) {
+    std::vector<std::string> words{"weights", "average"};
+    words.insert(words.end(), files.begin(), files.end());
+    EXPECT_EQ(Program(words, folder / "said.txt").wait(), code);
+    return text_of(folder / "said.txt");
+  };
+  EXPECT_THAT(says({mean, first, first, next}, 0), HasSubstr(mean.string()));
+  const TensorFile a = read_safetensors(first), b = read_safetensors(next), m = read_safetensors(mean);
+  int moved = 0;
+  for (const auto& [name, shape] : maps_states(load_weights(mean, Device::open()).net)) {
+    const std::vector<float>&of_a = a.get(name, "a").floats(), &of_b = b.get(name, "b").floats(),
+          &of_mean = m.get(name, "mean").floats();
+    for (std::size_t i = 0; i < of_mean.size(); ++i) {
+      const double x = static_cast<double>(of_a[i]), y = static_cast<double>(of_b[i]);
+      const double expected = (2 * x + y) / 3;
+      // Rounded to half: 2^-11 of the number, or half of the least step below 2^-14.
+      ASSERT_NEAR(static_cast<double>(of_mean[i]), expected, 0x1.01p-11 * std::abs(expected) + 0x1p-25) << name;
+      moved += x != y;
+    }
+  }
+  EXPECT_GT(moved, 1000);
+  const History history = read_history(mean);
+  ASSERT_EQ(history.legs.size(), 3u);
+  EXPECT_EQ(history.views_seen(), 2 * (3 + 5));
+  EXPECT_EQ(history.legs[2].init, "mean of weights.safetensors, weights.safetensors, weights.safetensors");
+  EXPECT_EQ(history.legs[2].views_seen, 0);
+  EXPECT_FALSE(m.metadata.contains("score")) << "nobody has judged it";
+
+  // Judged without a change, it goes on from there.
+  const TrainingOutcome judged =
+      run("judged", {"train.steps=1", "train.rate=0", "run.seed=4", "model.init=" + mean.string()});
+  const TensorFile after = read_safetensors(judged.weights);
+  for (const auto& [name, tensor] : m.tensors) {
+    const bool learned = name.ends_with("weight") && name.starts_with("encoder");
+    if (learned) {
+      EXPECT_EQ(after.tensors.at(name).values, tensor.values) << name;
+    }
+  }
+  EXPECT_TRUE(after.metadata.contains("score"));
+
+  EXPECT_THAT(says({mean, first, next}, 2), HasSubstr("is there already"));
+  const fs::path out = folder / "out/more.safetensors";
+  EXPECT_THAT(says({out, first}, 2), HasSubstr("FILE"));
+  EXPECT_THAT(says({out, first, other}, 2), HasSubstr("another training"));
+  const fs::path small = run("small", {"train.steps=1", "model.growth=8"}).weights;
+  EXPECT_THAT(says({out, first, small}, 2), HasSubstr("another net"));
+  EXPECT_FALSE(fs::exists(out));
 }
 
 TEST_F(TrainingRun, ASecondLegOfOneSeedGoesOnWithTheBatchesOfTheFirst) {

@@ -132,6 +132,89 @@ TEST(Losses, MetallicEntropyAgainstItsDefinitionAndGradient) {
   }
 }
 
+/// detail_loss() as its comment says it, of planes {n, c, h, w} in double.
+double detail_of(Tensor error, Tensor weight) {
+  const Shape first = error.shape;
+  const auto at = [](const Tensor& t, int n, int c, int y, int x) -> double {
+    return t.real[static_cast<std::size_t>(((n * t.shape.c + c) * t.shape.h + y) * t.shape.w + x)];
+  };
+  const auto put = [](Tensor& t, int n, int c, int y, int x) -> double& {
+    return t.real[static_cast<std::size_t>(((n * t.shape.c + c) * t.shape.h + y) * t.shape.w + x)];
+  };
+  double total = 0;
+  for (int level = 0; level < 4; ++level) {
+    const Shape s = error.shape, half{s.n, s.c, s.h / 2, s.w / 2}, half_weight{s.n, 1, s.h / 2, s.w / 2};
+    Tensor mean(half), mean_weight(half_weight);
+    for (int n = 0; n < s.n; ++n)
+      for (int c = 0; c < s.c; ++c)
+        for (int y = 0; y < half.h; ++y)
+          for (int x = 0; x < half.w; ++x) {
+            double sum = 0, count = 0;
+            for (int k = 0; k < 4; ++k) {
+              const double w = at(weight, n, 0, 2 * y + k / 2, 2 * x + k % 2);
+              sum += w * at(error, n, c, 2 * y + k / 2, 2 * x + k % 2), count += w;
+            }
+            put(mean, n, c, y, x) = count > 0 ? sum / count : 0, put(mean_weight, n, 0, y, x) = count / 4;
+          }
+    double bands = 0, weights = 0;
+    for (int n = 0; n < s.n; ++n)
+      for (int y = 0; y < s.h; ++y)
+        for (int x = 0; x < s.w; ++x) {
+          const double w = at(weight, n, 0, y, x), fy = 0.5 * (y + 0.5) - 0.5, fx = 0.5 * (x + 0.5) - 0.5;
+          weights += w;
+          for (int c = 0; c < s.c && w > 0; ++c) {
+            double sum = 0, count = 0;
+            for (int k = 0; k < 4; ++k) {
+              const double from_y = std::floor(fy) + k / 2, from_x = std::floor(fx) + k % 2;
+              const double share = (1 - std::abs(fy - from_y)) * (1 - std::abs(fx - from_x));
+              const int cy = std::clamp(static_cast<int>(from_y), 0, half.h - 1),
+                        cx = std::clamp(static_cast<int>(from_x), 0, half.w - 1);
+              const double here = share * at(mean_weight, n, 0, cy, cx);
+              sum += here * at(mean, n, c, cy, cx), count += here;
+            }
+            bands += w * std::abs(at(error, n, c, y, x) - sum / count);
+          }
+        }
+    if (weights > 0) total += bands / weights;
+    error = mean, weight = mean_weight;
+  }
+  return total / first.c;
+}
+
+TEST(Losses, DetailAgainstItsDefinitionAndDifferences) {
+  constexpr Shape kMap{2, 2, 16, 32}, kMask{2, 1, 16, 32};
+  Tensor error = formula("error", kMap), mask = formula("mask", kMask);
+  for (std::size_t i = 0; i < mask.real.size(); ++i) mask.real[i] = mask.real[i] > -0.3;
+  for (std::size_t i = 0; i < 16 * 9; ++i) mask.real[i / 9 * 32 + i % 9] = 0;  // more than a pixel of the widest scale
+  Graph graph;
+  const Value e = graph.input("error", kMap), m = graph.input("mask", kMask), value = detail_loss(e, m);
+  const auto results_of = [&](const Tensor& errors, const Tensor& weights) {
+    return evaluate(graph, {value, gradient(value, std::vector<Value>{e}).front()}, Device::open(),
+                    {{"error", errors}, {"mask", weights}}, {.precision = Precision::Double});
+  };
+  const std::vector<Tensor> results = results_of(error, mask);
+  const double expected = detail_of(error, mask);
+  EXPECT_GT(expected, 0.1);
+  // Every mean is over 1e-6 more than there is, of weights down to 1 / 256 of a pixel and a sixteenth of these.
+  constexpr double rounding = 1e-6 * 256 * 16;
+  EXPECT_NEAR(results[0].real[0], expected, rounding * expected);
+  for (std::size_t i = 0; i < error.real.size(); i += 7) {
+    const double kept = error.real[i], h = 1e-7;
+    error.real[i] = kept + h;
+    const double above = detail_of(error, mask);
+    error.real[i] = kept - h;
+    const double below = detail_of(error, mask);
+    error.real[i] = kept;
+    EXPECT_NEAR(results[1].real[i], (above - below) / (2 * h), rounding / 256 + 1e-15 * expected / h) << i;
+  }
+  const std::vector<Tensor> unknown = results_of(error, Tensor(kMask, 0));
+  EXPECT_EQ(unknown[0].real[0], 0);
+  EXPECT_EQ(*std::ranges::max_element(unknown[1].real), 0);
+  EXPECT_EQ(*std::ranges::min_element(unknown[1].real), 0);
+  // What a whole picture is wrong by is not of its detail.
+  EXPECT_NEAR(results_of(Tensor(kMap, 3), mask)[0].real[0], 0, 3 * 4 * rounding);
+}
+
 // Every branch: pairs of either kind, right and wrong, a black pixel, places without a pair.
 TEST(Losses, JudgementsAgainstTheirDefinitionAndDifferences) {
   constexpr Shape kMap{2, 3, 4, 5}, kPairs{1, 1, 2, 16};
@@ -304,13 +387,15 @@ TEST(Losses, TermsAreWeightedAndAddUp) {
   EXPECT_GT(perceptual.at("normal"), plain.at("normal"));
   EXPECT_GT(perceptual.at("material"), plain.at("material"));
   EXPECT_EQ(perceptual.at("depth"), plain.at("depth"));
-  EXPECT_EQ(plain.count("log_depth"), 0u);
-  EXPECT_EQ(plain.count("metallic"), 0u);
-  const auto beyond = terms({.log_depth = 2, .metallic = 0.5});
-  EXPECT_GT(beyond.at("log_depth"), 0);
-  EXPECT_GT(beyond.at("metallic"), 0);
-  EXPECT_NEAR(beyond.at("loss"), plain.at("loss") + beyond.at("log_depth") + beyond.at("metallic"),
-              8 * 0x1p-23 * beyond.at("loss"));
+  const std::vector<std::string> more{"log_depth", "metallic", "depth_detail", "albedo_detail"};
+  const auto beyond = terms({.log_depth = 2, .metallic = 0.5, .depth_detail = 0.2, .albedo_detail = 0.1});
+  double with_them = plain.at("loss");
+  for (const std::string& term : more) {
+    EXPECT_EQ(plain.count(term), 0u);
+    EXPECT_GT(beyond.at(term), 0);
+    with_them += beyond.at(term);
+  }
+  EXPECT_NEAR(beyond.at("loss"), with_them, 8 * 0x1p-23 * beyond.at("loss"));
 }
 
 // ---- What the perceptual distance looks through ----

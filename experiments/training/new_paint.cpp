@@ -1,0 +1,243 @@
+#include "experiments/training/new_paint.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "experiments/training/keyed.hpp"
+#include "host/math/statistics.hpp"
+
+namespace clerestory {
+namespace {
+
+constexpr std::uint64_t kDraw = 61, kLattice = 62;  // purposes
+constexpr int kLeastParts = 4, kMostParts = 14;
+constexpr double kAsItIs = 0.35, kReplaced = 0.12;  // shares of parts
+constexpr double kGlossy = 0.25, kRough = 0.5;      // roughness up to which, from which
+constexpr double kLeastAlbedo = 0.02, kMostAlbedo = 0.95;
+
+/// Numbers in turn.
+class Draws {
+ public:
+  explicit Draws(std::uint64_t key) : key_(key) {}
+  double unit() { return keyed_uniform(key_, next_++, kDraw); }
+  double between(double low, double high) { return low + (high - low) * unit(); }
+  double log_between(double low, double high) { return std::exp(between(std::log(low), std::log(high))); }
+  int below(int count) { return std::min(count - 1, static_cast<int>(unit() * count)); }
+  bool chance(double share) { return unit() < share; }
+  Vec3 direction() {
+    const double z = between(-1, 1), angle = between(0, 2 * std::numbers::pi), r = std::sqrt(1 - z * z);
+    return {r * std::cos(angle), r * std::sin(angle), z};
+  }
+
+ private:
+  std::uint64_t key_, next_ = 0;
+};
+
+/// What tells parts of a room apart: metres, the unit normal, ln albedo, roughness.
+struct Look {
+  Vec3 place, normal, colour;
+  double roughness = 0;
+};
+
+/// How much each difference counts.
+struct LookWeights {
+  double place, normal, colour, roughness;
+};
+
+double distance(const Look& a, const Look& b, const LookWeights& w) {
+  const auto square = [](const Vec3& v) { return glm::dot(v, v); };
+  const double rough = a.roughness - b.roughness;
+  return w.place * square(a.place - b.place) + w.normal * square(a.normal - b.normal) +
+         w.colour * square(a.colour - b.colour) + w.roughness * rough * rough;
+}
+
+Vec3 triple(const Image& map, int y, int x) {
+  return {static_cast<double>(map.at(0, y, x)), static_cast<double>(map.at(1, y, x)),
+          static_cast<double>(map.at(2, y, x))};
+}
+
+/// Number of the lattice point in [0, 1).
+double lattice(const Vec3& point, std::uint64_t key) {
+  const auto bits = [](double v) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(v)) & 0x1fffff; };
+  return keyed_uniform(key, bits(point.x) << 42 | bits(point.y) << 21 | bits(point.z), kLattice);
+}
+
+/// Smooth noise over a lattice of unit cells (Perlin's value noise), in [0, 1].
+double noise(const Vec3& q, std::uint64_t key) {
+  const Vec3 cell = glm::floor(q), f = q - cell, s = f * f * (3.0 - 2.0 * f);
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 step(corner & 1, corner >> 1 & 1, corner >> 2);
+    const Vec3 w = glm::mix(1.0 - s, s, step);
+    sum += w.x * w.y * w.z * lattice(cell + step, key);
+  }
+  return sum;
+}
+
+double clouds(const Vec3& q, std::uint64_t key) {
+  return (noise(q, key) + 0.5 * noise(2.1 * q, key + 1) + 0.25 * noise(4.3 * q, key + 2)) / 1.75;
+}
+
+enum class Pattern { Stripes, Checks, Dots, Boards, Clouds, Veins };
+constexpr int kPatterns = 6;
+
+/// How much of the second colour a point has, in [0, 1]; q in cells.
+double share_of(Pattern pattern, const Vec3& q, std::uint64_t key) {
+  const auto odd = [](double v) { return std::fmod(std::abs(v), 2.0) >= 1; };
+  switch (pattern) {
+    case Pattern::Stripes:
+      return odd(std::floor(q.x)) ? 1 : 0;
+    case Pattern::Checks: {
+      const Vec3 cell = glm::floor(q);
+      return odd(cell.x + cell.y + cell.z) ? 1 : 0;
+    }
+    case Pattern::Dots: {
+      const Vec3 off = q - glm::round(q);
+      return glm::dot(off, off) < 0.09 ? 1 : 0;
+    }
+    case Pattern::Boards:
+      return lattice({std::floor(q.x), std::floor(0.2 * q.y), 0}, key);
+    case Pattern::Clouds:
+      return glm::smoothstep(0.3, 0.7, clouds(q, key));
+    case Pattern::Veins:
+      return 1 - glm::smoothstep(0.0, 0.08, std::abs(clouds(q, key) - 0.5));
+  }
+  return 0;
+}
+
+/// A part's new colours: `first` and `second` multiply the albedo, or take its place.
+struct Paint {
+  bool as_it_is = true, replaces = false;
+  Vec3 first{1}, second{1};
+  Pattern pattern = Pattern::Stripes;
+  Mat3 frame{1};         // of the pattern's cells, from metres in camera space
+  double frequency = 0;  // cells a metre
+  Vec3 offset{0};        // cells
+  std::uint64_t key = 0;
+};
+
+Vec3 any_colour(Draws& draws, double least, double most) {
+  const double level = draws.log_between(least, most), strength = draws.unit() * draws.unit();
+  return level * glm::exp(strength * draws.direction());
+}
+
+Mat3 any_frame(Draws& draws, const Camera& camera) {
+  // Patterns go along the room's axes more often than not.
+  if (draws.chance(0.6)) {
+    const Mat3 axes = glm::transpose(camera.rotation());
+    return glm::transpose(draws.chance(0.5) ? axes : Mat3(axes[2], axes[0], axes[1]));
+  }
+  const Vec3 x = draws.direction(), other = draws.direction();
+  const Vec3 z = glm::cross(x, other), unit = glm::dot(z, z) > 1e-6 ? glm::normalize(z) : Vec3(0, 0, 1);
+  return glm::transpose(Mat3(x, glm::cross(unit, x), unit));
+}
+
+Paint any_paint(Draws& draws, const Camera& camera, std::uint64_t key) {
+  Paint paint;
+  const double kind = draws.unit();
+  paint.as_it_is = kind<kAsItIs, paint.replaces = kind> 1 - kReplaced;
+  const double least = paint.replaces ? 0.03 : 0.25, most = paint.replaces ? 0.9 : 2.5;
+  paint.first = paint.second = any_colour(draws, least, most);
+  if (draws.chance(0.5)) paint.second = any_colour(draws, least, most);
+  paint.pattern = static_cast<Pattern>(draws.below(kPatterns));
+  paint.frame = any_frame(draws, camera);
+  paint.frequency = draws.log_between(1, 25);
+  paint.offset = Vec3(draws.unit(), draws.unit(), draws.unit());
+  paint.key = keyed_bits(key, 0, kLattice);
+  return paint;
+}
+
+/// By what a point's albedo is multiplied; `footprint`: metres of a pixel there.
+Vec3 ratio_at(const Paint& paint, const Vec3& albedo, const Vec3& place, double footprint) {
+  // What is finer than pixels can show fades into its mean.
+  const double shown = glm::clamp(2 - 4 * footprint * paint.frequency, 0.0, 1.0);
+  const Vec3 q = paint.frequency * (paint.frame * place) + paint.offset;
+  const double second = shown > 0 ? glm::mix(0.5, share_of(paint.pattern, q, paint.key), shown) : 0.5;
+  const Vec3 colour = glm::mix(paint.first, paint.second, second);
+  const Vec3 wanted = paint.replaces ? colour : colour * albedo;
+  const Vec3 low = glm::min(albedo, Vec3(kLeastAlbedo)), high = glm::max(albedo, Vec3(kMostAlbedo));
+  return glm::clamp(wanted, low, high) / glm::max(albedo, Vec3(1e-3));
+}
+
+/// How far the picture is albedo times light there.
+double paintable(const PreparedView& view, int y, int x) {
+  if (view.masks.albedo.at(0, y, x) == 0 || view.masks.material.at(0, y, x) == 0) return 0;
+  if (view.truth.material.at(1, y, x) > 0.5f) return 1;
+  return glm::smoothstep(kGlossy, kRough, static_cast<double>(view.truth.material.at(0, y, x)));
+}
+
+class Painter {
+ public:
+  Painter(PreparedView& view, std::uint64_t key) : view_(view), camera_(*view.camera), draws_(key), key_(key) {
+    for (int y = 0; y < view.image.height; ++y)
+      for (int x = 0; x < view.image.width; ++x)
+        if (view.masks.geometry.at(0, y, x) > 0) known_.push_back({x, y});
+  }
+
+  void work() {
+    if (known_.empty()) return;
+    choose_parts();
+    for (const auto& [x, y] : known_)
+      if (const double share = paintable(view_, y, x); share > 0) paint_pixel(x, y, share);
+    const double exposure = exposure_of(view_.image.data);
+    for (float& v : view_.image.data) v = static_cast<float>(exposure * static_cast<double>(v));
+  }
+
+ private:
+  struct Pixel {
+    int x, y;
+  };
+  struct Part {
+    Look look;
+    Paint paint;
+  };
+
+  Look look_at(int x, int y) const {
+    const double metres = static_cast<double>(view_.truth.depth.at(0, y, x)) * view_.scene_scale;
+    const Vec3 colour = glm::log(glm::max(triple(view_.truth.albedo, y, x), Vec3(kLeastAlbedo)));
+    return {camera_.unproject(x + 0.5, y + 0.5, metres), triple(view_.truth.normal, y, x), colour,
+            static_cast<double>(view_.truth.material.at(0, y, x))};
+  }
+
+  void choose_parts() {
+    weights_ = {draws_.log_between(0.2, 3), draws_.between(0.5, 3), draws_.between(0, 1), draws_.between(0, 4)};
+    const int count = kLeastParts + draws_.below(kMostParts - kLeastParts + 1);
+    for (int i = 0; i < count; ++i) {
+      const Pixel& seed = known_[static_cast<std::size_t>(draws_.below(static_cast<int>(known_.size())))];
+      parts_.push_back({look_at(seed.x, seed.y), any_paint(draws_, camera_, keyed_mix(key_) + i)});
+    }
+  }
+
+  void paint_pixel(int x, int y, double share) {
+    const Look look = look_at(x, y);
+    const auto farther = [&](const Part& a, const Part& b) {
+      return distance(look, a.look, weights_) < distance(look, b.look, weights_);
+    };
+    const Paint& paint = std::min_element(parts_.begin(), parts_.end(), farther)->paint;
+    if (paint.as_it_is) return;
+    const double footprint = -look.place.z / camera_.fx;
+    const Vec3 ratio = ratio_at(paint, triple(view_.truth.albedo, y, x), look.place, footprint);
+    for (int c = 0; c < 3; ++c) {
+      const auto factor = static_cast<float>(glm::mix(1.0, ratio[c], share));
+      view_.image.at(c, y, x) *= factor, view_.truth.albedo.at(c, y, x) *= factor;
+    }
+  }
+
+  PreparedView& view_;
+  const Camera camera_;
+  Draws draws_;
+  std::uint64_t key_;
+  std::vector<Pixel> known_;
+  LookWeights weights_{};
+  std::vector<Part> parts_;
+};
+
+}  // namespace
+
+void paint_anew(PreparedView& view, std::uint64_t key) {
+  if (view.camera) Painter(view, key).work();
+}
+
+}  // namespace clerestory
