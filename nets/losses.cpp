@@ -128,11 +128,9 @@ Value detail_loss(Value error, Value mask) {
 
 Value metallic_entropy(Value prediction, Value truth, Value mask) {
   constexpr double floor = 0.01;
-  const auto log_of = [](Value share, double sign, double offset) {
-    return activate(affine(share, sign, offset + floor), Function::Log);
-  };
-  const Value metal = multiply(truth, log_of(prediction, 1, 0));
-  const Value other = multiply(affine(truth, -1, 1), log_of(prediction, -1, 1));
+  const Value metal = multiply(truth, log_of(prediction, floor));
+  const Value rest = activate(affine(prediction, -1, 1 + floor), Function::Log);
+  const Value other = multiply(affine(truth, -1, 1), rest);
   return masked_mean(scale(add(metal, other), -1), mask, {1, 1, 1, 1});
 }
 

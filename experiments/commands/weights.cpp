@@ -168,8 +168,8 @@ void add_weights_commands(CommandLine& line) {
       .arguments("FILE", "Weights or checkpoints of `clerestory train` that go back to the same first leg",
                  arguments->files, 2)
       .notes(
-          "Nobody has judged the mean yet: `clerestory train CONFIG --init OUT train.steps=1 train.rate=0` does, and\n"
-          "`weights export` of that run writes its card.")
+          "Nobody has judged the mean yet: `clerestory train CONFIG --init OUT train.steps=1 train.rate=0` does, with\n"
+          "model.width and model.height as FILE has them, and `weights export` of that run writes its card.")
       .common({Common::Device, Common::Quiet})
       .run([arguments](const CommonOptions& common) { average(*arguments, common); });
   line.add("weights import", "Weights that torchvision's DenseNet121, ResNet34 or VGG16 learned elsewhere, as ours")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 #include <vector>
 
@@ -13,9 +14,11 @@ namespace {
 
 constexpr std::uint64_t kDraw = 61, kLattice = 62;  // purposes
 constexpr int kLeastParts = 4, kMostParts = 14;
-constexpr double kAsItIs = 0.35, kReplaced = 0.12;  // shares of parts
-constexpr double kGlossy = 0.25, kRough = 0.5;      // roughness up to which, from which
-constexpr double kLeastAlbedo = 0.02, kMostAlbedo = 0.95;
+constexpr double kAsItIs = 0.35, kReplaced = 0.12;                              // shares of parts
+constexpr double kGlossy = 0.25, kRough = 0.5;                                  // roughness up to which, from which
+constexpr double kLeastAlbedo = 0.02, kMostAlbedo = 0.78, kMostOfMetal = 0.92;  // as traced rooms have it
+constexpr double kVeil = 0.05;     // of all light: what a rough dielectric sends back without its colour
+constexpr double kMostTilt = 0.1;  // radians between the room's axes and a pattern's that goes along them
 
 /// Numbers in turn.
 class Draws {
@@ -64,7 +67,7 @@ double lattice(const Vec3& point, std::uint64_t key) {
   return keyed_uniform(key, bits(point.x) << 42 | bits(point.y) << 21 | bits(point.z), kLattice);
 }
 
-/// Smooth noise over a lattice of unit cells (Perlin's value noise), in [0, 1].
+/// Smooth noise over a lattice of unit cells, in [0, 1].
 double noise(const Vec3& q, std::uint64_t key) {
   const Vec3 cell = glm::floor(q), f = q - cell, s = f * f * (3.0 - 2.0 * f);
   double sum = 0;
@@ -82,6 +85,12 @@ double clouds(const Vec3& q, std::uint64_t key) {
 
 enum class Pattern { Stripes, Checks, Dots, Boards, Clouds, Veins };
 constexpr int kPatterns = 6;
+
+/// Mean of share_of() over space.
+double mean_share(Pattern pattern) {
+  constexpr double means[kPatterns] = {0.5, 0.5, 0.113, 0.5, 0.5, 0.26};  // dots: a ball of radius 0.3
+  return means[static_cast<int>(pattern)];
+}
 
 /// How much of the second colour a point has, in [0, 1]; q in cells.
 double share_of(Pattern pattern, const Vec3& q, std::uint64_t key) {
@@ -123,45 +132,45 @@ Vec3 any_colour(Draws& draws, double least, double most) {
   return level * glm::exp(strength * draws.direction());
 }
 
+/// Rows: the directions along which cells are counted. Patterns go along the room's axes more often than not, but for a
+/// tilt, without which a wall could lie on the border between two layers of cells.
 Mat3 any_frame(Draws& draws, const Camera& camera) {
-  // Patterns go along the room's axes more often than not.
-  if (draws.chance(0.6)) {
-    const Mat3 axes = glm::transpose(camera.rotation());
-    return glm::transpose(draws.chance(0.5) ? axes : Mat3(axes[2], axes[0], axes[1]));
-  }
-  const Vec3 x = draws.direction(), other = draws.direction();
-  const Vec3 z = glm::cross(x, other), unit = glm::dot(z, z) > 1e-6 ? glm::normalize(z) : Vec3(0, 0, 1);
-  return glm::transpose(Mat3(x, glm::cross(unit, x), unit));
+  const Mat3 axes = glm::transpose(camera.rotation());  // columns: the world's, in camera space
+  const int first = draws.below(3);
+  const Vec3 about = draws.direction();
+  const double angle = draws.chance(0.6) ? draws.between(-kMostTilt, kMostTilt) : draws.between(0, std::numbers::pi);
+  const Mat3 turn(glm::rotate(Mat4(1), angle, about));
+  return glm::transpose(turn * Mat3(axes[first], axes[(first + 1) % 3], axes[(first + 2) % 3]));
 }
 
 Paint any_paint(Draws& draws, const Camera& camera, std::uint64_t key) {
   Paint paint;
   const double kind = draws.unit();
-  paint.as_it_is = kind<kAsItIs, paint.replaces = kind> 1 - kReplaced;
+  paint.as_it_is = kind < kAsItIs;
+  paint.replaces = kind > 1 - kReplaced;
   const double least = paint.replaces ? 0.03 : 0.25, most = paint.replaces ? 0.9 : 2.5;
   paint.first = paint.second = any_colour(draws, least, most);
   if (draws.chance(0.5)) paint.second = any_colour(draws, least, most);
   paint.pattern = static_cast<Pattern>(draws.below(kPatterns));
   paint.frame = any_frame(draws, camera);
   paint.frequency = draws.log_between(1, 25);
-  paint.offset = Vec3(draws.unit(), draws.unit(), draws.unit());
+  paint.offset = Vec3{draws.unit(), draws.unit(), draws.unit()};
   paint.key = keyed_bits(key, 0, kLattice);
   return paint;
 }
 
-/// By what a point's albedo is multiplied; `footprint`: metres of a pixel there.
-Vec3 ratio_at(const Paint& paint, const Vec3& albedo, const Vec3& place, double footprint) {
+/// What the albedo of a point becomes; `footprint`: metres of a pixel there.
+Vec3 painted(const Paint& paint, const Vec3& albedo, const Vec3& place, double footprint, double most) {
   // What is finer than pixels can show fades into its mean.
-  const double shown = glm::clamp(2 - 4 * footprint * paint.frequency, 0.0, 1.0);
+  const double shown = glm::clamp(2 - 4 * footprint * paint.frequency, 0.0, 1.0), mean = mean_share(paint.pattern);
   const Vec3 q = paint.frequency * (paint.frame * place) + paint.offset;
-  const double second = shown > 0 ? glm::mix(0.5, share_of(paint.pattern, q, paint.key), shown) : 0.5;
+  const double second = shown > 0 ? glm::mix(mean, share_of(paint.pattern, q, paint.key), shown) : mean;
   const Vec3 colour = glm::mix(paint.first, paint.second, second);
   const Vec3 wanted = paint.replaces ? colour : colour * albedo;
-  const Vec3 low = glm::min(albedo, Vec3(kLeastAlbedo)), high = glm::max(albedo, Vec3(kMostAlbedo));
-  return glm::clamp(wanted, low, high) / glm::max(albedo, Vec3(1e-3));
+  return glm::clamp(wanted, glm::min(albedo, Vec3(kLeastAlbedo)), glm::max(albedo, Vec3(most)));
 }
 
-/// How far the picture is albedo times light there.
+/// How much of the paint a pixel takes: highlights have no albedo.
 double paintable(const PreparedView& view, int y, int x) {
   if (view.masks.albedo.at(0, y, x) == 0 || view.masks.material.at(0, y, x) == 0) return 0;
   if (view.truth.material.at(1, y, x) > 0.5f) return 1;
@@ -212,17 +221,25 @@ class Painter {
 
   void paint_pixel(int x, int y, double share) {
     const Look look = look_at(x, y);
-    const auto farther = [&](const Part& a, const Part& b) {
+    const auto nearer = [&](const Part& a, const Part& b) {
       return distance(look, a.look, weights_) < distance(look, b.look, weights_);
     };
-    const Paint& paint = std::min_element(parts_.begin(), parts_.end(), farther)->paint;
+    const Paint& paint = std::min_element(parts_.begin(), parts_.end(), nearer)->paint;
     if (paint.as_it_is) return;
-    const double footprint = -look.place.z / camera_.fx;
-    const Vec3 ratio = ratio_at(paint, triple(view_.truth.albedo, y, x), look.place, footprint);
+    const double metallic = static_cast<double>(view_.truth.material.at(1, y, x));
+    const double most = glm::mix(kMostAlbedo, kMostOfMetal, metallic), veil = kVeil * (1 - metallic);
+    const Vec3 before = triple(view_.truth.albedo, y, x);
+    const Vec3 after = glm::mix(before, painted(paint, before, look.place, footprint(look), most), share);
     for (int c = 0; c < 3; ++c) {
-      const auto factor = static_cast<float>(glm::mix(1.0, ratio[c], share));
-      view_.image.at(c, y, x) *= factor, view_.truth.albedo.at(c, y, x) *= factor;
+      view_.image.at(c, y, x) *= static_cast<float>((after[c] + veil) / std::max(before[c] + veil, 1e-3));
+      view_.truth.albedo.at(c, y, x) = static_cast<float>(after[c]);
     }
+  }
+
+  /// Metres of a pixel along the surface, where that is longest.
+  double footprint(const Look& look) const {
+    const double facing = std::abs(glm::dot(look.normal, glm::normalize(look.place)));
+    return -look.place.z / camera_.fx / std::max(0.1, facing);
   }
 
   PreparedView& view_;

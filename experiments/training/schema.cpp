@@ -84,7 +84,8 @@ Schema make_schema() {
       "data.photographs", 0,
       "share of the views seen through a camera: clipping, white balance, tone curve, noise, blur, vignetting (maps)",
       {0, 1});
-  s.real("data.painted", 0, "share of the views whose rooms have other colours and patterns each time (maps)", {0, 1})
+  s.real("data.painted", 0, "share of the views that have other colours and patterns each time they are seen (maps)",
+         {0, 1})
       .later();
   s.texts("data.photographed", {}, "names of data.lists that are judged a second time, seen through such a camera")
       .aside();
@@ -172,7 +173,7 @@ Schema make_schema() {
          {0, none});
   s.real("loss.depth_detail", 0, "absolute error of ln depth's detail at four scales; beyond the paper", {0, none})
       .later();
-  s.real("loss.albedo_detail", 0, "the same of albedo", {0, none}).later();
+  s.real("loss.albedo_detail", 0, "the same of ln(1 + albedo)", {0, none}).later();
   s.real("loss.judgements", 1, "what people say of albedo in the photographs of finetune.iiw", {0, none}).later();
   s.real("loss.scale", 1, "squared error of ln scene_scale (its head sees detached features)", {0, none});
   s.real("loss.perceptual", 0.02, "distance of features of maps, where loss.perceptual_features has any", {0, none});

@@ -9,6 +9,10 @@
 namespace clerestory {
 namespace {
 
+bool is_same(const Leg& a, const Leg& b) {
+  return a.started == b.started && a.config_hash == b.config_hash && a.seed == b.seed;
+}
+
 std::string size_text(Size size) { return fmt::format("{}x{}", size.width, size.height); }
 
 void check_alike(const LoadedWeights& first, const LoadedWeights& other, const std::string& where) {
@@ -17,8 +21,9 @@ void check_alike(const LoadedWeights& first, const LoadedWeights& other, const s
   };
   must_agree("net", net_text(other.net), net_text(first.net));
   must_agree("size of view", size_text(other.size), size_text(first.size));
-  must_agree("training, whose mean would be of nothing", other.history.legs.front().started,
-             first.history.legs.front().started);
+  if (!is_same(other.history.legs.front(), first.history.legs.front()))
+    throw usage_error("these weights go back to another first leg", where, other.history.legs.front().started,
+                      first.history.legs.front().started);
 }
 
 LoadedWeights load_trained(const std::filesystem::path& file, const Device& device) {
@@ -30,8 +35,7 @@ LoadedWeights load_trained(const std::filesystem::path& file, const Device& devi
 /// Puts the legs of `more` among those of `all`.
 void merge(History& all, const History& more) {
   for (const Leg& leg : more.legs) {
-    const auto same = std::ranges::find_if(
-        all.legs, [&](const Leg& l) { return l.started == leg.started && l.config_hash == leg.config_hash; });
+    const auto same = std::ranges::find_if(all.legs, [&](const Leg& l) { return is_same(l, leg); });
     if (same == all.legs.end())
       all.legs.push_back(leg);
     else if (leg.steps > same->steps)
@@ -42,11 +46,12 @@ void merge(History& all, const History& more) {
 
 Leg averaging(const LoadedWeights& weights, const std::vector<std::filesystem::path>& files) {
   std::vector<std::string> names;
-  for (const std::filesystem::path& file : files) names.push_back(file.filename().string());
+  for (const std::filesystem::path& file : files)
+    names.push_back(fmt::format("{} ({})", file.filename().string(), record_file(file).hash));
   Leg leg;
   leg.experiment = "average", leg.preset = weights.preset;
   leg.width = weights.size.width, leg.height = weights.size.height;
-  leg.commit = this_build().commit, leg.started = utc_now();
+  leg.commit = this_build().commit, leg.started = utc_now(), leg.seed = weights.history.legs.back().seed;
   leg.init = fmt::format("mean of {}", fmt::join(names, ", "));
   return leg;
 }

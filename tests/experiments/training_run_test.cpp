@@ -126,9 +126,30 @@ TEST_F(TrainingRun, LegsOfOneTrainingHaveAMean) {
   const History history = read_history(mean);
   ASSERT_EQ(history.legs.size(), 3u);
   EXPECT_EQ(history.views_seen(), 2 * (3 + 5));
-  EXPECT_EQ(history.legs[2].init, "mean of weights.safetensors, weights.safetensors, weights.safetensors");
+  EXPECT_EQ(history.legs[0].steps, 3);
+  EXPECT_EQ(history.legs[1].steps, 5);
+  EXPECT_EQ(history.legs[2].init,
+            fmt::format("mean of weights.safetensors ({0}), weights.safetensors ({0}), weights.safetensors ({1})",
+                        record_file(first).hash, record_file(next).hash));
   EXPECT_EQ(history.legs[2].views_seen, 0);
+  EXPECT_EQ(read_moments(mean).steps, read_moments(next).steps);
+  EXPECT_EQ(m.get("mean_maps.mean", "mean").values, b.get("mean_maps.mean", "next").values);
   EXPECT_FALSE(m.metadata.contains("score")) << "nobody has judged it";
+
+  // Of a checkpoint its averages are taken, which are what the weights file of its step has.
+  const TrainingOutcome averaged = run("averaged", {"train.steps=4", "train.average=0.5", "log.checkpoint_every=2"});
+  const fs::path last = averaged.folder / "checkpoints/step-00000004.safetensors",
+                 same = folder / "out/same.safetensors";
+  says({same, last, averaged.folder / "artifacts/last.safetensors"}, 0);
+  const TensorFile of_last = read_safetensors(averaged.folder / "artifacts/last.safetensors"),
+                   of_same = read_safetensors(same);
+  for (const auto& [name, shape] : maps_states(load_weights(same, Device::open()).net)) {
+    const std::vector<float>&a_last = of_last.get(name, "last").floats(), &a_same = of_same.get(name, "same").floats();
+    for (std::size_t i = 0; i < a_last.size(); ++i)
+      ASSERT_NEAR(a_same[i], a_last[i], 0x1.01p-10f * std::abs(a_last[i]) + 0x1p-24f) << name;
+  }
+  EXPECT_EQ(read_history(same).legs.size(), 2u);
+  EXPECT_EQ(read_history(same).legs[0].steps, 4);
 
   // Judged without a change, it goes on from there.
   const TrainingOutcome judged =
@@ -145,7 +166,9 @@ TEST_F(TrainingRun, LegsOfOneTrainingHaveAMean) {
   EXPECT_THAT(says({mean, first, next}, 2), HasSubstr("is there already"));
   const fs::path out = folder / "out/more.safetensors";
   EXPECT_THAT(says({out, first}, 2), HasSubstr("FILE"));
-  EXPECT_THAT(says({out, first, other}, 2), HasSubstr("another training"));
+  EXPECT_THAT(says({out, first, other}, 2), HasSubstr("another first leg"));
+  const fs::path large = run("large", {"train.steps=1", "model.width=64", "model.init=" + first.string()}).weights;
+  EXPECT_THAT(says({out, first, large}, 2), HasSubstr("another size of view"));
   const fs::path small = run("small", {"train.steps=1", "model.growth=8"}).weights;
   EXPECT_THAT(says({out, first, small}, 2), HasSubstr("another net"));
   EXPECT_FALSE(fs::exists(out));

@@ -102,9 +102,11 @@ TEST(LightMeasures, RoughnessBinsCoverEachPixelOnce) {
 // ---- Configs that come with the program ----
 
 TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
+  const std::set<std::string> of_maps{"ablation_encoder", "ablation_maps", "ablation_detail"};
   const fs::path folder = fs::path(CLERESTORY_SOURCE_DIR) / "experiments/configs";
-  for (const char* name : {"ablation_rerender_loss", "ablation_hdr", "ablation_light_output", "ablation_encoding",
-                           "mlp_width", "ablation_out_of_view_form", "ablation_encoder", "ablation_maps"}) {
+  for (const char* name :
+       {"ablation_rerender_loss", "ablation_hdr", "ablation_light_output", "ablation_encoding", "mlp_width",
+        "ablation_out_of_view_form", "ablation_encoder", "ablation_maps", "ablation_detail"}) {
     const Config config = load_config(folder / (std::string(name) + ".toml"), training_study_schema());
     EXPECT_EQ(config.text("run.experiment"), name);
     EXPECT_GE(config.integer("ablation.seeds"), 3) << name;
@@ -114,7 +116,7 @@ TEST(TrainingStudy, ShippedConfigsEndWithinAnHour) {
     for (const ConfigVariant& v : config.variants()) {
       const Config variant = config.variant(v.name);
       const TrainingOptions options = training_options(variant);
-      const bool maps = std::string(name) == "ablation_encoder" || std::string(name) == "ablation_maps";
+      const bool maps = of_maps.contains(name);
       EXPECT_EQ(options.model.kind, maps ? "maps" : "light");
       minutes += options.train.minutes * static_cast<double>(config.integer("ablation.seeds"));
       EXPECT_TRUE(hashes.insert(config_hash(variant)).second) << name << ": " << v.name << " is another's twin";

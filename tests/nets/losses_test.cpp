@@ -215,6 +215,46 @@ TEST(Losses, DetailAgainstItsDefinitionAndDifferences) {
   EXPECT_NEAR(results_of(Tensor(kMap, 3), mask)[0].real[0], 0, 3 * 4 * rounding);
 }
 
+// Which maps, which logarithm, which mask, which weight.
+TEST(Losses, DetailIsOfLnDepthAndOfLnOneAndAlbedo) {
+  std::map<std::string, Tensor> feeds;
+  Graph graph;
+  const auto map = [&](const std::string& name, int channels, bool mask = false) {
+    Tensor& t = feeds[name] = formula(name, {1, channels, 16, 16});
+    for (double& x : t.real) x = mask ? x > -0.3 : 0.5 + 0.49 * x;
+    return graph.input(name, t.shape);
+  };
+  const Value number = graph.input("scale", {});
+  const Maps maps{map("albedo", 3), map("material", 2), map("normal", 3), map("depth", 1), number};
+  const MapTargets truth{map("true albedo", 3),
+                         map("true normal", 3),
+                         map("true material", 2),
+                         map("true depth", 1),
+                         number,
+                         map("albedo mask", 1, true),
+                         map("geometry mask", 1, true),
+                         map("material mask", 1, true),
+                         number};
+  feeds["scale"] = Tensor({}, 0);
+  LossWeights weights{.albedo = 0, .normal = 0, .material = 0, .depth = 0, .scale = 0};
+  weights.depth_detail = 2, weights.albedo_detail = 3;
+  const NamedValues terms = mgnet_losses({graph, true, ""}, maps, truth, weights);
+  ASSERT_EQ(terms.size(), 3u);
+  const std::vector<Tensor> results =
+      evaluate(graph, {terms[1].second, terms[2].second}, Device::open(), feeds, {.precision = Precision::Double});
+  const auto expected = [&](const std::string& name, double floor) {
+    Tensor error = feeds.at(name);
+    for (std::size_t i = 0; i < error.real.size(); ++i)
+      error.real[i] = std::log(error.real[i] + floor) - std::log(feeds.at("true " + name).real[i] + floor);
+    return detail_of(error, feeds.at(name == "depth" ? "geometry mask" : "albedo mask"));
+  };
+  EXPECT_EQ(terms[1].first, "depth_detail");
+  EXPECT_EQ(terms[2].first, "albedo_detail");
+  constexpr double rounding = 1e-6 * 256 * 16;  // as above
+  EXPECT_NEAR(results[0].real[0], 2 * expected("depth", 0.01), rounding * results[0].real[0]);
+  EXPECT_NEAR(results[1].real[0], 3 * expected("albedo", 1), rounding * results[1].real[0]);
+}
+
 // Every branch: pairs of either kind, right and wrong, a black pixel, places without a pair.
 TEST(Losses, JudgementsAgainstTheirDefinitionAndDifferences) {
   constexpr Shape kMap{2, 3, 4, 5}, kPairs{1, 1, 2, 16};

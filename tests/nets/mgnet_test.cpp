@@ -63,6 +63,9 @@ TEST(Mgnet, EveryParameterHasAGradientOrIsFrozen) {
             (Scopes{"decoder_albedo", "decoder_normal", "decoder_material", "decoder_depth", "encoder"}));
   EXPECT_EQ(frozen(weights, "shared"),
             (Scopes{"decoder_albedo", "decoder_normal", "decoder_material", "decoder_depth", "decoder", "encoder"}));
+  weights.depth_detail = 1, weights.albedo_detail = 1;
+  EXPECT_EQ(frozen(weights), (Scopes{"decoder_normal", "decoder_material"}));
+  weights.depth_detail = weights.albedo_detail = 0;
   weights.depth = 1, weights.scale = 0;
   EXPECT_EQ(frozen(weights, "shared"), (Scopes{"decoder_albedo", "decoder_normal", "decoder_material", "scale"}));
   EXPECT_EQ(frozen(weights), (Scopes{"decoder_albedo", "decoder_normal", "decoder_material", "scale"}));
