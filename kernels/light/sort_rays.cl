@@ -3,7 +3,8 @@
 // fixed length). Rays of one pixel keep their own order: same bits run to run, on any device.
 //
 // hit Int {1, 1, pixels, samples}: pixel y * w + x of the ray's own picture, or -1; key = picture * plane + hit, `keys` for
-// misses and rays beyond the chunk. Rows beyond the pictures' planes are of the last picture, as for gather_rays. order: ray numbers p * samples + s of the whole tile. counts {digits, blocks}.
+// misses and rays beyond the chunk. Rows beyond the pictures' planes are of the last picture, as for gather_rays. order:
+// ray numbers p * samples + s of the whole tile. counts {digits, blocks}.
 #include "lib/chunk.clh"
 #include "lib/scan.clh"
 
