@@ -62,8 +62,8 @@ Value log_depth_loss(Value prediction, Value truth, Value mask);
 /// How much of an error changes from place to place, at four scales; {1, 1, 1, 1}. With e_0 = error {n, c, h, w}, e_k+1
 /// its masked means over 2x2, each as fine as e_k when it is grown again, bilinear over what the mask {n, 1, h, w} has:
 ///   sum_k <sum_c |e_k - grown e_k+1|>_mk / c
-/// What all of a surface is wrong by counts at its border alone; a bent wall and a blurred edge do (in place of the differences of
-/// neighbours of Li and Snavely 2018, MegaDepth). Sides: multiples of 16.
+/// What all of a surface is wrong by counts at its border alone; a bent wall and a blurred edge do (in place of the
+/// differences of neighbours of Li and Snavely 2018, MegaDepth). Sides: multiples of 16.
 Value detail_loss(Value error, Value mask);
 
 /// -<M ln(M' + 0.01) + (1 - M) ln(1.01 - M')>_m: least at the mean of M, as the squared error is, but steep where metal
