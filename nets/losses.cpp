@@ -16,10 +16,13 @@
 namespace clerestory {
 namespace {
 
+/// Of sums over masks and the masks' own: the means; of an empty mask 0.
+Value mean_of(Value sum, Value weight) { return multiply(sum, reciprocal(affine(weight, 1, 1e-6))); }
+
 /// Mean of a map over its mask, of each picture or of all, as `shape` says; of an empty mask 0.
 Value masked_mean(Value map, Value mask, const Shape& shape) {
-  const Value pixels = affine(sum_to(mask, shape), 1, 1e-6);
-  return multiply(sum_to(multiply(map, mask), shape), reciprocal(pixels));
+  const Value pixels = sum_to(mask, shape);
+  return mean_of(sum_to(multiply(map, mask), shape), pixels);
 }
 
 struct MapTerms {
@@ -111,8 +114,6 @@ Value log_depth_loss(Value prediction, Value truth, Value mask) {
 
 Value detail_loss(Value error, Value mask) {
   constexpr int scales = 4;
-  constexpr double nothing = 1e-6;  // of what no mask reaches all is 0
-  const auto mean_of = [](Value sum, Value weight) { return multiply(sum, reciprocal(affine(weight, 1, nothing))); };
   Value sum = multiply(error, mask), weight = mask, total;
   for (int i = 0; i < scales; ++i) {
     const Shape fine = sum.shape();

@@ -190,8 +190,7 @@ class Painter {
     choose_parts();
     for (const auto& [x, y] : known_)
       if (const double share = paintable(view_, y, x); share > 0) paint_pixel(x, y, share);
-    const double exposure = exposure_of(view_.image.data);
-    for (float& v : view_.image.data) v = static_cast<float>(exposure * static_cast<double>(v));
+    scale(view_.image.data, exposure_of(view_.image.data));
   }
 
  private:
@@ -203,7 +202,7 @@ class Painter {
     Paint paint;
   };
 
-  Look look_at(int x, int y) const {
+  Look look_of(int x, int y) const {
     const double metres = static_cast<double>(view_.truth.depth.at(0, y, x)) * view_.scene_scale;
     const Vec3 colour = glm::log(glm::max(triple(view_.truth.albedo, y, x), Vec3(kLeastAlbedo)));
     return {camera_.unproject(x + 0.5, y + 0.5, metres), triple(view_.truth.normal, y, x), colour,
@@ -215,12 +214,12 @@ class Painter {
     const int count = kLeastParts + draws_.below(kMostParts - kLeastParts + 1);
     for (int i = 0; i < count; ++i) {
       const Pixel& seed = known_[static_cast<std::size_t>(draws_.below(static_cast<int>(known_.size())))];
-      parts_.push_back({look_at(seed.x, seed.y), any_paint(draws_, camera_, keyed_mix(key_) + i)});
+      parts_.push_back({look_of(seed.x, seed.y), any_paint(draws_, camera_, keyed_mix(key_) + i)});
     }
   }
 
   void paint_pixel(int x, int y, double share) {
-    const Look look = look_at(x, y);
+    const Look look = look_of(x, y);
     const auto nearer = [&](const Part& a, const Part& b) {
       return distance(look, a.look, weights_) < distance(look, b.look, weights_);
     };

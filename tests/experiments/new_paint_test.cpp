@@ -8,7 +8,6 @@
 #include <set>
 
 #include "experiments/training/batches.hpp"
-#include "experiments/training/keyed.hpp"
 #include "host/math/statistics.hpp"
 #include "tests/roundings.hpp"
 

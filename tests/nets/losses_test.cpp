@@ -135,12 +135,6 @@ TEST(Losses, MetallicEntropyAgainstItsDefinitionAndGradient) {
 /// detail_loss() as its comment says it, of planes {n, c, h, w} in double.
 double detail_of(Tensor error, Tensor weight) {
   const Shape first = error.shape;
-  const auto at = [](const Tensor& t, int n, int c, int y, int x) -> double {
-    return t.real[static_cast<std::size_t>(((n * t.shape.c + c) * t.shape.h + y) * t.shape.w + x)];
-  };
-  const auto put = [](Tensor& t, int n, int c, int y, int x) -> double& {
-    return t.real[static_cast<std::size_t>(((n * t.shape.c + c) * t.shape.h + y) * t.shape.w + x)];
-  };
   double total = 0;
   for (int level = 0; level < 4; ++level) {
     const Shape s = error.shape, half{s.n, s.c, s.h / 2, s.w / 2}, half_weight{s.n, 1, s.h / 2, s.w / 2};
@@ -151,16 +145,16 @@ double detail_of(Tensor error, Tensor weight) {
           for (int x = 0; x < half.w; ++x) {
             double sum = 0, count = 0;
             for (int k = 0; k < 4; ++k) {
-              const double w = at(weight, n, 0, 2 * y + k / 2, 2 * x + k % 2);
-              sum += w * at(error, n, c, 2 * y + k / 2, 2 * x + k % 2), count += w;
+              const double w = weight.at(n, 0, 2 * y + k / 2, 2 * x + k % 2);
+              sum += w * error.at(n, c, 2 * y + k / 2, 2 * x + k % 2), count += w;
             }
-            put(mean, n, c, y, x) = count > 0 ? sum / count : 0, put(mean_weight, n, 0, y, x) = count / 4;
+            mean.at(n, c, y, x) = count > 0 ? sum / count : 0, mean_weight.at(n, 0, y, x) = count / 4;
           }
     double bands = 0, weights = 0;
     for (int n = 0; n < s.n; ++n)
       for (int y = 0; y < s.h; ++y)
         for (int x = 0; x < s.w; ++x) {
-          const double w = at(weight, n, 0, y, x), fy = 0.5 * (y + 0.5) - 0.5, fx = 0.5 * (x + 0.5) - 0.5;
+          const double w = weight.at(n, 0, y, x), fy = 0.5 * (y + 0.5) - 0.5, fx = 0.5 * (x + 0.5) - 0.5;
           weights += w;
           for (int c = 0; c < s.c && w > 0; ++c) {
             double sum = 0, count = 0;
@@ -169,10 +163,10 @@ double detail_of(Tensor error, Tensor weight) {
               const double share = (1 - std::abs(fy - from_y)) * (1 - std::abs(fx - from_x));
               const int cy = std::clamp(static_cast<int>(from_y), 0, half.h - 1),
                         cx = std::clamp(static_cast<int>(from_x), 0, half.w - 1);
-              const double here = share * at(mean_weight, n, 0, cy, cx);
-              sum += here * at(mean, n, c, cy, cx), count += here;
+              const double here = share * mean_weight.at(n, 0, cy, cx);
+              sum += here * mean.at(n, c, cy, cx), count += here;
             }
-            bands += w * std::abs(at(error, n, c, y, x) - sum / count);
+            bands += w * std::abs(error.at(n, c, y, x) - sum / count);
           }
         }
     if (weights > 0) total += bands / weights;
