@@ -195,7 +195,7 @@ std::vector<std::string> evaluation_conventions(int width, int height) {
   lines.push_back(
       "best constant: the constant that is best for each single view under that metric, found from its truth");
   lines.push_back(
-      "training mean: per-pixel mean of the training set's maps (depth: of its logarithm), the same for every picture");
+      "training mean: per-pixel mean of maps that training began with (depth: of its logarithm), for every picture");
   lines.push_back("the picture: the linear clamped picture taken for the albedo, one scale per image");
   lines.push_back("ratio: mean of ours over views / mean of that trivial predictor over views whose mean is least");
   lines.push_back("strict ratio: the least trivial error is picked anew for every view");

@@ -6,7 +6,6 @@
 
 #include "experiments/weights/maps_text.hpp"
 #include "experiments/weights/metadata.hpp"
-#include "experiments/weights/moments.hpp"
 #include "experiments/weights/stored_states.hpp"
 #include "host/error.hpp"
 
@@ -33,6 +32,7 @@ void write_checkpoint(const std::filesystem::path& path, const States& states, c
   const long count = static_cast<long>(words.size());
   file.tensors[progress_tensor] = StoredTensor({count}, std::move(words));
   if (p.means) p.means->store(file);
+  store_moments(file, p.kept);
   file.metadata["kind"] = "checkpoint";
   file.metadata["preset"] = identity.preset;
   file.metadata["width"] = std::to_string(identity.size.width),
@@ -77,7 +77,7 @@ TrainingProgress go_on_from(const TensorFile& file, const std::string& where, St
         "the checkpoint's progress makes no sense", where,
         fmt::format("step {}, {} s, best score {}, {} steps summed", p.step, p.seconds, p.best_score, p.summed),
         "what `clerestory train` wrote");
-  p.moment_steps = earlier_moment_steps(file, where);
+  p.moment_steps = earlier_moment_steps(file, where), p.kept = kept_moments(file, where);
   p.history = stored_history(file, where);
   if (MeanMaps::stored(file)) p.means = MeanMaps::restore(file, where);
   return p;

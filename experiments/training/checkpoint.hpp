@@ -7,6 +7,7 @@
 
 #include "experiments/evaluation/mean_maps.hpp"
 #include "experiments/weights/history.hpp"
+#include "experiments/weights/moments.hpp"
 #include "host/graph/plan.hpp"
 #include "host/io/resize.hpp"
 #include "host/io/safetensors.hpp"
@@ -21,8 +22,9 @@ struct TrainingProgress {
   std::vector<double> loss_sums;  // since the last line of metrics
   std::int64_t summed = 0;        // steps in loss_sums
   std::int64_t moment_steps = 0;  // of the earlier legs that second moments were taken over from
+  Moments kept;                   // second moments of what earlier legs trained and this one does not
   History history;                // of earlier legs, and this one so far
-  std::optional<MeanMaps> means;
+  std::optional<MeanMaps> means;  // of the views that the first leg began with
 };
 
 /// What a checkpoint must agree with to be gone on from.

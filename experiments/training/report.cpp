@@ -171,8 +171,8 @@ void add_samples(HtmlReport& report, const std::vector<ReportSample>& samples) {
 
 void write_training_report(const RunDirectory& run, const Config& config, const History& history,
                            const TrainingPage& page, const Provenance& provenance) {
-  const std::filesystem::path artifacts = run / "artifacts";
-  write_file(artifacts / "card.md", card_of({artifacts / "weights.safetensors"}, history, artifacts, maps_plots));
+  const std::filesystem::path artifacts = run / "artifacts", weights = artifacts / "weights.safetensors";
+  write_file(artifacts / "card.md", card_of({weights}, read_history(weights), artifacts, maps_plots));
   // With the table beside the plot, `clerestory report` can make a report again from the files alone.
   write_file(run.artifact("validation.table.json"), table_json(page.table));
   const auto records = read_metrics(run.metrics_path());

@@ -85,6 +85,10 @@ class Trainer {
   std::optional<std::string> fact_before(const std::string& name) const;
   /// Throws usage_error where a light would go on under maps of other weights than it began with.
   void check_maps_before() const;
+  /// Throws usage_error where the weights that this run began with have become others.
+  void check_init_before() const;
+  /// What an earlier try read that this one does not, and when it began.
+  void take_over_provenance();
   void resume_or_begin();
   /// The file of an encoder alone that a leg starts from: an imported one, or lite's; empty where there is none.
   std::filesystem::path encoder_to_begin_with() const;
@@ -124,7 +128,8 @@ class Trainer {
     with_finite_states([&] {
       write_weights(run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
                     {options_.model.preset, task_->net(), options_.model.size, this_build().commit, task_->weights(),
-                     factored_moments(*states_.trained, progress_.moment_steps + progress_.step)});
+                     joined(factored_moments(*states_.trained, progress_.moment_steps + progress_.step),
+                            progress_.kept)});
     });
   }
 
@@ -154,7 +159,9 @@ class Trainer {
 
 TrainingOutcome Trainer::run() {
   const TrainingOutcome outcome{run_.path(), run_.artifact("weights.safetensors"), run_.done()};
+  before_ = read_before();
   if (outcome.skipped) {
+    check_init_before();
     say(fmt::format("{} is finished; nothing to do", run_.path().string()));
     return outcome;
   }
@@ -187,7 +194,6 @@ void Trainer::say_what_stays() const {
 void Trainer::prepare() {
   catch_interrupts();
   Device device = Device::open(options_.run.device);
-  before_ = read_before();
   device.use_tile(options_.run.tile == "auto" ? tile_before(device) : options_.run.tile);
   device.use_gemm(options_.model.gemm);
   cores_ = device.info().cpu ? device.info().compute_units : 0;
@@ -247,6 +253,25 @@ void Trainer::check_maps_before() const {
                       "the weights with hash " + *then + ", or a new run");
 }
 
+void Trainer::check_init_before() const {
+  if (!before_ || options_.model.init.empty()) return;
+  for (const std::filesystem::path& file : weights_files(options_.model.init)) {
+    const auto then = std::ranges::find(before_->inputs, file.string(), &FileRecord::path);
+    if (then == before_->inputs.end() || !std::filesystem::exists(file)) continue;
+    if (const std::string now = record_file(file).hash; now != then->hash)
+      throw usage_error(fmt::format("{} began with other weights", run_.path().string()), file.string(), "hash " + now,
+                        "the weights with hash " + then->hash + ", or a new leg: another run.variant");
+  }
+}
+
+void Trainer::take_over_provenance() {
+  if (!before_) return;
+  provenance_.started = before_->started;
+  for (const FileRecord& input : before_->inputs)
+    if (std::ranges::find(provenance_.inputs, input.path, &FileRecord::path) == provenance_.inputs.end())
+      provenance_.inputs.push_back(input);
+}
+
 std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
   std::string damaged;
   while (const auto newest = run_.latest_checkpoint()) {
@@ -290,6 +315,8 @@ void Trainer::resume_or_begin() {
   const auto checkpoint = whole_checkpoint();
   if (checkpoint) {
     check_maps_before();
+    check_init_before();
+    take_over_provenance();
     progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_.trained, identity());
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
     check_best();
@@ -305,6 +332,9 @@ void Trainer::resume_or_begin() {
       InitialWeights initial =
           read_initial_weights(options_.model.init, *states_.trained, task_->net(), task_->weights());
       earlier = std::move(initial.history), progress_.moment_steps = initial.moment_steps;
+      progress_.kept = std::move(initial.kept);
+      // Ratios of all legs are to one answer. Who brings views of his own has a mean of his own.
+      if (options_.data.stream.on) progress_.means = std::move(initial.means);
       for (const std::filesystem::path& file : weights_files(options_.model.init))
         provenance_.inputs.push_back(record_file(file));
       run_.log(fmt::format("starts from {} ({:.2f} hours, {} views seen), {}", options_.model.init, earlier.hours(),
@@ -487,8 +517,9 @@ void Trainer::validate() {
                    newest_checkpoint());
   judgement.point.step = progress_.step, judgement.point.hours = progress_.history.hours();
   leg().curve.push_back(judgement.point);
-  // Step 0 says where a leg starts; an untrained net is no candidate.
-  if (progress_.step > 0 && judgement.point.score < progress_.best_score) {
+  // Step 0 says where a leg starts; an untrained net is no candidate. Of equals the later one has learned more.
+  const bool learned = progress_.step > 0 || progress_.history.legs.size() > 1;
+  if (learned && judgement.point.score <= progress_.best_score) {
     progress_.best_score = judgement.point.score;
     save_weights("best.safetensors");
   }
@@ -521,9 +552,11 @@ void Trainer::finish() {
   task_->end();  // rooms are still being made ahead
   remove_tree(options_.data.stream.rooms.out);
   run_.finish();
-  run_.log(fmt::format("{} steps in {}; weights of {} in {}", progress_.step, duration_text(seconds()),
-                       best_is_last ? "the last step" : "the best validation",
-                       run_.artifact("weights.safetensors").string()));
+  const auto weights = run_.artifact("weights.safetensors");
+  const std::int64_t step = read_history(weights).legs.back().steps;
+  run_.log(fmt::format("{} steps in {}; weights of step {}{} in {}", progress_.step, duration_text(seconds()), step,
+                       best_is_last ? "" : step == 0 ? ", with which it began: none was better" : ", the best validation",
+                       weights.string()));
 }
 
 }  // namespace

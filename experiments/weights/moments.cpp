@@ -113,6 +113,22 @@ bool set_moments(States& states, const Moments& moments, const std::string& wher
   return true;
 }
 
+Moments moments_of_others(const Moments& moments, const States& states) {
+  Moments others;
+  for (const std::string& prefix : {kRows, kColumns})
+    for (const auto& [name, tensor] : moments.tensors)
+      if (name.starts_with(prefix) && !states.has(kSecond + name.substr(prefix.size()))) others.tensors[name] = tensor;
+  if (!others.tensors.empty()) others.steps = moments.steps;
+  return others;
+}
+
+Moments joined(Moments first, const Moments& more) {
+  if (more.steps == 0) return first;
+  first.steps = first.steps == 0 ? more.steps : std::min(first.steps, more.steps);
+  first.tensors.insert(more.tensors.begin(), more.tensors.end());
+  return first;
+}
+
 void store_moments(TensorFile& file, const Moments& moments, const std::string& prefix) {
   if (moments.steps == 0) return;
   for (const auto& [name, tensor] : moments.tensors)
@@ -125,8 +141,12 @@ std::int64_t earlier_moment_steps(const TensorFile& file, const std::string& whe
 }
 
 Moments stored_moments(const TensorFile& file, const std::string& where) {
-  if (const auto kind = file.metadata.find("kind"); kind != file.metadata.end() && kind->second == "checkpoint")
-    return checkpoint_moments(file, where);
+  const auto kind = file.metadata.find("kind");
+  const bool checkpoint = kind != file.metadata.end() && kind->second == "checkpoint";
+  return checkpoint ? joined(checkpoint_moments(file, where), kept_moments(file, where)) : kept_moments(file, where);
+}
+
+Moments kept_moments(const TensorFile& file, const std::string& where) {
   Moments moments;
   if (!file.metadata.contains(kSteps)) return moments;
   moments.steps = whole_fact(file, kSteps, where, 1, kMostSteps);

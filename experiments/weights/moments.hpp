@@ -24,10 +24,19 @@ Moments factored_moments(const States& states, std::int64_t steps);
 /// tensor when factors do not fit their parameter.
 bool set_moments(States& states, const Moments& moments, const std::string& where);
 
+/// Of parameters that the states hold no moments of, since this leg does not train them: kept for the next one.
+Moments moments_of_others(const Moments& moments, const States& states);
+
+/// Both in one, of a parameter that both have those of `first`. One step count corrects the bias of all: the smaller one,
+/// by which no moment is thought less than it is.
+Moments joined(Moments first, const Moments& more);
+
 /// Into a file of weights: of parameters whose names begin with `prefix`.
 void store_moments(TensorFile& file, const Moments& moments, const std::string& prefix = {});
-/// What a file holds, of a checkpoint the factors of what it has whole; none where it holds none.
+/// What a file holds, of a checkpoint the factors of what it has whole as well; none where it holds none.
 Moments stored_moments(const TensorFile& file, const std::string& where);
+/// Of a checkpoint: what moments_of_others() kept.
+Moments kept_moments(const TensorFile& file, const std::string& where);
 
 /// Of a checkpoint: steps of the legs before it that its second moments come from; 0 in those of before there were any.
 inline constexpr const char* kEarlierSteps = "earlier_moment_steps";  // its key

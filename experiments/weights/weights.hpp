@@ -48,6 +48,8 @@ std::vector<std::filesystem::path> weights_files(const std::filesystem::path& pa
 struct InitialWeights {
   History history;
   std::int64_t moment_steps = 0;  // steps behind the second moments that came with them; 0: none came
+  Moments kept;                   // of parameters that this leg does not train
+  std::optional<MeanMaps> means;
 };
 InitialWeights read_initial_weights(const std::filesystem::path& path, States& states, const std::string& net,
                                     const std::map<std::string, Shape>& wanted);

@@ -199,7 +199,8 @@ FirstBuilds first_builds();
 std::string kernel_source(std::string_view file);
 /// Names of all embedded sources ("nn/conv.cl", "lib/ggx.clh"), sorted.
 std::vector<std::string> kernel_files();
-/// Identity of all sources together, as 16 hexadecimal digits: of those in the binary, or in CLERESTORY_KERNELS.
+/// Identity of the code of all sources together, as 16 hexadecimal digits: of those in the binary, or in
+/// CLERESTORY_KERNELS. Comments and blanks have no say: what was measured with the same code does not get stale.
 std::string kernels_hash();
 
 }  // namespace clerestory

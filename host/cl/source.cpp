@@ -131,6 +131,33 @@ class Flattener {
   std::set<std::string> open_, surely_in_;
 };
 
+/// What compilers see of a source: comments and indents left out, a row of blanks as one, no empty lines.
+std::string code_of(std::string_view text) {
+  std::string code;
+  const auto blank = [&](char c) {
+    if (code.empty() || code.back() == '\n') return;
+    if (code.back() == ' ') code.pop_back();
+    code += c;
+  };
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text.substr(i).starts_with("//")) {
+      i = std::min(text.find('\n', i), text.size()) - 1;
+    } else if (text.substr(i).starts_with("/*")) {
+      i = std::min(text.find("*/", i + 2), text.size() - 1) + 1;
+      blank(' ');
+    } else if (text[i] == '"') {
+      const std::size_t end = std::min(text.find_first_of("\"\n", i + 1), text.size() - 1);
+      code += text.substr(i, end - i + 1), i = end;
+    } else if (text[i] == '\n' || std::isspace(static_cast<unsigned char>(text[i]))) {
+      blank(text[i] == '\n' ? '\n' : ' ');
+    } else {
+      code += text[i];
+    }
+  }
+  blank('\n');
+  return code;
+}
+
 }  // namespace
 
 std::string kernel_source(std::string_view file) { return Flattener().flatten(file); }
@@ -146,7 +173,7 @@ std::string kernels_hash() {
   std::uint64_t hash = hash_text({});
   // Lengths keep "ab" + "c" and "a" + "bc" apart.
   const auto add = [&](const std::string& text) { hash = hash_text(fmt::format("{} {}", text.size(), text), hash); };
-  for (const std::string& file : kernel_files()) add(file), add(sources.text(file, "kernels_hash"));
+  for (const std::string& file : kernel_files()) add(file), add(code_of(sources.text(file, "kernels_hash")));
   return fmt::format("{:016x}", hash);
 }
 

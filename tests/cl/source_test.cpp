@@ -58,8 +58,27 @@ TEST(KernelSource, TheHashIsOfAllThatIsRead) {
                         std::filesystem::copy_options::recursive);
   ScopedVariable variable("CLERESTORY_KERNELS", folder.string());
   EXPECT_EQ(kernels_hash(), embedded);
-  folder.write("lib/rng.clh", read_text(folder.path() / "lib/rng.clh") + " ");
+  folder.write("lib/rng.clh", read_text(folder.path() / "lib/rng.clh") + "int more;");
   EXPECT_NE(kernels_hash(), embedded);
+}
+
+TEST(KernelSource, TheHashIsOfCodeNotOfCommentsAndBlanks) {
+  ScopedFolder folder;
+  std::filesystem::copy(std::filesystem::path(CLERESTORY_SOURCE_DIR) / "kernels", folder.path(),
+                        std::filesystem::copy_options::recursive);
+  ScopedVariable variable("CLERESTORY_KERNELS", folder.string());
+  const auto hash_with = [&](const std::string& text) {
+    folder.write("lib/rng.clh", text);
+    return kernels_hash();
+  };
+  const std::string plain = hash_with("#define A \"b\"\nint a = 4 / 2;\n");
+  EXPECT_EQ(hash_with("// why\n#define   A \"b\"  // \"so\n\n\t int a =\t4 / 2;  \n/* a\nb */\n"), plain);
+  EXPECT_EQ(hash_with("#define A \"b\"\r\nint a =/* of */4 / 2; /* never closed"), plain);
+  EXPECT_EQ(hash_with("#define A \"b\"\nint a = 4 / 2;"), plain);
+  for (const char* other : {"#define A \"b \"\nint a = 4 / 2;\n", "#define A \"//\"\nint a = 4 / 2;\n",
+                            "#define A \"b\" int a = 4 / 2;\n", "#define A \"b\"\ninta = 4 / 2;\n",
+                            "#define A \"b\"\nint a = 4 // 2;\n", "#define A \"b\"\n"})
+    EXPECT_NE(hash_with(other), plain) << other;
 }
 
 TEST(KernelSource, TakesAHeaderWithPragmaOnceOnce) {

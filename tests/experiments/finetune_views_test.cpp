@@ -198,7 +198,7 @@ struct Finetuning : TrainingRun {
   }
 };
 
-TEST_F(Finetuning, PhotographsStandAmongTheViewsAndEachOfThemOnceAnEpoch) {
+TEST_F(Finetuning, PhotographsStandAmongTheViewsAndAllOfThemComeUp) {
   write_iiw(6), write_nyu(3);
   write_file(folder / "numbers.txt", "2\n0003\n");
   FinetuneOptions options{iiw, nyu, folder / "numbers.txt", 0.5};

@@ -57,6 +57,35 @@ TEST_F(MomentsTest, OfAllParametersOrOfNone) {
   for (const double v : other.get("adam.v.conv").real) EXPECT_EQ(v, 0);
 }
 
+// A leg that does not train the bias passes on what is known of it, through its checkpoint too.
+TEST_F(MomentsTest, OfWhatALegDoesNotTrainAreKept) {
+  const Moments all = factored_moments(states, 120);
+  Graph part;
+  part.state("adam.v.conv", {4, 3, 2, 2}, {});
+  States frozen{Device::open()};
+  frozen.initialise(part, 1);
+  const Moments kept = moments_of_others(all, frozen);
+  EXPECT_EQ(kept.steps, 120);
+  ASSERT_EQ(kept.tensors.size(), 2u);
+  EXPECT_EQ(kept.tensors.at("moments.rows.bias").values, all.tensors.at("moments.rows.bias").values);
+  EXPECT_EQ(moments_of_others(all, states).steps, 0);
+
+  const Moments both = joined(factored_moments(frozen, 40), kept);
+  EXPECT_EQ(both.steps, 40) << "of two counts the smaller one";
+  EXPECT_EQ(both.tensors.size(), 4u);
+  EXPECT_NE(both.tensors.at("moments.rows.conv").values, all.tensors.at("moments.rows.conv").values) << "this leg's own";
+  EXPECT_EQ(joined(both, {}).steps, 40);
+  EXPECT_EQ(joined({}, kept).steps, 120);
+
+  TensorFile checkpoint;
+  checkpoint.metadata = {{"kind", "checkpoint"}, {"step", "7"}, {kEarlierSteps, "50"}};
+  store_moments(checkpoint, kept);
+  EXPECT_EQ(kept_moments(checkpoint, "test").steps, 120);
+  const Moments back = stored_moments(checkpoint, "test");
+  EXPECT_EQ(back.steps, 57);
+  EXPECT_TRUE(back.tensors.contains("moments.columns.bias"));
+}
+
 TEST_F(MomentsTest, OnlyThoseAskedForGoIntoAFileAndNoneIsSaid) {
   TensorFile file;
   store_moments(file, factored_moments(states, 0));

@@ -304,6 +304,36 @@ TEST_F(TrainingRun, TheEncodersOwnRateGoesOnInTheSameBits) {
   for (const auto& [name, tensor] : unbroken) EXPECT_EQ(found.at(name).values, tensor.values) << name;
 }
 
+// What a run began with stays in its record, and others of that name are not taken for it: neither when it goes on nor
+// when it has ended.
+TEST_F(TrainingRun, WeightsThatItBeganWithAreRecordedAndOthersRefused) {
+  const fs::path init = folder / "init.safetensors", first = run("first", {"train.steps=3"}).weights,
+                 other = run("other", {"train.steps=3", "run.seed=3"}).weights;
+  fs::copy_file(first, init);
+  const std::vector<std::string> words{"train.steps=4", "log.checkpoint_every=2", "model.init=" + init.string()};
+  const TrainingOutcome whole = run("whole", words);
+  const std::string started = read_provenance(whole.folder / "provenance.json").started;
+  const auto begun = [&] { return read_provenance(whole.folder / "provenance.json").inputs; };
+  ASSERT_EQ(begun().size(), 1u);
+
+  fs::remove(whole.folder / "DONE"), fs::remove(whole.folder / "checkpoints/step-00000004.safetensors");
+  fs::copy_file(other, init, fs::copy_options::overwrite_existing);
+  const auto refusal = [&] { return message_of([&] { run("whole", words); }, ErrorKind::Usage); };
+  const auto tells = testing::AllOf(HasSubstr("began with other weights"), HasSubstr(init.string()),
+                                    HasSubstr("hash " + record_file(first).hash), HasSubstr("run.variant"));
+  EXPECT_THAT(refusal(), tells);
+  fs::copy_file(first, init, fs::copy_options::overwrite_existing);
+  run("whole", words);
+  ASSERT_EQ(begun().size(), 1u) << "a run that went on";
+  EXPECT_EQ(begun()[0].hash, record_file(first).hash);
+  EXPECT_EQ(read_provenance(whole.folder / "provenance.json").started, started);
+
+  fs::copy_file(other, init, fs::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal(), tells);
+  fs::remove(init);
+  EXPECT_TRUE(run("whole", words).skipped);
+}
+
 TEST_F(TrainingRun, OtherViewsThanItBeganWithAreRefused) {
   const std::vector<std::string> settings{"train.steps=6", "log.checkpoint_every=2", "log.validate_every=0"};
   const TrainingOutcome outcome = run("runs", settings);

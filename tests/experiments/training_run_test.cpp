@@ -218,6 +218,45 @@ TEST_F(TrainingRun, WeightsCarryWhereTheNextLegBegins) {
   EXPECT_EQ(both.views_seen(), seen + 2);
 }
 
+// A leg of albedo alone leaves the other decoders, and the next one of all finds what Adam knew of all.
+TEST_F(TrainingRun, ALegOfOneTermPassesOnWhatIsKnownOfTheRest) {
+  const TrainingOutcome first = run("first", {"train.steps=4"});
+  const TrainingOutcome part = run("part", {"train.steps=4", "log.checkpoint_every=2", "loss.normal=0",
+                                            "loss.material=0", "loss.depth=0", "model.init=" + first.weights.string()});
+  const fs::path last = part.folder / "artifacts/last.safetensors",
+                 midway = part.folder / "checkpoints/step-00000002.safetensors";
+  const Moments before = read_moments(first.weights), after = read_moments(last);
+  int kept = 0, moved = 0;
+  for (const auto& [name, tensor] : before.tensors) {
+    const bool same = after.tensors.at(name).values == tensor.values;
+    for (const char* decoder : {".decoder_normal.", ".decoder_material.", ".decoder_depth."}) {
+      if (name.find(decoder) == std::string::npos) continue;
+      EXPECT_TRUE(same) << name;
+      ++kept;
+    }
+    if (name.find(".decoder_albedo.") != std::string::npos) moved += same ? 0 : 1;
+  }
+  EXPECT_GT(kept, 10);
+  EXPECT_GT(moved, 10);
+  for (const fs::path& from : {last, midway}) {
+    run("next" + from.stem().string(), {"train.steps=1", "run.seed=2", "model.init=" + from.string()});
+    EXPECT_THAT(text_of(run_below("next" + from.stem().string()) / "log.txt"), HasSubstr("with the second moments"));
+  }
+}
+
+TEST_F(TrainingRun, WhereNoStepIsBetterTheWeightsThatItBeganWithAreHandedOut) {
+  const TrainingOutcome first = run("first", {"train.steps=60", "train.rate=3e-3"});
+  const TrainingOutcome worse = run("worse", {"train.steps=2", "train.rate=1", "log.validate_every=1", "train.runaway=0",
+                                              "model.init=" + first.weights.string()});
+  const TensorFile a = read_safetensors(first.weights), b = read_safetensors(worse.weights);
+  for (const auto& [name, shape] : maps_states(load_weights(first.weights, Device::open()).net))
+    EXPECT_EQ(b.tensors.at(name).values, a.tensors.at(name).values) << name;
+  const History history = read_history(worse.weights);
+  EXPECT_EQ(history.legs.back().steps, 0);
+  EXPECT_THAT(text_of(worse.folder / "log.txt"), HasSubstr("weights of step 0, with which it began"));
+  EXPECT_THAT(text_of(worse.folder / "artifacts/card.md"), HasSubstr("120 views seen, 2 legs")) << "of the file it names";
+}
+
 TEST_F(TrainingRun, AveragesOfTheWeightsAreJudgedAndKept) {
   const TrainingOutcome first = run("first", {"train.steps=20", "train.average=0.9"});
   const TensorFile kept = read_safetensors(first.weights),
