@@ -50,7 +50,7 @@ struct LightTrainingOptions {
 ///   li2020_rescaled()
 struct LightTraining {
   NamedValues losses;               // "loss" first
-  std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: they stay as they are
+  std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: none of their parameters moves
   std::vector<Value> parameters;    // as in MgnetTraining
   Value squares;
 };

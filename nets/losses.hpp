@@ -66,9 +66,9 @@ Value log_depth_loss(Value prediction, Value truth, Value mask);
 /// differences of neighbours of Li and Snavely 2018, MegaDepth). Sides: multiples of 16.
 Value detail_loss(Value error, Value mask);
 
-/// -<M ln(M' + 0.01) + (1 - M) ln(1.01 - M')>_m: least at 1.02 M - 0.01 within [0, 1], M the mean, so near it that it is
-/// for the squared error, but steep where metal is given a metallic near 0: there the squared error of a sigmoid has next
-/// to no gradient, and metal is rare.
+/// -<M ln(M' + 0.01) + (1 - M) ln(1.01 - M')>_m: least at 1.02 M - 0.01 within [0, 1], M the mean, so near it that it
+/// is for the squared error, but steep where metal is given a metallic near 0: there the squared error of a sigmoid has
+/// next to no gradient, and metal is rare.
 Value metallic_entropy(Value prediction, Value truth, Value mask);
 
 /// 2 (sum of equal d^2 + sum of ordered relu(d + 0.5)^2) with d = l(first) - l(second), l the logarithm of the mean of

@@ -24,7 +24,7 @@ struct MgnetTrainingOptions {
 struct MgnetTraining {
   Maps maps;
   NamedValues losses;               // "loss" first
-  std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: they stay as they are
+  std::vector<std::string> frozen;  // scopes that no term of a weight above zero sees: none of their parameters moves
   std::vector<Value> parameters;    // that are trained
   Value squares;                    // of their gradients and of them before the step, in their order: adam()
 };

@@ -69,8 +69,8 @@ void check_goal(const RenderSettings& settings, const RenderGoal& goal) {
     throw usage_error("has a fixed number of samples", "--sampler", settings.sampler,
                       "another where an error is asked for");
   if (settings.spp < kRow || settings.spp % kRow != 0)
-    throw usage_error("is no first round of samples", "--spp", fmt::format("{}", settings.spp),
-                      fmt::format("a multiple of {}", kRow));
+    throw usage_error("beside --target-error and --seconds these are the samples of the first round", "--spp",
+                      fmt::format("{}", settings.spp), fmt::format("a multiple of {}", kRow));
 }
 
 std::vector<RenderRound> take_rounds(const RenderGoal& goal, int first, const TakeRound& take) {

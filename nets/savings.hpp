@@ -19,7 +19,7 @@ struct SavingKind {
 };
 inline constexpr std::array kSavings{
     SavingKind{Saving::SharedAnswers, "shared answers", "the in-view MLP once for each ray",
-               "root relMSE of the picture 0.001 to 0.004, below 0.02 where half of it is mirrors", false},
+               "root relMSE of the picture 0.001 to 0.0045, below 0.02 where half of it is mirrors", false},
     SavingKind{Saving::SmallShares, "small shares", "a part of the light where its share of a ray is at most 0.001",
                "at most 0.001 of that part", false},
     SavingKind{Saving::Lobes, "lobes", "how lobes see rays, which lamps alone ask", "same bits", true},

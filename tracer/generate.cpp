@@ -109,6 +109,15 @@ std::string in_the_way(const GenerateOptions& o) {
   return found == names.end() ? "" : *found;
 }
 
+/// What of `one` is not so in the other recipe.
+std::string other_than(const json& one, const json& other) {
+  std::string text;
+  for (const auto& [key, value] : one.items())
+    if (!other.contains(key) || other[key] != value)
+      text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", key, value.dump());
+  return text.empty() ? "nothing of it" : text;
+}
+
 void claim_folder(const GenerateOptions& o) {
   make_directories(o.out);
   const fs::path file = o.out / "generate.json";
@@ -121,10 +130,10 @@ void claim_folder(const GenerateOptions& o) {
     const std::string text = read_file(file, 1 << 20);
     check_nesting(text, file.string());
     const json found = json::parse(text, nullptr, false);
-    if (found != wanted) {
-      throw usage_error("the folder holds views made with other options", file.string(),
-                        found.is_discarded() ? "no JSON" : found.dump(), wanted.dump());
-    }
+    if (!found.is_object()) throw usage_error("is no record of generated views", file.string(), "no JSON object");
+    if (found != wanted)
+      throw usage_error("the folder holds views made with other options", file.string(), other_than(found, wanted),
+                        other_than(wanted, found) + "; or another --out");
     return;
   }
   write_file(file, recipe_text(o));

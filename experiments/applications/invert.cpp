@@ -287,6 +287,8 @@ class Inversion {
     if (!options_.mask.empty())
       for (const float m : read_mask(options_.mask, image.width, image.height).data) judged_.push_back(m > 0);
     if (photo_.clamped) say(fmt::format("{}: {} negative values set to 0", options_.photo.string(), photo_.clamped));
+    if (std::ranges::none_of(image.data, [](float v) { return v > 0; }))
+      throw usage_error("the picture is black", options_.photo.string(), "no value above 0", "a photograph");
     if (fs::is_directory(options_.gbuffer)) gbuffer_lock_.emplace(options_.gbuffer, LockKind::Read);
     const bool own_camera = options_.camera.empty() && !options_.fov;  // of the maps
     if (!options_.gbuffer.empty()) given_ = read_gbuffer(options_.gbuffer, own_camera);

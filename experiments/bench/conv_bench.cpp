@@ -142,6 +142,7 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
   for_clblast(device, options, [&](const std::string&) {
     all_passes(device, exact_passes(device, {"warm-up", {1, 8, 8, 8}, {8, 8, 3, 3}}), "clblast", "", 1);
   });
+  bool any = false;
   for (const Group& group : groups()) {
     if (!options.quiet)
       fmt::print(
@@ -190,8 +191,10 @@ nlohmann::ordered_json bench_conv(Device& device, const BenchOptions& options) {
                         {"runs", runs},
                         {"errors", errors}});
     }
+    any |= !shapes.empty();
     result["groups"].push_back({{"name", group.name}, {"shapes", shapes}});
   }
+  if (!any) throw usage_error("no layer is named so", "--only", options.only, "a part of GROUP: LAYER");
   return result;
 }
 

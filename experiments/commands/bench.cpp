@@ -13,6 +13,7 @@
 #include "experiments/bench/ssrt_bench.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/cl/tile.hpp"
+#include "host/io/files.hpp"
 
 namespace clerestory {
 namespace {
@@ -36,6 +37,13 @@ const Family& family(const std::string& name) {
   std::string known;
   for (const Family& f : families()) known += (known.empty() ? "" : ", ") + f.name;
   throw usage_error("no such family of benchmarks", "bench", name, known);
+}
+
+/// Throws usage_error for an option that is given and has no say in any of the families.
+void refuse_idle(const std::vector<const Family*>& chosen, const char* option, bool given,
+                 const std::vector<std::string>& takes) {
+  if (given && std::ranges::none_of(chosen, [&](const Family* f) { return std::ranges::count(takes, f->name) > 0; }))
+    throw usage_error("has no say here", option, chosen.front()->name, fmt::format("{}", fmt::join(takes, ", ")));
 }
 
 /// The tiles that are named: one, the device's own, or all.
@@ -102,7 +110,10 @@ void add_bench_command(CommandLine& line) {
         for (const std::string& name : *names) chosen.push_back(&family(name));
         if (chosen.empty())
           for (const Family& f : families()) chosen.push_back(&f);
-        if (!options->write.empty()) std::filesystem::create_directories(options->write);
+        refuse_idle(chosen, "--only", !options->only.empty(), {"conv", "nets", "ssrt", "layer"});
+        refuse_idle(chosen, "--explain", options->explain, {"nets", "layer"});
+        refuse_idle(chosen, "--write", !options->write.empty(), {"ssrt", "layer"});
+        if (!options->write.empty()) make_directories(options->write);
         Device device = Device::open(common.device);
         device.use_gemm(common.gemm);
         // With the result on stdout there is no room for a table.

@@ -16,6 +16,7 @@
 #include "host/cl/reproducer.hpp"
 #include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
 #include "host/report/child_process.hpp"
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
@@ -465,11 +466,13 @@ void join(Json& verdict, const Json& further) {
 
 Json read_result(const std::string& file) {
   try {
-    Json all = Json::parse(read_file(file));
+    const std::string text = read_file(file);
+    parse_json_object(text, file);  // says better what is wrong with it
+    Json all = Json::parse(text);
     totals_of(all), devices_table(all), kernels_table(all), failures_table(all);
     return all;
   } catch (const nlohmann::json::exception& error) {
-    throw usage_error(error.what(), "--from", file, "what check --device all --json FILE wrote");
+    throw usage_error(error.what(), "--from", file, "what check --device all --json=FILE wrote");
   }
 }
 
@@ -517,6 +520,7 @@ void show_devices(const DevicesOptions& options, const CommonOptions& common) {
 }
 
 void reproduce_fault(const fs::path& file, const CommonOptions& common) {
+  if (common.device.empty()) throw usage_error("on which device?", "--reproduce", "no --device", "--device NUMBER");
   int index = 0;
   read_value(common.device, "--device", index);
   const std::string shown = shown_by(read_file(file), index);

@@ -250,16 +250,18 @@ Command& Command::common(std::initializer_list<Common> which) {
         option("--seed", "N", "Seed of everything random", to.seed);
         break;
       case Common::Spp:
-        single("--spp", "N", "Samples a pixel", [&to](const std::string& text) {
-          read_value(text, "--spp", to.spp);
-          if (*to.spp < 1) throw usage_error("too few samples", "--spp", text, "at least 1");
-        });
+        single("--spp", "N", "Samples a pixel; default: 64, of rounds to a goal 16 in the first",
+               [&to](const std::string& text) {
+                 read_value(text, "--spp", to.spp);
+                 if (*to.spp < 1) throw usage_error("too few samples", "--spp", text, "at least 1");
+               });
         break;
       case Common::Weights:
         option("--weights", "FILE", "Weights to use (.safetensors)", to.weights);
         break;
       case Common::Preset:
-        choice("--preset", "Of the nets of maps; paper: takes no other weights, and says first how much work it is",
+        choice("--preset",
+               "paper: takes the weights of the paper's net alone, and says first how much work it is; compact: any",
                to.preset, {"paper", "compact"});
         break;
       case Common::Gemm:

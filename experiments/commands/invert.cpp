@@ -21,7 +21,7 @@ void add_invert_command(CommandLine& line) {
   command.argument("PHOTO", "PNG, JPEG, EXR or HDR", options->photo)
       .option("--fov", "DEGREES", "Horizontal field of view; default: what EXIF says, else 65 across the longer side",
               options->fov)
-      .option("--camera", "FILE", "camera.json with fx, fy, cx, cy", options->camera)
+      .option("--camera", "FILE", "camera.json with width, height, fx, fy, cx, cy in pixels", options->camera)
       .option("--gbuffer", "DIR|ROOM/NNN",
               "Maps to use in place of predicted ones: a folder of a run, or a generated view", options->gbuffer)
       .option("--only", "MAPS", "Of albedo,normal,depth,material these maps alone, and no re-render",

@@ -15,6 +15,7 @@ namespace {
 struct RunArguments {
   std::vector<std::string> words;  // config, then overrides
   SweepOptions sweep;
+  bool keys = false;
 };
 
 /// Sweeps over variants and seeds by itself. Nothing to say when the runs were only listed.
@@ -60,6 +61,7 @@ std::vector<std::string> command_of(const RunArguments& arguments, const CommonO
   return command;
 }
 
+/// Nothing where it left none.
 std::string run(const RunArguments& arguments, const CommonOptions& given) {
   catch_interrupts();
   CommonOptions common = given;
@@ -68,6 +70,10 @@ std::string run(const RunArguments& arguments, const CommonOptions& given) {
   std::vector<std::string> fixed;
   if (!common.device.empty()) fixed.push_back("run.device=" + common.device);
   const std::string kind = study_kind(arguments.words[0], overrides);
+  if (arguments.keys) {
+    std::fputs(config_page(study_schema(kind), fmt::format("Keys of a study of kind {}", kind)).c_str(), stdout);
+    return {};
+  }
   if (common.gemm != "auto") fixed.push_back((kind == "training" ? "model.gemm=" : "run.gemm=") + common.gemm);
   return kind == "training" ? run_trainings(arguments, overrides, fixed, common)
                             : run_studies(arguments, kind, overrides, fixed, common);
@@ -80,7 +86,9 @@ void add_run_command(CommandLine& line) {
   Command command = line.add("run", "Run a study from its config: a table with error and seconds");
   command.arguments("CONFIG [KEY=VALUE...]", "Config file, then overrides such as study.seeds=5", arguments->words, 1);
   add_sweep_options(command, arguments->sweep);
-  command.common({Common::Device, Common::Gemm, Common::Quiet})
+  command
+      .flag("--keys", "Prints every key of the config's kind of study with its default, as Markdown", arguments->keys)
+      .common({Common::Device, Common::Gemm, Common::Quiet})
       .notes(
           "Prints the run directory. An interrupted study goes on with the same command, a finished one is skipped. A "
           "study of trainings sweeps over its variants and seeds by itself.")

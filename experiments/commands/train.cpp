@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "experiments/commands/sweep_options.hpp"
+#include "experiments/studies/study.hpp"
 #include "experiments/studies/sweep.hpp"
 #include "experiments/training/trainer.hpp"
 #include "experiments/weights/weights.hpp"
@@ -59,6 +60,9 @@ void run_train(const TrainArguments& arguments, const CommonOptions& common) {
   if (arguments.words.empty())
     throw usage_error("which config?", "CONFIG", "", "a TOML file, such as experiments/configs/mgnet_compact.toml");
   catch_interrupts();
+  if (is_study(arguments.words[0]))
+    throw usage_error("is a study", arguments.words[0], "study.kind",
+                      "a training's config; `clerestory run` takes this one");
   const std::vector<std::string> overrides(arguments.words.begin() + 1, arguments.words.end());
   std::vector<std::string> fixed;
   if (!arguments.init.empty()) fixed.push_back("model.init=" + arguments.init);

@@ -3,4 +3,4 @@
 # minutes: 30
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/ablation_encoding.toml
+result experiments/configs/ablation_encoding.toml "$@"

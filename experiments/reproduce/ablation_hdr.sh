@@ -3,4 +3,4 @@
 # minutes: 35
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/ablation_hdr.toml
+result experiments/configs/ablation_hdr.toml "$@"

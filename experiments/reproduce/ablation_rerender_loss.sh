@@ -3,4 +3,4 @@
 # minutes: 50
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/ablation_rerender_loss.toml
+result experiments/configs/ablation_rerender_loss.toml "$@"

@@ -3,4 +3,4 @@
 # minutes: 8
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/by_part.toml -- --table by_part
+result experiments/configs/by_part.toml "$@" -- --table by_part

@@ -3,4 +3,4 @@
 # minutes: 20
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/edit.toml
+result experiments/configs/edit.toml "$@"

@@ -3,4 +3,4 @@
 # minutes: 15
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/error_time.toml -- --table error_time
+result experiments/configs/error_time.toml "$@" -- --table error_time

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What the light out of view is multiplied by, chosen on rooms on which nothing is judged.
-# minutes: 8
+# minutes: 13
 # usage: bash experiments/reproduce/gain.sh [KEY=VALUE...]
 #   light.weights=DIR     of other weights; `clerestory weights export DIR DIR --gain NUMBER` then says it in them
 set -euo pipefail

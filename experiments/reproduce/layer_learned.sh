@@ -3,4 +3,4 @@
 # minutes: 10
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/layer.toml run.variant=learned study.light=net study.truth_spp=4096
+result experiments/configs/layer.toml run.variant=learned study.light=net study.truth_spp=4096 "$@"

@@ -3,4 +3,4 @@
 # minutes: 10
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/leave_out.toml -- --table leave_out
+result experiments/configs/leave_out.toml "$@" -- --table leave_out

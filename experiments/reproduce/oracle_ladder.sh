@@ -3,4 +3,4 @@
 # minutes: 60
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/oracle_ladder.toml
+result experiments/configs/oracle_ladder.toml "$@"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The light as we build it beside that of Li et al. 2020, as large, after equal time on equal rooms, on unseen rooms.
+# The light as we build it beside that of Li et al. 2020, both compact, after equal time on equal rooms, on unseen rooms.
 # minutes: 230
 # usage: bash experiments/reproduce/side_by_side_light.sh [KEY=VALUE...]
 #   train.minutes=10    shorter trainings

@@ -3,4 +3,4 @@
 # minutes: 4
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/truth.toml -- --table lights
+result experiments/configs/truth.toml "$@" -- --table lights

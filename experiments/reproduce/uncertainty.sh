@@ -3,4 +3,4 @@
 # minutes: 45
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
-result experiments/configs/uncertainty.toml
+result experiments/configs/uncertainty.toml "$@"

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Traces the lists of rooms that judge every leg into data/judge/NAME, where the configs of legs look for them.
+# Traces the lists of rooms that judge every leg into folders of these names, where the configs of legs look for them.
 # usage: bash experiments/rooms/trace.sh [ROOMS [OPTION...]]
-# Of each list the first ROOMS, or all of 200, 100, three times 64 and 32: hours on two cores; --no-light is enough for
-# maps. Then they are larger than nets see them, as rooms that are learned from: a net of 240x180 is judged like one of 160x120.
+# Of each list the first ROOMS, or all of 200, 100, three times 64 and 32: hours on two cores. --no-light is enough for
+# maps; with it they lie in data/judge, without it in data/judge_light. Without light they are larger than nets see them,
+# as rooms that are learned from: a net of 240x180 is judged like one of 160x120.
 # Those with a number were made by later rules, with cameras rolled and a quarter of the views close up: 2 has matt paint,
 # 3 any texture on anything in a quarter of its rooms, and finishes that a thing's kind does not tell.
 set -euo pipefail
@@ -11,13 +12,13 @@ cd "$root"
 install_packages
 build clerestory
 rooms=("${@:1:1}")
-view=(--size 160x120 --spp 64) # with light, which lies at the pixels of its view
-[[ " $* " != *" --no-light "* ]] || view=(--size 320x240 --spp 16)
+view=(--size 160x120 --spp 64) folder=data/judge_light # light lies at the pixels of its view
+[[ " $* " != *" --no-light "* ]] || view=(--size 320x240 --spp 16) folder=data/judge
 for list in training held_out seen training_2 held_out_2 training_3; do
   split=test
   [ $list != seen ] || split=train # these rooms are among those that a leg learns from
   clamp=0
   [[ $list != *_[23] ]] || clamp=1 # photographs have no fireflies
-  build/clerestory generate --from-rooms experiments/rooms/judge_$list.rooms --out data/judge/$list --split $split \
+  build/clerestory generate --from-rooms experiments/rooms/judge_$list.rooms --out $folder/$list --split $split \
     "${view[@]}" --clamp $clamp "${rooms[@]/#/--rooms=}" "${@:2}"
 done

@@ -95,6 +95,7 @@ void add_common_keys(Schema& schema) {
 }  // namespace
 
 Schema study_schema(const std::string& kind) {
+  if (kind == "training") return training_study_schema();
   Schema schema;
   add_run_keys(schema), add_common_keys(schema);
   for (const auto add_keys : kind_named(kind).keys) add_keys(schema);
@@ -103,33 +104,56 @@ Schema study_schema(const std::string& kind) {
 
 namespace {
 
-/// Of any kind, trainings too.
-Schema schema_of(const std::string& kind) { return kind == "training" ? training_study_schema() : study_schema(kind); }
-
-}  // namespace
-
-std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words) {
-  Schema all;  // of every kind
+/// Of every kind.
+Schema all_keys() {
+  Schema all;
   all.include(training_schema());
   add_common_keys(all), add_ablation_keys(all);
   std::set<void (*)(Schema&)> keys;
   for (const StudyKind& kind : kinds()) keys.insert(kind.keys.begin(), kind.keys.end());
   for (const auto add_keys : keys) add_keys(all);
+  return all;
+}
+
+/// Throws usage_error for a config without study.kind that has keys of a training.
+std::string named_kind(const Config& config, const std::filesystem::path& path) {
+  std::string kind = config.text("study.kind");
+  if (config.origin("study.kind") != "default") return kind;
+  const Schema own = study_schema(kind);
+  for (const auto& [key, entry] : config.entries())
+    if (entry.origin != "default" && own.find(key) == nullptr)
+      throw usage_error("is no study but a training", path.string(), "no study.kind",
+                        "a study; `clerestory train` takes this one");
+  return kind;
+}
+
+}  // namespace
+
+bool is_study(const std::filesystem::path& config) {
+  try {
+    return load_config(config, all_keys(), {}).origin("study.kind") != "default";
+  } catch (const Error&) {
+    return false;  // a config of neither kind
+  }
+}
+
+std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words) {
+  const Schema all = all_keys();
   for (const std::string& word : words)
     if (word.starts_with("study.kind=") && expand_sweep({word}).size() > 1)
       throw usage_error("studies of several kinds are not swept together", "study.kind", word, "one kind");
   try {
-    return load_config(config, all, expand_sweep(words)[0]).text("study.kind");
+    return named_kind(load_config(config, all, expand_sweep(words)[0]), config);
   } catch (const Error&) {  // of all kinds' keys; the config's own kind says it better
-    const std::string kind = load_config(config, all, {}).text("study.kind");
-    load_config(config, schema_of(kind), expand_sweep(words)[0]);
+    const std::string kind = named_kind(load_config(config, all, {}), config);
+    load_config(config, study_schema(kind), expand_sweep(words)[0]);
     throw;
   }
 }
 
 Config study_config(const std::filesystem::path& config, const std::vector<std::string>& words) {
   const std::string kind = study_kind(config, words);
-  return load_config(config, schema_of(kind), expand_sweep(words)[0]);
+  return load_config(config, study_schema(kind), expand_sweep(words)[0]);
 }
 
 std::string study_hash(const std::filesystem::path& config, const std::vector<std::string>& words, bool many) {

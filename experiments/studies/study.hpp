@@ -8,8 +8,11 @@
 
 namespace clerestory {
 
-/// Keys of the config of a study of that kind, `study.kind`. Trainings have their own (training_study.hpp).
+/// Keys of the config of a study of that kind, `study.kind`.
 Schema study_schema(const std::string& kind);
+
+/// Whether a config names a kind of study; a training's does not.
+bool is_study(const std::filesystem::path& config);
 
 /// `study.kind` of a config with overrides, of which any but it may list values: every kind has keys of its own.
 std::string study_kind(const std::filesystem::path& config, const std::vector<std::string>& words);

@@ -1,5 +1,9 @@
 #include "experiments/training/keyed.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 namespace clerestory {
 
 std::uint64_t keyed_mix(std::uint64_t z) {
@@ -15,6 +19,15 @@ std::uint64_t keyed_bits(std::uint64_t seed, std::uint64_t position, std::uint64
 
 double keyed_uniform(std::uint64_t seed, std::uint64_t position, std::uint64_t purpose) {
   return static_cast<double>(keyed_bits(seed, position, purpose) >> 11) * 0x1p-53;
+}
+
+double KeyedDraws::log_between(double low, double high) { return std::exp(between(std::log(low), std::log(high))); }
+
+int KeyedDraws::below(int count) { return std::min(count - 1, static_cast<int>(unit() * count)); }
+
+Vec3 KeyedDraws::direction() {
+  const double z = between(-1, 1), angle = between(0, 2 * std::numbers::pi), r = std::sqrt(1 - z * z);
+  return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
 }  // namespace clerestory

@@ -15,17 +15,6 @@ namespace {
 
 enum Purpose : std::uint64_t { ray_draw = 11, flip_draw, exposure_draw, clip_draw, grid_x_draw, grid_y_draw };
 
-/// Uniform numbers one after the other.
-class Draws {
- public:
-  explicit Draws(std::uint64_t key) : key_(key) {}
-  double unit() { return keyed_uniform(key_, count_++, ray_draw); }
-  int below(int n) { return std::min(static_cast<int>(unit() * n), n - 1); }
-
- private:
-  std::uint64_t key_, count_ = 0;
-};
-
 /// One view's share of a batch, mirrored if so drawn.
 struct Prepared {
   Image image, albedo, normal, depth, material, emission;
@@ -127,7 +116,7 @@ LightRays draw_rays(const LightView& view, int rows, int samples, double probe_r
     if (const int y = layout.pixel_y(tile / layout.columns), x = layout.pixel_x(tile % layout.columns);
         view.true_depth.at(0, y, x) > 0 && view.depth.at(0, y, x) > 0)
       tiles.push_back(tile);
-  Draws draws(key);
+  KeyedDraws draws(key, ray_draw);
   LightRays rays;
   const auto add = [&](const Vec3& point, const Vec3& direction, const std::array<float, 3>& light, int skip) {
     rays.points.push_back(point), rays.directions.push_back(direction);

@@ -20,24 +20,6 @@ constexpr double kLeastAlbedo = 0.02, kMostAlbedo = 0.78, kMostOfMetal = 0.92;  
 constexpr double kVeil = 0.05;     // of all light: what a rough dielectric sends back without its colour
 constexpr double kMostTilt = 0.1;  // radians between the room's axes and a pattern's that goes along them
 
-/// Numbers in turn.
-class Draws {
- public:
-  explicit Draws(std::uint64_t key) : key_(key) {}
-  double unit() { return keyed_uniform(key_, next_++, kDraw); }
-  double between(double low, double high) { return low + (high - low) * unit(); }
-  double log_between(double low, double high) { return std::exp(between(std::log(low), std::log(high))); }
-  int below(int count) { return std::min(count - 1, static_cast<int>(unit() * count)); }
-  bool chance(double share) { return unit() < share; }
-  Vec3 direction() {
-    const double z = between(-1, 1), angle = between(0, 2 * std::numbers::pi), r = std::sqrt(1 - z * z);
-    return {r * std::cos(angle), r * std::sin(angle), z};
-  }
-
- private:
-  std::uint64_t key_, next_ = 0;
-};
-
 /// What tells parts of a room apart: metres, the unit normal, ln albedo, roughness.
 struct Look {
   Vec3 place, normal, colour;
@@ -127,14 +109,14 @@ struct Paint {
   std::uint64_t key = 0;
 };
 
-Vec3 any_colour(Draws& draws, double least, double most) {
+Vec3 any_colour(KeyedDraws& draws, double least, double most) {
   const double level = draws.log_between(least, most), strength = draws.unit() * draws.unit();
   return level * glm::exp(strength * draws.direction());
 }
 
 /// Rows: the directions along which cells are counted. Patterns go along the room's axes more often than not, but for a
 /// tilt, without which a wall could lie on the border between two layers of cells.
-Mat3 any_frame(Draws& draws, const Camera& camera) {
+Mat3 any_frame(KeyedDraws& draws, const Camera& camera) {
   const Mat3 axes = glm::transpose(camera.rotation());  // columns: the world's, in camera space
   const int first = draws.below(3);
   const Vec3 about = draws.direction();
@@ -143,7 +125,7 @@ Mat3 any_frame(Draws& draws, const Camera& camera) {
   return glm::transpose(turn * Mat3(axes[first], axes[(first + 1) % 3], axes[(first + 2) % 3]));
 }
 
-Paint any_paint(Draws& draws, const Camera& camera, std::uint64_t key) {
+Paint any_paint(KeyedDraws& draws, const Camera& camera, std::uint64_t key) {
   Paint paint;
   const double kind = draws.unit();
   paint.as_it_is = kind < kAsItIs;
@@ -179,7 +161,7 @@ double paintable(const PreparedView& view, int y, int x) {
 
 class Painter {
  public:
-  Painter(PreparedView& view, std::uint64_t key) : view_(view), camera_(*view.camera), draws_(key), key_(key) {
+  Painter(PreparedView& view, std::uint64_t key) : view_(view), camera_(*view.camera), draws_(key, kDraw), key_(key) {
     for (int y = 0; y < view.image.height; ++y)
       for (int x = 0; x < view.image.width; ++x)
         if (view.masks.geometry.at(0, y, x) > 0) known_.push_back({x, y});
@@ -243,7 +225,7 @@ class Painter {
 
   PreparedView& view_;
   const Camera camera_;
-  Draws draws_;
+  KeyedDraws draws_;
   std::uint64_t key_;
   std::vector<Pixel> known_;
   LookWeights weights_{};

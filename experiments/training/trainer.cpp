@@ -126,10 +126,10 @@ class Trainer {
   void save_weights(const std::string& artifact) const {
     update_judged(states_, task_->weights());
     with_finite_states([&] {
-      write_weights(run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
-                    {options_.model.preset, task_->net(), options_.model.size, this_build().commit, task_->weights(),
-                     joined(factored_moments(*states_.trained, progress_.moment_steps + progress_.step),
-                            progress_.kept)});
+      write_weights(
+          run_.artifact(artifact), *states_.judged, progress_.history, progress_.means,
+          {options_.model.preset, task_->net(), options_.model.size, this_build().commit, task_->weights(),
+           joined(factored_moments(*states_.trained, progress_.moment_steps + progress_.step), progress_.kept)});
     });
   }
 
@@ -555,7 +555,9 @@ void Trainer::finish() {
   const auto weights = run_.artifact("weights.safetensors");
   const std::int64_t step = read_history(weights).legs.back().steps;
   run_.log(fmt::format("{} steps in {}; weights of step {}{} in {}", progress_.step, duration_text(seconds()), step,
-                       best_is_last ? "" : step == 0 ? ", with which it began: none was better" : ", the best validation",
+                       best_is_last ? ""
+                       : step == 0  ? ", with which it began: none was better"
+                                    : ", the best validation",
                        weights.string()));
 }
 

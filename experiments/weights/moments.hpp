@@ -27,8 +27,8 @@ bool set_moments(States& states, const Moments& moments, const std::string& wher
 /// Of parameters that the states hold no moments of, since this leg does not train them: kept for the next one.
 Moments moments_of_others(const Moments& moments, const States& states);
 
-/// Both in one, of a parameter that both have those of `first`. One step count corrects the bias of all: the smaller one,
-/// by which no moment is thought less than it is.
+/// Both in one, of a parameter that both have those of `first`. One step count corrects the bias of all: the smaller
+/// one, by which no moment is thought less than it is.
 Moments joined(Moments first, const Moments& more);
 
 /// Into a file of weights: of parameters whose names begin with `prefix`.

@@ -196,7 +196,8 @@ InitialWeights read_initial_weights(const std::filesystem::path& path, States& s
   for (const auto& [name, shape] : wanted) set_state(states, name, shape, file, where);
   const Moments moments = stored_moments(file, where);
   const bool whole = set_moments(states, moments, where);
-  InitialWeights initial{stored_history(file, where), whole ? moments.steps : 0, moments_of_others(moments, states), {}};
+  InitialWeights initial{
+      stored_history(file, where), whole ? moments.steps : 0, moments_of_others(moments, states), {}};
   if (MeanMaps::stored(file)) initial.means = MeanMaps::restore(file, where);
   return initial;
 }

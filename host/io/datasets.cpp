@@ -99,6 +99,10 @@ std::string trimmed(std::string line) {
 std::vector<std::string> list_rooms(const fs::path& root, const std::string& split,
                                     const std::function<void(const Error&)>& bad) {
   const fs::path list = root / (split + ".txt");
+  if (!fs::exists(list))
+    throw usage_error("there is no such list of rooms", list.string(),
+                      fs::is_directory(root) ? "a folder without it" : "no folder",
+                      "a data set: a folder with " + split + ".txt and its rooms, as `clerestory generate` writes it");
   std::istringstream lines(read_file(list, std::uint64_t{1} << 28, true));
   std::vector<std::string> rooms;
   std::set<std::string> seen;

@@ -34,6 +34,9 @@ void check_light(const Image& image, int width, int height, const fs::path& path
 }
 
 Image read_light(const fs::path& path, int width, int height) {
+  if (!fs::exists(path))
+    throw usage_error("the view has no light", path.string(), "no such file",
+                      "a data set with light: `clerestory generate` without --no-light");
   Image image = read_map(path, 3);
   check_light(image, width, height, path, ErrorKind::Usage);
   return image;

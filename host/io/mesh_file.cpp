@@ -48,7 +48,12 @@ struct Parts {
 };
 
 Parts take_apart(const std::string& bytes, const std::string& where) {
-  if (bytes.substr(0, 4) != "glTF") return {parse_json_object(bytes, where), {}};
+  if (bytes.substr(0, 4) != "glTF") {
+    if (const std::size_t first = bytes.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+        first != std::string::npos && bytes[first] != '{')
+      throw usage_error("is no glTF", where, "neither \"glTF\" nor JSON at its start", "a .glb or .gltf");
+    return {parse_json_object(bytes, where), {}};
+  }
   if (bytes.size() < 20 || word(bytes, 8) != bytes.size())
     throw usage_error("the binary glTF is truncated", where, fmt::format("{} bytes", bytes.size()),
                       bytes.size() < 12 ? "a header" : fmt::format("{}", word(bytes, 8)));

@@ -75,9 +75,9 @@ TEST(KernelSource, TheHashIsOfCodeNotOfCommentsAndBlanks) {
   EXPECT_EQ(hash_with("// why\n#define   A \"b\"  // \"so\n\n\t int a =\t4 / 2;  \n/* a\nb */\n"), plain);
   EXPECT_EQ(hash_with("#define A \"b\"\r\nint a =/* of */4 / 2; /* never closed"), plain);
   EXPECT_EQ(hash_with("#define A \"b\"\nint a = 4 / 2;"), plain);
-  for (const char* other : {"#define A \"b \"\nint a = 4 / 2;\n", "#define A \"//\"\nint a = 4 / 2;\n",
-                            "#define A \"b\" int a = 4 / 2;\n", "#define A \"b\"\ninta = 4 / 2;\n",
-                            "#define A \"b\"\nint a = 4 // 2;\n", "#define A \"b\"\n"})
+  for (const char* other :
+       {"#define A \"b \"\nint a = 4 / 2;\n", "#define A \"//\"\nint a = 4 / 2;\n", "#define A \"b\" int a = 4 / 2;\n",
+        "#define A \"b\"\ninta = 4 / 2;\n", "#define A \"b\"\nint a = 4 // 2;\n", "#define A \"b\"\n"})
     EXPECT_NE(hash_with(other), plain) << other;
 }
 

@@ -73,7 +73,8 @@ TEST_F(MomentsTest, OfWhatALegDoesNotTrainAreKept) {
   const Moments both = joined(factored_moments(frozen, 40), kept);
   EXPECT_EQ(both.steps, 40) << "of two counts the smaller one";
   EXPECT_EQ(both.tensors.size(), 4u);
-  EXPECT_NE(both.tensors.at("moments.rows.conv").values, all.tensors.at("moments.rows.conv").values) << "this leg's own";
+  EXPECT_NE(both.tensors.at("moments.rows.conv").values, all.tensors.at("moments.rows.conv").values)
+      << "this leg's own";
   EXPECT_EQ(joined(both, {}).steps, 40);
   EXPECT_EQ(joined({}, kept).steps, 120);
 

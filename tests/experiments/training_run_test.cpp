@@ -246,15 +246,16 @@ TEST_F(TrainingRun, ALegOfOneTermPassesOnWhatIsKnownOfTheRest) {
 
 TEST_F(TrainingRun, WhereNoStepIsBetterTheWeightsThatItBeganWithAreHandedOut) {
   const TrainingOutcome first = run("first", {"train.steps=60", "train.rate=3e-3"});
-  const TrainingOutcome worse = run("worse", {"train.steps=2", "train.rate=1", "log.validate_every=1", "train.runaway=0",
-                                              "model.init=" + first.weights.string()});
+  const TrainingOutcome worse = run("worse", {"train.steps=2", "train.rate=1", "log.validate_every=1",
+                                              "train.runaway=0", "model.init=" + first.weights.string()});
   const TensorFile a = read_safetensors(first.weights), b = read_safetensors(worse.weights);
   for (const auto& [name, shape] : maps_states(load_weights(first.weights, Device::open()).net))
     EXPECT_EQ(b.tensors.at(name).values, a.tensors.at(name).values) << name;
   const History history = read_history(worse.weights);
   EXPECT_EQ(history.legs.back().steps, 0);
   EXPECT_THAT(text_of(worse.folder / "log.txt"), HasSubstr("weights of step 0, with which it began"));
-  EXPECT_THAT(text_of(worse.folder / "artifacts/card.md"), HasSubstr("120 views seen, 2 legs")) << "of the file it names";
+  EXPECT_THAT(text_of(worse.folder / "artifacts/card.md"), HasSubstr("120 views seen, 2 legs"))
+      << "of the file it names";
 }
 
 TEST_F(TrainingRun, AveragesOfTheWeightsAreJudgedAndKept) {

@@ -168,7 +168,7 @@ TEST_F(Datasets, Rooms) {
   EXPECT_EQ(list_rooms(folder, "val"), (std::vector<std::string>{"a", "c"}));
   put("empty.txt", "");
   EXPECT_TRUE(list_rooms(folder, "empty").empty());
-  expect_error([&] { list_rooms(folder, "test"); }, {"test.txt", "No such file"});
+  expect_error([&] { list_rooms(folder, "test"); }, {"test.txt", "no such list of rooms"});
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> parts) {
     put("test.txt", text);
     expect_error([&] { list_rooms(folder, "test"); }, parts);
