@@ -12,6 +12,7 @@
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
+#include "host/report/provenance.hpp"
 
 namespace clerestory {
 namespace {
@@ -120,6 +121,18 @@ EvaluateOutcome evaluate_weights(const EvaluateOptions& options) {
   return out;
 }
 
+namespace {
+
+/// What the run says it was made of, and whether that is the view's own picture.
+std::string photograph_of(const fs::path& run, const fs::path& picture) {
+  if (!fs::exists(run / kProvenanceName)) return "not recorded";
+  const std::vector<FileRecord> inputs = read_provenance(run / kProvenanceName).inputs;
+  if (inputs.empty()) return "not recorded";
+  return inputs[0].path + (inputs[0].hash == file_hash(picture) ? "" : ", other bytes than " + picture.string());
+}
+
+}  // namespace
+
 EvaluateOutcome evaluate_run(const fs::path& run, const fs::path& view, bool rivals) {
   const GBuffer maps = read_gbuffer(run);
   if (!maps.albedo || !maps.normal || !maps.depth || !maps.material)
@@ -145,7 +158,9 @@ EvaluateOutcome evaluate_run(const fs::path& run, const fs::path& view, bool riv
   out.views = {std::move(result)};
   out.summary = summarise(out.views);
   out.conventions = conventions_of(width, height, rivals);
-  out.facts = {{"run", run.string()}, {"view", view.string()}};
+  out.facts = {{"run", run.string()},
+               {"view", view.string()},
+               {"photograph", photograph_of(run, view_file(view.parent_path(), view.filename().string(), "im"))}};
   return out;
 }
 

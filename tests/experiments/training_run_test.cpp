@@ -341,6 +341,17 @@ TEST_F(TrainingRun, RunFolderOfItsOwnTruthHasNoError) {
   EXPECT_NEAR(judged.summary.find(MapError::Albedo)->ours.mean, 0, 0x1p-22);
   EXPECT_NEAR(judged.summary.find(MapError::Roughness)->ours.mean, 0, 0x1p-22);
   EXPECT_NEAR(judged.summary.median_log_scale_error, std::log(2.0), 4 * kFloatRounding);
+
+  // Whether these maps are of that picture only the run can tell.
+  EXPECT_EQ(judged.facts.back(), (std::pair<std::string, std::string>{"photograph", "not recorded"}));
+  const auto said_of = [&](const char* picture) {
+    Provenance made;
+    made.inputs = {record_file(folder / picture)};
+    write_provenance(gbuffer / "provenance.json", made);
+    return evaluate_run(gbuffer, view).facts.back().second;
+  };
+  EXPECT_EQ(said_of("data/val_room_0/000_im.exr"), (folder / "data/val_room_0/000_im.exr").string());
+  EXPECT_THAT(said_of("data/val_room_0/001_im.exr"), HasSubstr("other bytes than " + view.string() + "_im.exr"));
   EXPECT_THAT(message_of([&] { evaluate_run(gbuffer, folder / "data"); }, ErrorKind::Usage),
               HasSubstr("no generated view"));
 }
