@@ -83,8 +83,9 @@ std::vector<SoftLamp> bright_patches(const Scene& scene) {
   std::vector<Spot> spots = bright_spots(scene);
   if (spots.empty()) return {};
   std::vector<Patch> patches{patch_of(std::move(spots))};
+  const double small = kSmall * scene.scale();
   while (patches.size() < kPatches) {
-    const auto spread = [&](const Patch& p) { return p.radius() < kSmall * scene.scale() ? 0 : p.spread(); };
+    const auto spread = [&](const Patch& p) { return p.radius() < small ? 0 : p.spread(); };
     const auto widest = std::ranges::max_element(patches, {}, spread);
     if (spread(*widest) == 0) break;
     auto [low, high] = split(*widest);

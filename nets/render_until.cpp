@@ -75,7 +75,7 @@ RenderedUntil render_until(Device& device, const Scene& scene, const RenderSetti
   RenderedUntil result;
   Rounds all;
   result.rounds = take_rounds(goal, settings.spp, [&](int samples, std::uint32_t number) {
-    round.spp = samples, round.seed = settings.seed + number;
+    round.spp = samples, round.seed = round_seed(settings.seed, number);
     all.add(samples, render_scene(device, scene, round));
     return RoundPicture{all.radiance(), judged};
   });

@@ -71,6 +71,9 @@ void check_goal(const RenderSettings& settings, const RenderGoal& goal) {
   if (settings.spp < kRow || settings.spp % kRow != 0)
     throw usage_error("beside --target-error and --seconds these are the samples of the first round", "--spp",
                       fmt::format("{}", settings.spp), fmt::format("a multiple of {}", kRow));
+  if (settings.spp > goal.most / 2)
+    throw usage_error("leaves no second round, by which the error is measured", "--spp",
+                      fmt::format("{}", settings.spp), fmt::format("at most {}", goal.most / 2));
 }
 
 std::vector<RenderRound> take_rounds(const RenderGoal& goal, int first, const TakeRound& take) {

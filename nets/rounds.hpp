@@ -32,8 +32,11 @@ struct RoundPicture {
 /// Takes so many samples more, by random numbers of the round's own; rounds are counted from 0.
 using TakeRound = std::function<RoundPicture(int samples, std::uint32_t round)>;
 
-/// Throws usage_error: a goal that is none, a first round that is no multiple of 16 samples, a sampler of a fixed
-/// number.
+/// Of a round's random numbers. Rounds lie apart, so that neighbouring seeds of users have none in common.
+inline std::uint32_t round_seed(std::uint32_t seed, std::uint32_t round) { return seed + 0x85ebca6bu * round; }
+
+/// Throws usage_error: a goal that is none, a first round that is no multiple of 16 samples or leaves no second one, a
+/// sampler of a fixed number.
 void check_goal(const RenderSettings& settings, const RenderGoal& goal);
 
 /// Rounds of at most as many samples as all before them, the first of `first` (a multiple of 16); at least two. The

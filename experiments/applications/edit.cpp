@@ -113,7 +113,7 @@ class Editing {
 
   void take(int samples, std::uint32_t round) {
     first_.spp = carried_.spp = samples;
-    const std::uint32_t seed = first_.seed + round;
+    const std::uint32_t seed = round_seed(first_.seed, round);
     SceneLayer first(device_, before_, first_);
     composite_ = before_.photo;
     Image left = change_by(0, first_change(first, seed, samples));
@@ -309,7 +309,8 @@ std::string edit(const EditOptions& options) {
   double dropped = 0;
   for (const EditBounce& b : done.bounces) dropped += b.dropped;
   provenance.seeds["render"] = options.render.seed;
-  provenance.inputs = {record_file(options.run / "photo.exr"), record_file(options.mask)};
+  provenance.inputs.insert(provenance.inputs.begin(),
+                           {record_file(options.run / "photo.exr"), record_file(options.mask)});
   provenance.facts[kEditFact] = values_text(options.change);
   provenance.facts["bounces that follow the edit"] = bounces_text(done.bounces);
   for (std::size_t k = 0; k < done.bounces.size(); ++k)

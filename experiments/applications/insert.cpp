@@ -9,6 +9,7 @@
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_results.hpp"
 #include "experiments/applications/samples_record.hpp"
+#include "experiments/applications/surface_plane.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
@@ -25,10 +26,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kMostTilt = 0.7;  // cosine of the angle to the camera's up within which a surface is stood upon
+
+/// Away from the surface that rays meet under a pixel.
+Vec3 outwards(const Scene& scene, const std::array<double, 2>& at, const Vec3& normal) {
+  const auto plane = plane_normal_at(scene, static_cast<int>(std::floor(at[0])), static_cast<int>(std::floor(at[1])));
+  return plane.value_or(glm::normalize(normal));
+}
+
 Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
   if (object.at) {
     const auto [point, normal] = surface_at(scene, *object.at);
-    return point + lift * normal;
+    return point + lift * outwards(scene, *object.at, normal);
   }
   const Vec3 point((*object.at_point)[0], (*object.at_point)[1], (*object.at_point)[2]);
   if (!(point.z < 0))
@@ -43,15 +52,23 @@ void check_length(double length, const std::string& option, double room) {
                       fmt::format("at most {:.2f} m", room));
 }
 
-/// The mesh of a file with its own y along world y, facing the viewer, standing on `foot`, longest side `size`.
-Mesh stand(const fs::path& file, const Camera& camera, const Vec3& foot, double size) {
+/// World y, in camera space. Of a camera whose pose nobody said that is a guess: what an object stands on knows better,
+/// where it is no wall.
+Vec3 up_of(const Scene& scene, const InsertedObject& object) {
+  const Vec3 up = scene.camera.direction_to_camera({0, 1, 0});
+  if (!object.at || scene.camera.camera_to_world != Camera().camera_to_world) return up;
+  const Vec3 floor = outwards(scene, *object.at, surface_at(scene, *object.at).second);
+  return glm::dot(floor, up) > kMostTilt ? floor : up;
+}
+
+/// The mesh of a file with its own y along `up`, facing the viewer, standing on `foot`, longest side `size`.
+Mesh stand(const fs::path& file, const Vec3& up, const Vec3& foot, double size) {
   Mesh mesh = read_mesh(file);
   const auto [low, high] = bounds(mesh);
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, static_cast<double>(high[i]) - low[i]);
   if (!(longest > 0)) throw usage_error("the mesh has no extent", file.string(), "one point", "a body");
   const double scale = size / longest;
-  const Vec3 up = camera.direction_to_camera({0, 1, 0});
   Vec3 front = Vec3(0, 0, 1) - up.z * up;  // the viewer's side, level
   if (glm::length(front) < 1e-6) front = Vec3(1, 0, 0) - up.x * up;
   front = glm::normalize(front);
@@ -196,7 +213,7 @@ std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>
   const Vec3 normal(scene.normal.at(0, y, x), scene.normal.at(1, y, x), scene.normal.at(2, y, x));
   if (!(glm::length(normal) > 0))
     throw usage_error("nothing is known of the normal there", "--at", text, "a pixel with a normal");
-  return {scene.camera.unproject(at[0], at[1], depth), normal};
+  return {scene.camera.unproject(x + 0.5, y + 0.5, depth), normal};  // depth is that of the pixel's centre
 }
 
 std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<InsertedObject>& objects) {
@@ -212,7 +229,7 @@ std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<Inse
                         static_cast<int>(i)});
     } else {
       check_length(*o.size, "--size", room);
-      placed.push_back({stand(o.mesh, scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
+      placed.push_back({stand(o.mesh, up_of(scene, o), place_of(scene, o, 0), *o.size), static_cast<int>(i)});
     }
   }
   return placed;
@@ -281,7 +298,9 @@ class Inserting {
     RenderSettings share = settings_;
     share.spp = samples / passes, share.after_chunk = over_passes(settings_.after_chunk, passes);
     // Seeds of passes lie apart, so that neighbouring seeds of users have none in common.
-    const auto seed = [&](int pass) { return settings_.seed + round + 0x9e3779b9u * static_cast<std::uint32_t>(pass); };
+    const auto seed = [&](int pass) {
+      return round_seed(settings_.seed, round) + 0x9e3779b9u * static_cast<std::uint32_t>(pass);
+    };
     ObjectsLayer with_objects(device_, scene_, objects_, list_, share, bounces_);
     for (int pass = 0; pass < passes; ++pass) {
       const SceneWithObjects with = put_before(device_, seen_in_pass(scene_, pass, passes, round), *objects_, list_);
@@ -384,7 +403,9 @@ void insert(const InsertOptions& options) {
   write_exr(files.staged(exr), composite, fits_half(composite) ? ExrType::Half : ExrType::Float);
   write_png(files.staged(png), show_radiance(composite, shown_exposure(scene.photo)), Encoding::Linear);
   const double seconds = watch.seconds();
-  provenance.inputs = {record_file(options.run / "photo.exr")};
+  provenance.inputs.insert(provenance.inputs.begin(), record_file(options.run / "photo.exr"));
+  for (const InsertedObject& o : options.objects)
+    if (!o.mesh.empty()) provenance.inputs.push_back(record_file(o.mesh));
   provenance.seeds["render"] = options.render.seed;
   provenance.figures["seconds"] = seconds;
   provenance.figures["share of pixels that show an object"] = seen;

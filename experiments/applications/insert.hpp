@@ -39,12 +39,12 @@ struct InsertOptions {
 /// Writes composite.exr, composite.png and insert.json.
 void insert(const InsertOptions& options);
 
-/// Surface under a pixel: point and normal in camera space. Throws usage_error naming --at: outside of the picture,
-/// no depth, no normal.
+/// Surface at a pixel's centre: point and normal, as the maps have them, in camera space. Throws usage_error naming
+/// --at: outside of the picture, no depth, no normal.
 std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at);
 
-/// Meshes in camera space. Throws usage_error: a pixel outside or without depth, a point behind the camera, an object
-/// larger than the room.
+/// Meshes in camera space. Those `at` a pixel touch the surface that rays meet there (surface_plane.hpp). Throws
+/// usage_error: a pixel outside or without depth, a point behind the camera, an object larger than the room.
 std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<InsertedObject>& objects);
 
 /// What the camera sees with the objects in place: the scene's maps with object pixels replaced, and which those are.

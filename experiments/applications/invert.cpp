@@ -308,7 +308,8 @@ class Inversion {
     record_ = begin_provenance(options_.command, device_->fingerprint());
     record_.seeds["render"] = options_.render.seed;
     record_.inputs.push_back(record_file(options_.photo));
-    if (!options_.mask.empty()) record_.inputs.push_back(record_file(options_.mask));
+    for (const fs::path& file : {options_.mask, options_.camera})
+      if (!file.empty()) record_.inputs.push_back(record_file(file));
     record_.facts["photo"] = photo_.note;
     record_.facts["camera"] = camera_note_;
     if (options_.render.precision == Precision::Double) record_.facts["precision"] = "double";
@@ -400,7 +401,8 @@ class Inversion {
     RenderedUntil reached = render_until(*device_, scene_, settings, *options_.goal, judged_);
     settings.spp = 0;
     for (const RenderRound& round : reached.rounds) {
-      rounds_.push_back({round.spp - settings.spp, settings.seed + static_cast<std::uint32_t>(rounds_.size())});
+      rounds_.push_back(
+          {round.spp - settings.spp, round_seed(settings.seed, static_cast<std::uint32_t>(rounds_.size()))});
       settings.spp = round.spp;
     }
     record_rounds(*options_.goal, reached.rounds, judged_.empty() ? "the re-render" : "the re-render under the mask",

@@ -119,7 +119,7 @@ std::string light(const LightOptions& options) {
   write_exr(files.staged(out), panorama, fits_half(panorama) ? ExrType::Half : ExrType::Float);
   write_png(files.staged(png), show_radiance(panorama, shown_exposure(scene.photo)), Encoding::Linear);
   const double seconds = watch.seconds();
-  provenance.inputs = {record_file(options.run / "photo.exr")};
+  provenance.inputs.insert(provenance.inputs.begin(), record_file(options.run / "photo.exr"));
   provenance.facts[kPointFact] = text_of(place.point);
   if (!place.note.empty()) provenance.facts["place"] = place.note;
   provenance.figures["seconds"] = seconds;

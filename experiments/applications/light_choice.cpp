@@ -32,6 +32,9 @@ void load_light_nets(RenderSettings& settings, const fs::path& weights, Device d
 void take_light(RenderSettings& settings, const LightChoice& choice, Device& device, const Scene& scene,
                 Provenance& record) {
   load_light_nets(settings, choice.weights, device);
+  if (settings.nets)
+    for (const std::filesystem::path& file : weights_files(settings.nets->note))
+      record.inputs.push_back(record_file(file));
   record.facts["light"] = answerer_text(settings) + (choice.why.empty() ? "" : ", " + choice.why);
   say("light: " + record.facts["light"]);
   if (choice.lamps == "none" || (choice.lamps == "auto" && !is_learned_light(settings.light))) return;

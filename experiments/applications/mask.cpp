@@ -6,7 +6,9 @@
 namespace clerestory {
 
 Image read_mask(const std::filesystem::path& path, int width, int height) {
-  const Image image = read_image(path);
+  const auto [image, alpha] = read_image_and_alpha(path);
+  if (alpha)
+    throw usage_error("is the mask in its colours or in its alpha?", path.string(), "both", "a picture without alpha");
   if (image.width != width || image.height != height)
     throw usage_error("the mask has another size than the picture", path.string(),
                       fmt::format("{}x{}", image.width, image.height), fmt::format("{}x{}", width, height));

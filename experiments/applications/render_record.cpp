@@ -1,6 +1,7 @@
 #include "experiments/applications/render_record.hpp"
 
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/io/json_file.hpp"
@@ -25,6 +26,13 @@ SoftLamp lamp_of(const Json& json) {
       {place[0], place[1], place[2]}, json.at("size").get<double>(), json.at("radiance").get<std::array<double, 3>>()};
 }
 
+/// Of all files behind a light's weights.
+std::string hash_of(const fs::path& weights) {
+  std::vector<std::string> hashes;
+  for (const fs::path& file : weights_files(weights)) hashes.push_back(file_hash(file));
+  return fmt::format("{}", fmt::join(hashes, " "));
+}
+
 RenderRecord record_of(const Json& json, const std::string& where) {
   RenderRecord record;
   RenderSettings& s = record.settings;
@@ -32,6 +40,7 @@ RenderRecord record_of(const Json& json, const std::string& where) {
   s.delta = json.at("delta"), s.thickness = json.at("thickness"), s.brdf = json.at("surface model");
   record.shared = json.at("shared answers");
   record.weights = json.at("light weights").get<std::string>();
+  record.weights_hash = json.value("hash of light weights", "");  // runs of before have none
   s.leave_out.clear();
   for (const std::string name : json.at("left out")) {
     const auto* kind = std::ranges::find(kSavings, name, &SavingKind::name);
@@ -57,6 +66,7 @@ void write_render_record(const fs::path& path, const RenderRecord& record) {
   const RenderSettings& s = record.settings;
   Json json{{"light", s.light},
             {"light weights", s.nets ? fs::absolute(s.nets->note).string() : ""},
+            {"hash of light weights", s.nets ? hash_of(s.nets->note) : ""},
             {"sampler", s.sampler},
             {"points", s.points},
             {"ssrt", s.ssrt},
@@ -90,6 +100,10 @@ RenderRecord parse_render_record(const fs::path& path) {
 RenderRecord read_render_record(const fs::path& path, Device device) {
   RenderRecord record = parse_render_record(path);
   load_light_nets(record.settings, record.weights, std::move(device));
+  if (!record.settings.nets || record.weights_hash.empty()) return record;
+  if (const std::string now = hash_of(record.weights); now != record.weights_hash)
+    throw usage_error("the light's weights are not those that the run was rendered with", record.weights.string(),
+                      "hash " + now, record.weights_hash);
   return record;
 }
 

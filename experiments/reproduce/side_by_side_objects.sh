@@ -3,13 +3,13 @@
 # minutes: 60
 # usage: bash experiments/reproduce/side_by_side_objects.sh [KEY=VALUE...]
 #   data.rooms=4          fewer rooms
-# Takes the newest nets of the first seed of side_by_side_maps.sh and side_by_side_light.sh as they ended, which it runs
-# where there are none. They are exported as two methods, runs/side_by_side/ours and runs/side_by_side/li2020.
+# Takes the newest nets of the first seed of side_by_side_maps.sh and side_by_side_light.sh, of each the best validation's,
+# and runs these where there are none. They are exported as two methods, runs/side_by_side/ours and runs/side_by_side/li2020.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/result.sh"
 prepare
 
-# What the newest training of a variant's maps or light ended with; nothing where there is none.
+# What the newest training of a variant's maps or light left; nothing where there is none.
 newest() { # variant, maps or light
   [ ! -d runs/results ] || find runs/results -path "*/side_by_side_$2/$1-*-s1/artifacts/weights.safetensors" -printf '%T@ %p\n' |
     sort -n | tail -n 1 | cut -d ' ' -f 2-

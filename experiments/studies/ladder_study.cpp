@@ -108,8 +108,7 @@ class LadderStudy : public RoomStudy {
         "The oracle ladder: means over {} rooms, {} samples a pixel; spread over {} seeds of the layer; a change whose "
         "interval of 95 %, room by room, holds 0 is none; predicted depth is brought to scale at the ball's foot; "
         "relMSE without the noise of layer "
-        "and "
-        "reference, PSNR with it; the re-render is what lamps were fitted to",
+        "and reference, but for the best constant's, and PSNR with it; the re-render is what lamps were fitted to",
         found().rooms(), config_.integer("ladder.spp"), config_.integer("ladder.seeds"));
     table.columns = {{"links", "", Best::None, 3},
                      {"re-render relMSE", "eps 0.01, no noise", Best::None, 3},

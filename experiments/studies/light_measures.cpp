@@ -67,7 +67,7 @@ class Measuring {
  private:
   LightCosts costs() {
     const Leg& leg = loaded_.history.legs.back();
-    LightCosts costs{static_cast<double>(leg.steps), median_step_seconds(run_, leg.batch), {}};
+    LightCosts costs{static_cast<double>(leg.steps), step_seconds(leg), {}};
     if (!loaded_.net.li2020) costs.rays = light_ray_seconds(device_, loaded_.net);
     return costs;
   }

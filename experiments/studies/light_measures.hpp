@@ -14,7 +14,7 @@ namespace clerestory {
 /// What a training cost and what asking its result costs; every table of measures ends with it.
 struct LightCosts {
   double steps = 0;                // of training
-  double step_seconds = 0;         // median of a step; NaN: the training logged none
+  double step_seconds = 0;         // of a step; NaN: there was none
   std::optional<RaySeconds> rays;  // nothing of nets that have not two parts
 };
 

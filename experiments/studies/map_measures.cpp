@@ -34,7 +34,7 @@ RunTables measure_maps(const std::filesystem::path& run, const MapMeasuring& opt
   const EvaluateOutcome outcome = evaluate_weights(judging);
   const History history = read_history(judging.weights);
   const double steps = static_cast<double>(history.legs.back().steps);
-  const double step_seconds = median_step_seconds(run, history.legs.back().batch);
+  const double seconds = step_seconds(history.legs.back());
 
   Table table;
   table.title = fmt::format("Maps of {} views of unseen rooms and of {} photographs", outcome.views.size(),
@@ -46,7 +46,7 @@ RunTables measure_maps(const std::filesystem::path& run, const MapMeasuring& opt
                    {"step", "s", Best::None, 3}};
   const auto add = [&](const std::string& name, const Cell& error, double ratio) {
     table.add({name, error, std::isfinite(ratio) ? Cell(Measure{ratio}) : Cell(), Measure{steps},
-               std::isfinite(step_seconds) ? Cell(Measure{step_seconds}) : Cell()});
+               std::isfinite(seconds) ? Cell(Measure{seconds}) : Cell()});
   };
   for (const MetricSummary& m : outcome.summary.metrics) {
     const auto& metric = info(m.error);

@@ -52,7 +52,7 @@ class MapsStudy : public RoomStudy {
         add(found, who.key, map_errors(maps, view.truth, view.masks));
         sheet.push_back(row(who.label, room.scene.photo, maps, view.truth));
       };
-      judge_nets({kOurs, "Clerestory"}, ours);
+      judge_nets({kOurs, own_label()}, ours);
       if (rival_) judge_nets({kRival, rival_label(*rival_)}, rival_->maps);
       sheet.push_back(row("truth", room.scene.photo, view.truth, view.truth));
       judge_others(found, view);
@@ -107,7 +107,7 @@ class MapsStudy : public RoomStudy {
   }
 
   void conclude() override {
-    std::vector<Answerer> who{{kOurs, "Clerestory"}};
+    std::vector<Answerer> who{{kOurs, own_label()}};
     if (rival_) who.push_back({kRival, rival_label(*rival_)});
     for (const RivalInfo& simple : rivals()) who.push_back({simple.key, simple.name});
     who.push_back({kPicture, "the picture itself"}), who.push_back({kConstant, "oracle: the view's best constant"});
@@ -117,7 +117,7 @@ class MapsStudy : public RoomStudy {
     errors.note = conditions() +
                   " Less is better. Albedo up to one scale, depth up to one factor; Li et al. 2020 know no metal." +
                   lacking();
-    less.title = "Clerestory's error less the others', room by room";
+    less.title = own_label() + "'s error less the others', room by room";
     less.note = conditions() + " Below 0 ours is better; the verdict is none where the interval holds 0." + lacking();
     errors.columns = {{"maps", "", Best::None, 3}};
     less.columns = {{"map", "", Best::None, 3},

@@ -28,9 +28,10 @@ const std::vector<std::string>& shapes() {
   return all;
 }
 
-std::string label_of(const std::string& light) {
-  if (light == "net+lamps") return "Clerestory: learned light, lamps fitted";
-  if (light == "net") return "Clerestory: learned light alone";
+/// `whose`: the nets'.
+std::string label_of(const std::string& light, const std::string& whose) {
+  if (light == "net+lamps") return whose + ": learned light, lamps fitted";
+  if (light == "net") return whose + ": learned light alone";
   if (light == "image") return "the photograph where rays hit";
   if (light == "panorama") return "the photograph at infinity";
   if (light == "mirrored") return "the photograph mirrored all around";
@@ -89,7 +90,7 @@ class ObjectsStudy : public RoomStudy {
   }
 
   std::string label(const std::string& answerer) const {
-    return answerer == kRival ? rival_label(*rival_) : label_of(answerer);
+    return answerer == kRival ? rival_label(*rival_) : label_of(answerer, own_label());
   }
 
   std::vector<double> rooms(const char* metric, const std::string& maps, const std::string& shape,
@@ -186,7 +187,7 @@ class ObjectsStudy : public RoomStudy {
           if (!d || logs.empty()) continue;
           const double energy = std::exp(mean(logs));
           const bool reached = d->verdict == "higher" && energy >= kBlur && energy <= kNoise;
-          table.add({maps, shape, label(light), label_of(*simple), d->difference, d->verdict, Measure{energy},
+          table.add({maps, shape, label(light), label(*simple), d->difference, d->verdict, Measure{energy},
                      reached ? "reached" : "missed"});
         }
       }

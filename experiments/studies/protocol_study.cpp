@@ -81,7 +81,7 @@ class ProtocolStudy : public StudyRun {
   }
 
   void prepare() {
-    answerers_.push_back({"ours", "Clerestory", use_maps(), {}});
+    answerers_.push_back({"ours", own_label(), use_maps(), {}});
     if (const std::optional<Method> rival = use_rival())
       answerers_.push_back({"rival", rival_label(*rival), rival->maps, {}});
     answerers_.push_back({"simple", "simple: Retinex, box of lines under 65 degrees", {}, simple_maps});
@@ -173,7 +173,7 @@ class ProtocolStudy : public StudyRun {
 
   Table differences_table() const {
     Table table{
-        "Clerestory's error less the others', picture by picture",
+        own_label() + "'s error less the others', picture by picture",
         {{"data", "", Best::None},
          {"error", "", Best::None},
          {"less", "", Best::None},

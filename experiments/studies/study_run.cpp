@@ -45,6 +45,10 @@ std::string rival_label(const Method& rival) {
   return rival.name == "li2020" ? "Li et al. 2020" : rival.maps.parent_path().filename().string();
 }
 
+std::string StudyRun::own_label() const {
+  return method_ && config_.text("study.method") != "zhu" ? rival_label(*method_) : "Clerestory";
+}
+
 StudyRun::StudyRun(const Config& config, const std::vector<std::string>& command)
     : config_(config),
       rooms_(rooms_of(read_room_list(config.text("data.list")), static_cast<std::size_t>(config.integer("data.rooms")),
@@ -99,9 +103,16 @@ void StudyRun::go_on() {
   records_ = read_metrics(run_.metrics_path());
   const fs::path provenance = run_ / "provenance.json";
   if (!records_.empty() && fs::exists(provenance)) earlier_ = read_provenance(provenance);
-  if (earlier_ && earlier_->hashes.contains("kernels") && earlier_->hashes["kernels"] != provenance_.hashes["kernels"])
-    throw usage_error("this run was begun with other kernels", run_.path().string(), provenance_.hashes["kernels"],
-                      earlier_->hashes["kernels"] + ", or a new run.variant");
+  const auto as_begun = [&](const char* what, const std::string& now, const std::string& then) {
+    if (now != then)
+      throw usage_error(fmt::format("this run was begun with another {}", what), run_.path().string(), now,
+                        then + ", or a new run.variant");
+  };
+  if (earlier_) {
+    if (earlier_->hashes.contains("kernels"))
+      as_begun("hash of kernels", provenance_.hashes["kernels"], earlier_->hashes["kernels"]);
+    as_begun("device", provenance_.device, earlier_->device);  // seconds of both would be one table's
+  }
   use(rooms_.file);
   if (!rooms_.described.empty()) use(rooms_.described);
   metrics_.emplace(run_.metrics_path());

@@ -57,6 +57,8 @@ class StudyRun {
   std::optional<Method> use_rival();
   /// Its light for these settings, which becomes the one that its nets answer for, used from now on.
   void use_light_of(const Method& rival, RenderSettings& settings);
+  /// Whose nets `study.method` names, for tables.
+  std::string own_label() const;
   /// A rival or data that a comparison ought to have: named in the provenance and by lacking().
   void lacks(const std::string& what);
   /// A sentence for a table's note: " Lacking: ...", or nothing.

@@ -245,7 +245,7 @@ double minutes_of(const Provenance& run) {
 /// What the runs rest on and were made by, and how long they took, those of an earlier call too. Seeds that were swept
 /// are left to the command.
 void gather(Provenance& all, const std::vector<SweptRun>& runs) {
-  std::set<std::string> kernels, swept, commits;
+  std::set<std::string> kernels, swept, commits, devices;
   double minutes = 0;
   bool dirty = false;
   for (const SweptRun& run : runs) {
@@ -253,17 +253,25 @@ void gather(Provenance& all, const std::vector<SweptRun>& runs) {
     const Provenance one = read_provenance(run.folder / "provenance.json");
     minutes += minutes_of(one);
     commits.insert(one.build.commit), dirty = dirty || one.build.dirty;
-    all.device = one.device, all.facts.insert(one.facts.begin(), one.facts.end());
+    devices.insert(one.device), all.facts.insert(one.facts.begin(), one.facts.end());
     for (const auto& [key, seed] : one.seeds)
       if (all.seeds.try_emplace(key, seed).first->second != seed) swept.insert(key);
     if (all.rooms.seeds.empty()) all.rooms = one.rooms;
     if (const auto hash = one.hashes.find("kernels"); hash != one.hashes.end()) kernels.insert(hash->second);
-    for (const FileRecord& input : one.inputs)
-      if (std::ranges::find(all.inputs, input.path, &FileRecord::path) == all.inputs.end()) all.inputs.push_back(input);
+    for (const FileRecord& input : one.inputs) {
+      const auto known = std::ranges::find(all.inputs, input.path, &FileRecord::path);
+      if (known == all.inputs.end())
+        all.inputs.push_back(input);
+      else if (known->hash != input.hash)
+        throw usage_error("the runs of this sweep read other contents of one file", input.path,
+                          fmt::format("{} in {}", input.hash, run.folder.string()),
+                          known->hash + " as in those before; without that folder it runs again");
+    }
   }
   for (const std::string& key : swept) all.seeds.erase(key);
   all.figures["minutes"] = minutes;
   if (!commits.empty()) all.build.commit = fmt::format("{}", fmt::join(commits, ", ")), all.build.dirty = dirty;
+  all.device = fmt::format("{}", fmt::join(devices, ", "));
   all.hashes["kernels"] = fmt::format("{}", fmt::join(kernels, ", "));
 }
 

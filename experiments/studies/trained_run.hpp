@@ -1,6 +1,6 @@
 // What studies read of a finished training, whatever it trained.
 #pragma once
-#include <filesystem>
+#include "experiments/weights/history.hpp"
 
 namespace clerestory {
 
@@ -10,7 +10,7 @@ inline constexpr const char* kLastWeights = "artifacts/last.safetensors";
 /// Errors by view that a study has measured beside those of the training itself (artifacts/views.json).
 inline constexpr const char* kMeasuredErrors = "artifacts/measured.json";
 
-/// Median seconds of a step of so many views; NaN where the training logged none.
-double median_step_seconds(const std::filesystem::path& run, int batch);
+/// Seconds of a step as a leg's time counts: the device's, judging and others' work left out. NaN without a step.
+double step_seconds(const Leg& leg);
 
 }  // namespace clerestory

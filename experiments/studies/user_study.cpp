@@ -118,11 +118,11 @@ class UserStudy : public RoomStudy {
     return fmt::format(
         "{} rooms of {} ({}), one photograph of {}x{} each, clipped at white and stored in 8 bits; mean over rooms and "
         "{} seeds of the layer, ± the larger of the spread over seeds and the standard error over rooms; {} samples a "
-        "pixel, truth by {}, nothing clamped",
+        "pixel, truth by {} (of the light in free air by {}), whose noise is in all figures, nothing clamped",
         found().rooms(), rooms_.file.filename().string(),
         rooms_.setting == Setting::HeldOut ? "content kept out of training" : "content of the training",
         config_.integer("data.width"), config_.integer("data.height"), config_.integer("study.seeds"),
-        config_.integer("user.spp"), config_.integer("user.truth_spp"));
+        config_.integer("user.spp"), config_.integer("user.truth_spp"), 2 * config_.integer("user.probe_spp"));
   }
 
   Table user_table() const {

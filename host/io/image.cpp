@@ -212,6 +212,11 @@ std::string place_of(const Image& image, std::size_t index) {
 
 Image read_image(const std::filesystem::path& path) { return decode(path).image; }
 
+std::pair<Image, bool> read_image_and_alpha(const std::filesystem::path& path) {
+  Decoded decoded = decode(path);
+  return {std::move(decoded.image), decoded.alpha_dropped};
+}
+
 Image read_map(const std::filesystem::path& path, int channels) {
   Decoded decoded = decode(path);
   if (decoded.image.channels == channels) return std::move(decoded.image);

@@ -46,6 +46,9 @@ constexpr std::uint64_t max_image_values = std::uint64_t{1} << 28;
 /// `max_image_values` or more than the file can hold (checked before memory is taken).
 Image read_image(const std::filesystem::path& path);
 
+/// The same, and whether alpha was dropped.
+std::pair<Image, bool> read_image_and_alpha(const std::filesystem::path& path);
+
 /// A map with exactly `channels` channels (1 or 3). One channel may have any name; of a file with several, channel Y is
 /// taken for 1, and R, G, B for 3. Throws usage_error naming the channels found.
 Image read_map(const std::filesystem::path& path, int channels);

@@ -178,7 +178,7 @@ TEST_F(InvertTest, AnySampleOfARunCanBeTakenAgain) {
   double sum = 0;
   for (int s = 0; s < 48; ++s) {
     const Replayed sample = replay_of_run({run, 30, 20, s, ""});
-    EXPECT_EQ(sample.seed, s < 16 ? 0u : s < 32 ? 1u : 2u);
+    EXPECT_EQ(sample.seed, round_seed(0, s < 16 ? 0 : s < 32 ? 1 : 2));
     sum += sample.in_float.back().values[1];
   }
   EXPECT_NEAR(sum, picture.at(1, 20, 30), 0x1p-11 * sum) << "the picture is stored in half";
@@ -295,6 +295,23 @@ TEST_F(InvertTest, AShadowTakesTheSameShareOfLightOfAnyPhotograph) {
     ASSERT_NEAR(left, other, 32 * kFloatRounding) << i;  // of composite and photograph, and of the layer in them
   }
   EXPECT_GT(darker, 50);
+}
+
+// Rays of 48 pixels with 64 samples have the shape of a picture of 64x48.
+TEST_F(InvertTest, ChunksOfThePicturesOwnShapeAreNotTakenForIt) {
+  const Scene scene = read_run(invert(options("shape")));
+  ASSERT_EQ(scene.width(), 64);
+  ASSERT_EQ(scene.height(), 48);
+  InsertedObject ball;
+  ball.at = {32, 40}, ball.radius = 0.2 * scene.scale();
+  RenderSettings settings;
+  settings.light = "image", settings.spp = 64;
+  Device device = Device::open();
+  const auto composite = [&](int chunk_rays) {
+    settings.chunk_rays = chunk_rays;
+    return insert_into(device, scene, {ball}, settings, 3).composite.data;
+  };
+  EXPECT_EQ(composite(48 * 64), composite(64 * 64));
 }
 
 TEST_F(InvertTest, PassesGiveObjectsSmoothEdges) {

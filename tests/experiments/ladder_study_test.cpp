@@ -306,6 +306,17 @@ TEST_F(LitStudies, OtherWeightsDoNotGoOnWithARun) {
     EXPECT_EQ(error.kind(), ErrorKind::Usage);
     EXPECT_THAT(error.what(), testing::HasSubstr("light_local.safetensors"));
   }
+
+  Provenance elsewhere = read_provenance(run / "provenance.json");
+  elsewhere.device = "a GPU", elsewhere.inputs[2].hash = hash;
+  write_provenance(run / "provenance.json", elsewhere);
+  try {
+    run_study(c, {"clerestory"});
+    ADD_FAILURE() << "seconds of two devices in one table";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::Usage);
+    EXPECT_THAT(error.what(), testing::HasSubstr("another device"));
+  }
 }
 
 TEST_F(LitStudies, WithoutWeightsTheySayWhichAreMissing) {

@@ -212,6 +212,24 @@ TEST_F(Sweep, IsOfTheProgramThatMadeItsRuns) {
   EXPECT_EQ(all.hashes.at("kernels"), "fedc");
 }
 
+TEST_F(Sweep, RunsThatReadOtherContentsOfOneFileAreNoTable) {
+  const std::vector<std::string> overrides{"run.seed=range(0,2)"};
+  sweep(overrides);
+  const auto recorded = [&](const std::string& name, const std::string& hash, const std::string& device) {
+    Provenance made;
+    made.command = {"clerestory"}, made.device = device;
+    made.inputs = {{"nets/light.safetensors", hash, 4}};
+    write_provenance(folder / "runs/sweep" / name / "provenance.json", made);
+  };
+  const std::vector<std::string> runs = names(overrides);
+  recorded(runs[0], "0123", "a CPU"), recorded(runs[1], "0123", "a GPU");
+  EXPECT_EQ(read_provenance(sweep(overrides) / "provenance.json").device, "a CPU, a GPU");
+  recorded(runs[1], "4567", "a GPU");
+  const Error e = error_of(overrides);
+  EXPECT_EQ(e.kind(), ErrorKind::Usage);
+  EXPECT_THAT(std::string(e.what()), testing::AllOf(HasSubstr("nets/light.safetensors"), HasSubstr(runs[1])));
+}
+
 TEST_F(Sweep, OneFailureLetsTheOthersGoOnAndIsTriedAgain) {
   fails = "4/1";
   const Error e = error_of({"model.width=4,9", "run.seed=0,1"});

@@ -5,6 +5,9 @@
 
 #include <cmath>
 #include <random>
+#include <set>
+
+#include "host/error.hpp"
 
 namespace clerestory {
 namespace {
@@ -64,6 +67,27 @@ TEST(Rounds, WithoutAPixelToBeJudgedAllAre) {
   ASSERT_EQ(rounds.size(), 2u) << "one round knows no error";
   EXPECT_EQ(rounds[1].spp, 64);
   EXPECT_GT(rounds[1].error, 1) << "the right half is in it";
+}
+
+// Users average pictures of seeds 0, 1, 2...: none of their samples may be another's.
+TEST(Rounds, OfNeighbouringSeedsShareNoSamples) {
+  std::set<std::uint32_t> seen;
+  for (std::uint32_t seed = 0; seed < 100; ++seed)
+    for (std::uint32_t round = 0; round < 12; ++round) EXPECT_TRUE(seen.insert(round_seed(seed, round)).second);
+  EXPECT_EQ(round_seed(7, 0), 7u) << "a picture without rounds is the first one's";
+}
+
+TEST(Rounds, AFirstOneThatLeavesNoSecondIsRefused) {
+  RenderSettings settings;
+  for (const int spp : {16, 8192}) {
+    settings.spp = spp;
+    check_goal(settings, {.error = 0.1});
+  }
+  for (const int spp : {0, 8, 8208, 16384}) {
+    settings.spp = spp;
+    EXPECT_THROW(check_goal(settings, {.error = 0.1}), Error) << spp;
+    EXPECT_THROW(check_goal(settings, {.seconds = 1}), Error) << spp;
+  }
 }
 
 }  // namespace

@@ -26,6 +26,8 @@ ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
   d.chunk_samples = std::min((spec.spp + 15) / 16 * 16, spec.chunk_rays / 16 * 16);
   const long pixels = picture.n * picture.plane();
   d.chunk_pixels = static_cast<int>(std::clamp<long>(spec.chunk_rays / d.chunk_samples, 1, pixels));
+  // Ops tell points of a picture's pixels from points of rays by their shape.
+  if (d.chunk_pixels == picture.h && d.chunk_samples == picture.w && d.chunk_pixels > 1) --d.chunk_pixels;
   return d;
 }
 
