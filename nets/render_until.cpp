@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "nets/learned_light.hpp"
 
 namespace clerestory {
@@ -27,8 +28,8 @@ class Rounds {
   const Image& radiance() const { return all_.radiance; }
 
   /// standard_error as the measured error has it over the pixels that are judged.
-  Rendering finished(const std::vector<bool>& judged, double error) && {
-    const double stated = root_relative(all_.standard_error, {all_.radiance, judged});
+  Rendering finished(const std::vector<bool>& judged, double exposure, double error) && {
+    const double stated = root_relative(all_.standard_error, {all_.radiance, judged, exposure});
     if (stated > 0 && error > 0)
       for (float& v : all_.standard_error.data) v = static_cast<float>(v * (error / stated));
     return std::move(all_);
@@ -72,14 +73,15 @@ RenderedUntil render_until(Device& device, const Scene& scene, const RenderSetti
     judged.push_back(scene.depth.data[i] > 0 && (where.empty() || where[i]));
   if (!where.empty() && std::ranges::find(judged, true) == judged.end())
     throw usage_error("its pixels are not rendered", "--mask", "no depth at any of them", "surfaces");
+  const double exposure = shown_exposure(scene.photo);
   RenderedUntil result;
   Rounds all;
   result.rounds = take_rounds(goal, settings.spp, [&](int samples, std::uint32_t number) {
     round.spp = samples, round.seed = round_seed(settings.seed, number);
     all.add(samples, render_scene(device, scene, round));
-    return RoundPicture{all.radiance(), judged};
+    return RoundPicture{all.radiance(), judged, exposure};
   });
-  result.rendering = std::move(all).finished(judged, result.error());
+  result.rendering = std::move(all).finished(judged, exposure, result.error());
   return result;
 }
 

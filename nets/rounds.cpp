@@ -52,7 +52,7 @@ double root_relative(const Image& differences, const RoundPicture& of) {
   for (std::size_t p = 0; p < n; ++p) {
     if (!all && !of.judged[p]) continue;
     for (std::size_t i = p; i < of.picture.data.size(); i += n, ++count) {
-      const double y = of.picture.data[i], d = differences.data[i];
+      const double y = of.exposure * of.picture.data[i], d = of.exposure * differences.data[i];
       sum.add(d * d / (y * y + kLightFloor));
     }
   }

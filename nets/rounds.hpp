@@ -27,6 +27,7 @@ struct RenderRound {
 struct RoundPicture {
   Image picture;             // 3 channels
   std::vector<bool> judged;  // row-major: the pixels over which its error is measured; where none is set, all
+  double exposure = 1;       // by which it is shown: what is dark for a viewer is so in any unit
 };
 
 /// Takes so many samples more, by random numbers of the round's own; rounds are counted from 0.
@@ -46,7 +47,7 @@ void check_goal(const RenderSettings& settings, const RenderGoal& goal);
 /// picture that is no mean but made of means, that is so to first order.
 std::vector<RenderRound> take_rounds(const RenderGoal& goal, int first, const TakeRound& take);
 
-/// Root of the mean of differences^2 / (picture^2 + 0.01) over the pixels that are judged.
+/// Root of the mean of differences^2 / (picture^2 + 0.01), both as they are shown, over the pixels that are judged.
 double root_relative(const Image& differences, const RoundPicture& of);
 
 }  // namespace clerestory

@@ -11,28 +11,37 @@ namespace {
 
 constexpr float kSaturated = 0.98f;
 constexpr double kLeastRegion = 0.0002;  // of the picture
+constexpr double kLampOverRoom = 10;     // times the 95th percentile of luminance
 
-bool saturated(const Image& photo, std::size_t i) {
-  const std::size_t n = photo.pixels();
-  return photo.data[i] >= kSaturated && photo.data[n + i] >= kSaturated && photo.data[2 * n + i] >= kSaturated;
-}
-
-/// The saturated pixels that hang together with `start`; they are marked in `seen`.
-std::vector<int> region_of(const Image& photo, int start, std::vector<bool>& seen) {
+/// The bright pixels that hang together with `start`; they are taken out of `bright`.
+std::vector<int> region_of(int start, int width, int height, std::vector<bool>& bright) {
   std::vector<int> region{start};
-  seen[static_cast<std::size_t>(start)] = true;
+  bright[static_cast<std::size_t>(start)] = false;
   for (std::size_t next = 0; next < region.size(); ++next) {
-    const int x = region[next] % photo.width, y = region[next] / photo.width;
+    const int x = region[next] % width, y = region[next] / width;
     const auto visit = [&](int nx, int ny) {
-      if (nx < 0 || ny < 0 || nx >= photo.width || ny >= photo.height) return;
-      const int i = ny * photo.width + nx;
-      if (seen[static_cast<std::size_t>(i)] || !saturated(photo, static_cast<std::size_t>(i))) return;
-      seen[static_cast<std::size_t>(i)] = true;
+      if (nx < 0 || ny < 0 || nx >= width || ny >= height) return;
+      const int i = ny * width + nx;
+      if (!bright[static_cast<std::size_t>(i)]) return;
+      bright[static_cast<std::size_t>(i)] = false;
       region.push_back(i);
     };
     visit(x - 1, y), visit(x + 1, y), visit(x, y - 1), visit(x, y + 1);
   }
   return region;
+}
+
+/// 1 in the regions of bright pixels that are large enough.
+Image flags_of(std::vector<bool> bright, int width, int height) {
+  Image flags(width, height, 1);
+  const auto least = kLeastRegion * static_cast<double>(flags.pixels());
+  for (std::size_t i = 0; i < flags.pixels(); ++i) {
+    if (!bright[i]) continue;
+    const std::vector<int> region = region_of(static_cast<int>(i), width, height, bright);
+    if (static_cast<double>(region.size()) <= least) continue;
+    for (const int pixel : region) flags.data[static_cast<std::size_t>(pixel)] = 1;
+  }
+  return flags;
 }
 
 void check_map(const Image& map, int channels, const Scene& scene, const std::string& what, const std::string& where) {
@@ -68,16 +77,20 @@ Scene scene_of(const RoomView& view, const std::string& where) {
 }
 
 Image emission_flags(const Image& photo) {
-  Image flags(photo.width, photo.height, 1);
-  std::vector<bool> seen(photo.pixels(), false);
-  const auto least = kLeastRegion * static_cast<double>(photo.pixels());
-  for (std::size_t i = 0; i < photo.pixels(); ++i) {
-    if (seen[i] || !saturated(photo, i)) continue;
-    const std::vector<int> region = region_of(photo, static_cast<int>(i), seen);
-    if (static_cast<double>(region.size()) <= least) continue;
-    for (const int pixel : region) flags.data[static_cast<std::size_t>(pixel)] = 1;
-  }
-  return flags;
+  const std::size_t n = photo.pixels();
+  std::vector<bool> bright(n);
+  for (std::size_t i = 0; i < n; ++i)
+    bright[i] = photo.data[i] >= kSaturated && photo.data[n + i] >= kSaturated && photo.data[2 * n + i] >= kSaturated;
+  return flags_of(std::move(bright), photo.width, photo.height);
+}
+
+Image lamp_flags(const Image& radiance) {
+  const std::size_t n = radiance.pixels();
+  const std::vector<float>& v = radiance.data;
+  const double least = kLampOverRoom * luminance_quantile(v, 0.95);
+  std::vector<bool> bright(n);
+  for (std::size_t i = 0; i < n; ++i) bright[i] = least > 0 && luminance(v[i], v[n + i], v[2 * n + i]) >= least;
+  return flags_of(std::move(bright), radiance.width, radiance.height);
 }
 
 double emitting_share(const Image& material) {

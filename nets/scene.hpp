@@ -34,6 +34,8 @@ Scene scene_of(const RoomView& view, const std::string& where);
 /// 1 where the photograph is saturated as a lamp or window would be: all channels at least 0.98 in a 4-connected region
 /// of more than 0.02 % of the picture; {1 channel}.
 Image emission_flags(const Image& photo);
+/// The same of linear radiance, which has no white to saturate at: where luminance is ten times its 95th percentile.
+Image lamp_flags(const Image& radiance);
 
 /// Share of pixels whose flag (channel 2 of material) is set.
 double emitting_share(const Image& material);

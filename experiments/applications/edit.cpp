@@ -12,6 +12,7 @@
 #include "experiments/applications/run_results.hpp"
 #include "experiments/applications/samples_record.hpp"
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/nn/activation.hpp"
@@ -132,7 +133,7 @@ class Editing {
   }
 
   /// The composite, judged where it shows a new material.
-  RoundPicture so_far() const { return {composite_, shaded_}; }
+  RoundPicture so_far() const { return {composite_, shaded_, shown_exposure(before_.photo)}; }
   Edit finished(std::vector<RenderRound> rounds) && {
     bounces_.resize(followed_);
     const double shown = static_cast<double>(std::ranges::count(shaded_, true)) / static_cast<double>(shaded_.size());

@@ -11,6 +11,7 @@
 #include "experiments/applications/samples_record.hpp"
 #include "experiments/applications/surface_plane.hpp"
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/shade/insertion.hpp"
@@ -322,7 +323,7 @@ class Inserting {
   /// The composite, judged where it shows an object.
   RoundPicture so_far() const {
     const InsertionMeans means = sums_.means();
-    RoundPicture now{composite_of(device_, scene_, means), {}};
+    RoundPicture now{composite_of(device_, scene_, means), {}, shown_exposure(scene_.photo)};
     for (const float covered : means.covers.data) now.judged.push_back(covered > 0);
     return now;
   }

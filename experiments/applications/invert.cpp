@@ -359,10 +359,8 @@ class Inversion {
     if (!wanted(options_, "material")) return;
     scene_.material = given_.material ? *given_.material : prediction_.material;
     if (given_.material) return;
-    // A scene-linear file has no white to saturate at; a photograph does.
     const Image& image = photo_.image;
-    const Image flags =
-        photo_.encoding == Encoding::Gamma ? emission_flags(image) : Image(image.width, image.height, 1);
+    const Image flags = photo_.encoding == Encoding::Gamma ? emission_flags(image) : lamp_flags(image);
     std::copy(flags.data.begin(), flags.data.end(), scene_.material.plane(2));
   }
 

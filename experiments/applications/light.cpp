@@ -9,6 +9,7 @@
 #include "experiments/applications/run_folder.hpp"
 #include "experiments/applications/run_results.hpp"
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"

@@ -4,6 +4,7 @@
 
 #include "host/error.hpp"
 #include "host/io/camera_file.hpp"
+#include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
 #include "host/io/finite.hpp"
 #include "host/report/own_files.hpp"

@@ -5,6 +5,7 @@
 
 #include "experiments/applications/run_results.hpp"
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
 #include "host/math/radiance.hpp"
 #include "host/math/statistics.hpp"
@@ -263,11 +264,12 @@ bool is_shown(const fs::path& run, const fs::path& result) {
 std::optional<std::string> error_against_photograph(const Scene& scene, const Image& render) {
   if (scene.material.data.empty() || scene.depth.data.empty()) return {};
   const std::size_t n = scene.photo.pixels();
+  const double exposure = shown_exposure(scene.photo);
   double relative = 0, clipped = 0, count = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (scene.material.data[2 * n + i] > 0 || scene.depth.data[i] <= 0) continue;
     for (std::size_t c = 0; c < 3; ++c, ++count) {
-      const double value = render.data[c * n + i], photo = scene.photo.data[c * n + i];
+      const double value = exposure * render.data[c * n + i], photo = exposure * scene.photo.data[c * n + i];
       relative += relative_square(value, photo);
       clipped += std::pow(std::min(value, 1.0) - std::min(photo, 1.0), 2);
     }

@@ -142,6 +142,9 @@ class EditStudy : public RoomStudy {
   Table table_of(const std::string& region, const std::string& title) const {
     Table table;
     table.title = title;
+    table.note =
+        "Photograph and truth have one tracer seed: what an edit does not change has no noise, but in the render "
+        "alone.";
     table.columns = {{"edit", "", Best::None, 3},
                      {"picture", "", Best::None, 3},
                      {"relMSE", "eps 0.01, rooms", Best::None, 3},

@@ -140,7 +140,9 @@ void StudyRun::use_light(RenderSettings& settings) {
     nets.sizes.out_of_view.gain = gain;
     settings.nets = std::make_shared<LightNets>(nets);
   }
-  provenance_.facts["light"] = answerer_text(settings);
+  const std::string who = answerer_text(settings);
+  std::string& all = provenance_.facts["light"];
+  if (all.find(who) == std::string::npos) all += (all.empty() ? "" : "; ") + who;
 }
 
 void StudyRun::use_nets(RenderSettings& settings, const fs::path& weights) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
 #include "host/io/image.hpp"
 #include "host/math/statistics.hpp"

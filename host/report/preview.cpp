@@ -80,13 +80,6 @@ float unit(double value) { return value > 0 ? static_cast<float>(std::min(value,
 
 }  // namespace
 
-double shown_exposure(const Image& photo) {
-  const float most = *std::ranges::max_element(photo.data);
-  const double factor = exposure_of(photo.data);
-  const bool for_a_screen = (most <= 1 && most > 0.1f) || (factor >= 0.25 && factor <= 4);
-  return for_a_screen ? 1 : factor;
-}
-
 Image show_radiance(const Image& linear, double exposure) {
   Image out = linear;
   for (float& v : out.data) v = std::pow(unit(exposure * v), 1 / 2.2f);

@@ -10,10 +10,6 @@ namespace clerestory {
 
 struct Image;  // host/io/image.hpp
 
-/// The factor under which a photograph, and all that is compared with it, is shown: what brings the 95th percentile
-/// of its luminance to 0.9, or 1 where that is within a factor of four: a picture made for a screen stays as it is.
-double shown_exposure(const Image& photo);
-
 /// Linear radiance to display values in [0, 1]: clamp(exposure * x)^(1/2.2). One channel becomes grey.
 Image show_radiance(const Image& linear, double exposure = 1);
 /// Values in [0, 1] that are shown as they are (roughness, metallic, masks); one channel becomes grey.

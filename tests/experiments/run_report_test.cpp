@@ -74,6 +74,12 @@ TEST_F(RunReport, TheErrorIsThatOfThePixelsThatCount) {
   // 0.125^2 / (0.5^2 + 0.01) = 0.0601; -10 log10(0.125^2) = 18.06. The two that do not count are far off.
   for (int c = 0; c < 3; ++c) render_.at(c, 0, 0) = render_.at(c, 0, 1) = 50;
   EXPECT_EQ(error_against_photograph(scene_, render_), "PSNR 18.1 dB, relMSE 0.060");
+  // In any unit: shown, the photograph is at 0.9 and the render at 1.125, cut at 1.
+  const Image photo = scene_.photo, render = render_;
+  for (const float unit : {1e-4f, 1e4f}) {
+    scene_.photo = scaled(photo, unit), render_ = scaled(render, unit);
+    EXPECT_EQ(error_against_photograph(scene_, render_), "PSNR 20.0 dB, relMSE 0.062") << unit;
+  }
   std::ranges::fill(scene_.depth.data, 0.0f);
   EXPECT_EQ(error_against_photograph(scene_, render_), std::nullopt);
 }

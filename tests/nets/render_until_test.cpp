@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "tests/nets/corner.hpp"
 #include "tests/nets/golden.hpp"
 #include "tests/roundings.hpp"
@@ -31,7 +32,10 @@ struct RenderUntil : testing::Test {
   Device device = device_for(Precision::Single);
   Scene scene = corner();
   RenderSettings settings;
-  RenderUntil() { settings.spp = 16; }
+  RenderUntil() {
+    settings.spp = 16;
+    scene.photo = scaled(scene.photo, shown_exposure(scene.photo));  // as it is shown, so that errors here are, too
+  }
 };
 
 TEST_F(RenderUntil, ReachesTheErrorThatItWasAskedForAndKnowsIt) {
@@ -106,6 +110,22 @@ TEST_F(RenderUntil, EndsWhenItsTimeOrItsSamplesAreOver) {
   EXPECT_GT(few.error(), 1e-6);
   settings.spp = 64;
   EXPECT_GT(few.rendering.rays, render_scene(device, scene, settings).rays) << "all rounds are counted";
+}
+
+// A file of linear radiance has any unit. Powers of two scale without rounding.
+TEST_F(RenderUntil, TheUnitOfThePhotographHasNoSay) {
+  settings.light = "image";
+  const Image photo = scene.photo;
+  const auto reached = [&](float unit) {
+    scene.photo = scaled(photo, unit);
+    return render_until(device, scene, settings, {.error = 0.05});
+  };
+  const RenderedUntil dark = reached(0x1p-12f), bright = reached(0x1p12f);
+  EXPECT_EQ(dark.rounds.size(), bright.rounds.size());
+  EXPECT_NEAR(dark.error() / bright.error(), 1, 1e-6);
+  EXPECT_GT(dark.rounds.back().spp, 16);
+  const double stated = dark.rendering.standard_error.at(1, 2, 2) * 0x1p24;
+  EXPECT_NEAR(stated, bright.rendering.standard_error.at(1, 2, 2), 1e-5 * stated);
 }
 
 TEST_F(RenderUntil, GoalsThatAreNoneAreRefused) {

@@ -5,6 +5,7 @@
 #include <regex>
 
 #include "host/error.hpp"
+#include "host/io/exposure.hpp"
 #include "host/io/image.hpp"
 #include "host/report/sha256.hpp"
 #include "tests/report/temporary_folder.hpp"
