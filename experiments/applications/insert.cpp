@@ -27,19 +27,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMostTilt = 0.7;  // cosine of the angle to the camera's up within which a surface is stood upon
+constexpr double kLeastCosine = 0.5;  // between the maps' normal and the depths', which may be of two surfaces
 
-/// Away from the surface that rays meet under a pixel.
-Vec3 outwards(const Scene& scene, const std::array<double, 2>& at, const Vec3& normal) {
+/// Where a ball of this radius touches the surface that rays meet: along the map's normal, which is what one sees, as
+/// far as the plane of the depths asks.
+Vec3 resting(const Scene& scene, const std::array<double, 2>& at, double radius) {
+  const auto [point, shading] = surface_at(scene, at);
+  const Vec3 normal = glm::normalize(shading);
   const auto plane = plane_normal_at(scene, static_cast<int>(std::floor(at[0])), static_cast<int>(std::floor(at[1])));
-  return plane.value_or(glm::normalize(normal));
+  const double cosine = plane ? std::max(glm::dot(normal, *plane), kLeastCosine) : 1;
+  return point + radius / cosine * normal;
 }
 
-Vec3 place_of(const Scene& scene, const InsertedObject& object, double lift) {
-  if (object.at) {
-    const auto [point, normal] = surface_at(scene, *object.at);
-    return point + lift * outwards(scene, *object.at, normal);
-  }
+Vec3 place_of(const Scene& scene, const InsertedObject& object, double radius) {
+  if (object.at) return resting(scene, *object.at, radius);
   const Vec3 point((*object.at_point)[0], (*object.at_point)[1], (*object.at_point)[2]);
   if (!(point.z < 0))
     throw usage_error("the point lies behind the camera", "--at-point", fmt::format("z = {}", point.z), "z < 0");
@@ -53,23 +54,15 @@ void check_length(double length, const std::string& option, double room) {
                       fmt::format("at most {:.2f} m", room));
 }
 
-/// World y, in camera space. Of a camera whose pose nobody said that is a guess: what an object stands on knows better,
-/// where it is no wall.
-Vec3 up_of(const Scene& scene, const InsertedObject& object) {
-  const Vec3 up = scene.camera.direction_to_camera({0, 1, 0});
-  if (!object.at || scene.camera.camera_to_world != Camera().camera_to_world) return up;
-  const Vec3 floor = outwards(scene, *object.at, surface_at(scene, *object.at).second);
-  return glm::dot(floor, up) > kMostTilt ? floor : up;
-}
-
-/// The mesh of a file with its own y along `up`, facing the viewer, standing on `foot`, longest side `size`.
-Mesh stand(const fs::path& file, const Vec3& up, const Vec3& foot, double size) {
+/// The mesh of a file with its own y along world y, facing the viewer, standing on `foot`, longest side `size`.
+Mesh stand(const fs::path& file, const Camera& camera, const Vec3& foot, double size) {
   Mesh mesh = read_mesh(file);
   const auto [low, high] = bounds(mesh);
   double longest = 0;
   for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, static_cast<double>(high[i]) - low[i]);
   if (!(longest > 0)) throw usage_error("the mesh has no extent", file.string(), "one point", "a body");
   const double scale = size / longest;
+  const Vec3 up = camera.direction_to_camera({0, 1, 0});
   Vec3 front = Vec3(0, 0, 1) - up.z * up;  // the viewer's side, level
   if (glm::length(front) < 1e-6) front = Vec3(1, 0, 0) - up.x * up;
   front = glm::normalize(front);
@@ -230,7 +223,7 @@ std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<Inse
                         static_cast<int>(i)});
     } else {
       check_length(*o.size, "--size", room);
-      placed.push_back({stand(o.mesh, up_of(scene, o), place_of(scene, o, 0), *o.size), static_cast<int>(i)});
+      placed.push_back({stand(o.mesh, scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
     }
   }
   return placed;

@@ -43,7 +43,7 @@ void insert(const InsertOptions& options);
 /// --at: outside of the picture, no depth, no normal.
 std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at);
 
-/// Meshes in camera space. Those `at` a pixel touch the surface that rays meet there (surface_plane.hpp). Throws
+/// Meshes in camera space. Balls `at` a pixel touch the surface that rays meet there (surface_plane.hpp). Throws
 /// usage_error: a pixel outside or without depth, a point behind the camera, an object larger than the room.
 std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<InsertedObject>& objects);
 
