@@ -146,7 +146,7 @@ TEST_F(NamedSet, WhatIsMissingOrTooMuchIsNamed) {
                                       HasSubstr(name + "/001_im.exr: the view is missing"),
                                       HasSubstr(name + "/002_im.exr: the view is none of the set"),
                                       HasSubstr(name + "/000_envmap.exr: the view's light is missing"),
-                                      HasSubstr(name + "/000_envmap.exr: cannot be opened")));
+                                      HasSubstr(name + "/000_envmap.exr: the view has no light")));
 }
 
 TEST_F(NamedSet, RoomsOfOthersAndOtherOptionsAreNamed) {
