@@ -34,13 +34,16 @@ constexpr double kLeastCosine = 0.5;  // between the maps' normal and the depths
 Vec3 resting(const Scene& scene, const std::array<double, 2>& at, double radius) {
   const auto [point, shading] = surface_at(scene, at);
   const Vec3 normal = glm::normalize(shading);
-  const auto plane = plane_normal_at(scene, static_cast<int>(std::floor(at[0])), static_cast<int>(std::floor(at[1])));
+  const auto [x, y] = pixel_of(at);
+  const std::optional<Vec3> plane = plane_normal_at(scene, x, y);
   const double cosine = plane ? std::max(glm::dot(normal, *plane), kLeastCosine) : 1;
   return point + radius / cosine * normal;
 }
 
-Vec3 place_of(const Scene& scene, const InsertedObject& object, double radius) {
-  if (object.at) return resting(scene, *object.at, radius);
+/// A ball's centre, a mesh's lowest point.
+Vec3 place_of(const Scene& scene, const InsertedObject& object) {
+  if (object.at)
+    return object.radius ? resting(scene, *object.at, *object.radius) : surface_at(scene, *object.at).first;
   const Vec3 point((*object.at_point)[0], (*object.at_point)[1], (*object.at_point)[2]);
   if (!(point.z < 0))
     throw usage_error("the point lies behind the camera", "--at-point", fmt::format("z = {}", point.z), "z < 0");
@@ -196,8 +199,12 @@ void warn_of_scale(const Provenance& record) {
 
 }  // namespace
 
+std::pair<int, int> pixel_of(const std::array<double, 2>& at) {
+  return {static_cast<int>(std::floor(at[0])), static_cast<int>(std::floor(at[1]))};
+}
+
 std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at) {
-  const int x = static_cast<int>(std::floor(at[0])), y = static_cast<int>(std::floor(at[1]));
+  const auto [x, y] = pixel_of(at);
   const std::string text = fmt::format("{},{}", at[0], at[1]);
   if (x < 0 || y < 0 || x >= scene.width() || y >= scene.height())
     throw usage_error("the pixel lies outside of the picture", "--at", text,
@@ -217,13 +224,13 @@ std::vector<PlacedMesh> place_objects(const Scene& scene, const std::vector<Inse
     const InsertedObject& o = objects[i];
     if (o.radius) {
       check_length(*o.radius, "--radius", 0.5 * room);
-      const Vec3 c = place_of(scene, o, *o.radius);
+      const Vec3 c = place_of(scene, o);
       placed.push_back({sphere_mesh({static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)},
                                     static_cast<float>(*o.radius)),
                         static_cast<int>(i)});
     } else {
       check_length(*o.size, "--size", room);
-      placed.push_back({stand(o.mesh, scene.camera, place_of(scene, o, 0), *o.size), static_cast<int>(i)});
+      placed.push_back({stand(o.mesh, scene.camera, place_of(scene, o), *o.size), static_cast<int>(i)});
     }
   }
   return placed;

@@ -39,6 +39,9 @@ struct InsertOptions {
 /// Writes composite.exr, composite.png and insert.json.
 void insert(const InsertOptions& options);
 
+/// Column and row of the pixel that lies at a position.
+std::pair<int, int> pixel_of(const std::array<double, 2>& at);
+
 /// Surface at a pixel's centre: point and normal, as the maps have them, in camera space. Throws usage_error naming
 /// --at: outside of the picture, no depth, no normal.
 std::pair<Vec3, Vec3> surface_at(const Scene& scene, const std::array<double, 2>& at);

@@ -59,8 +59,8 @@ AskedPlace asked_place(const Scene& scene, const LightOptions& options) {
   if (options.at) {
     const auto [point, normal] = surface_at(scene, *options.at);
     place.point = point + kAboveSurface * glm::normalize(normal);
-    place.skip =
-        static_cast<int>(std::floor((*options.at)[1])) * scene.width() + static_cast<int>(std::floor((*options.at)[0]));
+    const auto [x, y] = pixel_of(*options.at);
+    place.skip = y * scene.width() + x;
   } else {
     const auto& p = *options.at_point;
     place.point = {p[0], p[1], p[2]};

@@ -7,7 +7,8 @@
 namespace clerestory {
 namespace {
 
-constexpr int kLeastReach = 3, kRefits = 8;   // pixels
+constexpr int kLeastReach = 3;  // pixels
+constexpr int kRefits = 8;
 constexpr double kUnlike = 0.01, kFar = 0.1;  // of depth: an error that halves a pixel's weight; at first
 constexpr std::size_t kLeastDepths = 12;
 
