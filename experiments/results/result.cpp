@@ -73,6 +73,14 @@ std::map<std::string, std::string> settings_of(const Config& config, const Texts
   return settings;
 }
 
+std::map<std::string, std::string> kernels_of(const Provenance& provenance, const std::string& run) {
+  std::map<std::string, std::string> kernels;
+  for (const auto& [what, hash] : provenance.hashes)
+    if (what.starts_with("kernels/")) kernels[what] = hash;
+  if (kernels.empty()) throw usage_error("does not tell which kernels it took", run, {}, "a run of this version");
+  return kernels;
+}
+
 const Column& column_named(const Table& table, const std::string& where, const std::string& name) {
   const auto found = std::ranges::find(table.columns, name, &Column::name);
   if (found != table.columns.end()) return *found;
@@ -139,7 +147,7 @@ Json json_of(const Result& r) {
             {"many", r.command.many},
             {"hash", r.config_hash},
             {"settings", r.settings}}},
-          {"kernels", r.kernels_hash},
+          {"kernels", r.kernels},
           {"inputs", inputs},
           {"rooms", {{"setting", r.rooms.setting}, {"seeds", r.rooms.seeds}}},
           {"seeds", r.seeds},
@@ -178,7 +186,8 @@ std::string head_of(const Result& r) {
   if (!r.settings.empty()) head += row_of("settings", pairs_text(r.settings));
   for (const auto& [name, value] : r.notes) head += row_of(name, value);
   for (const FileRecord& file : r.inputs) head += row_of(file.path, "hash " + file.hash);
-  head += row_of("hash of the config", r.config_hash) + row_of("hash of the kernels", r.kernels_hash);
+  head += row_of("hash of the config", r.config_hash);
+  head += row_of("kernels", fmt::format("{} sources; their hashes are in {}.json", r.kernels.size(), r.name));
   return head + row_of("made by", fmt::format("commit {}, in {:.1f} minutes, on {}", r.commit, r.minutes, r.device));
 }
 
@@ -215,7 +224,7 @@ Result result_of_run(const fs::path& run, const std::string& name, const std::st
   if (hash("config") != r.config_hash)
     throw usage_error("this run was made with another config than the file holds now",
                       run.string() + ": " + r.command.config, r.config_hash, hash("config"));
-  r.kernels_hash = hash("kernels");
+  r.kernels = kernels_of(provenance, run.string());
   r.settings = settings_of(config, r.command.overrides);
   r.commit = provenance.build.commit + (provenance.build.dirty ? " (changed)" : "");
   r.device = provenance.device;
@@ -247,7 +256,7 @@ Result read_result(const fs::path& path) {
     config.at("file").get_to(r.command.config), config.at("overrides").get_to(r.command.overrides);
     config.at("many").get_to(r.command.many), config.at("hash").get_to(r.config_hash);
     config.at("settings").get_to(r.settings);
-    json.at("kernels").get_to(r.kernels_hash);
+    json.at("kernels").get_to(r.kernels);
     for (const Json& file : json.at("inputs"))
       r.inputs.push_back({file.at("path").get<std::string>(), file.at("hash").get<std::string>(),
                           whole_number<std::uintmax_t>(file.at("bytes"), "bytes", where)});

@@ -29,7 +29,8 @@ struct PlottedColumn {
 struct Result {
   std::string name, title;
   ResultCommand command;
-  std::string config_hash, kernels_hash;        // study_hash(), kernels_hash() at the time
+  std::string config_hash;                      // study_hash() at the time
+  std::map<std::string, std::string> kernels;   // built_kernels() of all that it took
   std::map<std::string, std::string> settings;  // what the config sets, as TOML values
   std::string commit;                           // of the program, "(changed)" behind it where the tree was not clean
   std::string device;                           // fingerprint

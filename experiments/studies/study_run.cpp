@@ -77,7 +77,7 @@ std::string StudyRun::run() {
   conclude();
   provenance_.figures["minutes"] = metrics_->seconds() / 60;
   provenance_.ended = utc_now();
-  write_provenance(run_ / "provenance.json", provenance_);
+  keep_provenance();
   write_run_directory_report(run_.path(), true);
   run_.finish();
   return run_.path().string();
@@ -112,6 +112,7 @@ void StudyRun::go_on() {
     if (earlier_->hashes.contains("kernels"))
       as_begun("hash of kernels", provenance_.hashes["kernels"], earlier_->hashes["kernels"]);
     as_begun("device", provenance_.device, earlier_->device);  // seconds of both would be one table's
+    provenance_.hashes.merge(earlier_->hashes);
   }
   use(rooms_.file);
   if (!rooms_.described.empty()) use(rooms_.described);
@@ -191,6 +192,11 @@ std::string StudyRun::lacking() const {
 /// From here on there may be records: what they rest on is kept beside them.
 void StudyRun::record_rooms() {
   provenance_.rooms = {rooms_.setting == Setting::HeldOut ? "held_out" : "training", rooms_.seeds};
+  keep_provenance();
+}
+
+void StudyRun::keep_provenance() {
+  provenance_.hashes.merge(built_kernels());
   write_provenance(run_ / "provenance.json", provenance_);
 }
 
@@ -243,6 +249,7 @@ void StudyRun::write_table(const std::string& name, const Table& table) const {
 }
 
 void StudyRun::add_record(MetricRecord record) {
+  keep_provenance();  // with the kernels that this record is of
   metrics_->write(record.step, record.values);
   records_.push_back(std::move(record));
 }

@@ -81,6 +81,7 @@ class StudyRun {
   /// The weights that the key names, else the method's, else none.
   std::filesystem::path weights_of(const char* key, std::filesystem::path Method::*own) const;
   void record_rooms();
+  void keep_provenance();
   /// The rooms of rooms_.described that the run is about, in their order; none where there is no such file.
   std::vector<RoomDescription> described_rooms() const;
 

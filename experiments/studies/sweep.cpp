@@ -245,7 +245,8 @@ double minutes_of(const Provenance& run) {
 /// What the runs rest on and were made by, and how long they took, those of an earlier call too. Seeds that were swept
 /// are left to the command.
 void gather(Provenance& all, const std::vector<SweptRun>& runs) {
-  std::set<std::string> kernels, swept, commits, devices;
+  std::set<std::string> swept, commits, devices;
+  std::map<std::string, std::set<std::string>> kernels;  // by what was hashed
   double minutes = 0;
   bool dirty = false;
   for (const SweptRun& run : runs) {
@@ -257,7 +258,8 @@ void gather(Provenance& all, const std::vector<SweptRun>& runs) {
     for (const auto& [key, seed] : one.seeds)
       if (all.seeds.try_emplace(key, seed).first->second != seed) swept.insert(key);
     if (all.rooms.seeds.empty()) all.rooms = one.rooms;
-    if (const auto hash = one.hashes.find("kernels"); hash != one.hashes.end()) kernels.insert(hash->second);
+    for (const auto& [what, hash] : one.hashes)
+      if (what.starts_with("kernels")) kernels[what].insert(hash);
     for (const FileRecord& input : one.inputs) {
       const auto known = std::ranges::find(all.inputs, input.path, &FileRecord::path);
       if (known == all.inputs.end())
@@ -272,7 +274,7 @@ void gather(Provenance& all, const std::vector<SweptRun>& runs) {
   all.figures["minutes"] = minutes;
   if (!commits.empty()) all.build.commit = fmt::format("{}", fmt::join(commits, ", ")), all.build.dirty = dirty;
   all.device = fmt::format("{}", fmt::join(devices, ", "));
-  all.hashes["kernels"] = fmt::format("{}", fmt::join(kernels, ", "));
+  for (const auto& [what, hashes] : kernels) all.hashes[what] = fmt::format("{}", fmt::join(hashes, ", "));
 }
 
 fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& provenance) {

@@ -109,6 +109,7 @@ class Trainer {
   }
   void validate();
   void checkpoint();
+  void keep_provenance();
   void finish();
   /// Of this process's work, in seconds. On a CPU its processor time over the cores, so that others who work beside a
   /// leg, and its being stopped for them, neither shorten it nor make it worth more; wall time elsewhere.
@@ -267,6 +268,7 @@ void Trainer::check_init_before() const {
 void Trainer::take_over_provenance() {
   if (!before_) return;
   provenance_.started = before_->started;
+  provenance_.hashes.merge(before_->hashes);
   for (const FileRecord& input : before_->inputs)
     if (std::ranges::find(provenance_.inputs, input.path, &FileRecord::path) == provenance_.inputs.end())
       provenance_.inputs.push_back(input);
@@ -348,7 +350,7 @@ void Trainer::resume_or_begin() {
   }
   run_.resume_at(progress_.step);
   if (!checkpoint) cut_metrics(run_.metrics_path(), -1);  // an earlier try died before its first checkpoint
-  write_provenance(run_ / "provenance.json", provenance_);
+  keep_provenance();
 
   for (const double loss : curve_of(read_metrics(run_.metrics_path()), "train/loss").values)
     if (loss > 0) least_loss_ = std::min(least_loss_, loss);
@@ -526,8 +528,14 @@ void Trainer::validate() {
   log_clock_ += clock_seconds() - before;  // speed is that of training steps
 }
 
+void Trainer::keep_provenance() {
+  provenance_.hashes.merge(built_kernels());
+  write_provenance(run_ / kProvenanceName, provenance_);
+}
+
 void Trainer::checkpoint() {
   update_leg();
+  keep_provenance();  // with the kernels that these steps are of
   TrainingProgress now = progress_;
   now.seconds = seconds();
   with_finite_states(
@@ -547,7 +555,7 @@ void Trainer::finish() {
   provenance_.figures["views_per_second"] = static_cast<double>(progress_.step * options_.train.batch) / seconds();
   provenance_.outputs.push_back(record_file(run_.artifact("weights.safetensors")));
   provenance_.left_out = task_->left_out();
-  write_provenance(run_ / "provenance.json", provenance_);
+  keep_provenance();
   task_->report(run_, config_, progress_.history, provenance_);
   task_->end();  // rooms are still being made ahead
   remove_tree(options_.data.stream.rooms.out);

@@ -202,5 +202,9 @@ std::vector<std::string> kernel_files();
 /// Identity of the code of all sources together, as 16 hexadecimal digits: of those in the binary, or in
 /// CLERESTORY_KERNELS. Comments and blanks have no say: what was measured with the same code does not get stale.
 std::string kernels_hash();
+/// The same of one source with what it includes.
+std::string kernel_hash(std::string_view file);
+/// What this process has built programs of, on all its devices: "kernels/nn/conv.cl" and its kernel_hash().
+std::map<std::string, std::string> built_kernels();
 
 }  // namespace clerestory

@@ -42,6 +42,13 @@ std::string build_options(const Defines& defines, Precision precision) {
 
 std::mutex g_first;  // guards what follows: threads have devices of their own
 FirstBuilds g_first_builds;
+std::map<std::string, std::string> g_built;
+
+void note_built(std::string_view file) {
+  const std::string hash = kernel_hash(file);
+  const std::lock_guard guard(g_first);
+  g_built[fmt::format("kernels/{}", file)] = hash;
+}
 
 void count_first_build(const std::string& device, double seconds) {
   const std::lock_guard guard(g_first);
@@ -75,6 +82,11 @@ FirstBuilds first_builds() {
   return g_first_builds;
 }
 
+std::map<std::string, std::string> built_kernels() {
+  const std::lock_guard guard(g_first);
+  return g_built;
+}
+
 ProgramBuilder::ProgramBuilder(cl_context context, cl_device_id device, const DeviceInfo& info,
                                const std::string& fingerprint)
     : context_(context),
@@ -102,6 +114,7 @@ BuiltProgram ProgramBuilder::build(std::string_view file, const Defines& defines
     if (keep_binaries_)
       if (const std::string binary = binary_of(program); !binary.empty()) cache_.store("program", key, binary);
   }
+  note_built(file);
   seconds_ += watch.seconds();
   if (first) count_first_build(device_name_, watch.seconds());
   return {program, first};

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "host/cl/device.hpp"
@@ -175,6 +176,14 @@ std::string kernels_hash() {
   const auto add = [&](const std::string& text) { hash = hash_text(fmt::format("{} {}", text.size(), text), hash); };
   for (const std::string& file : kernel_files()) add(file), add(code_of(sources.text(file, "kernels_hash")));
   return fmt::format("{:016x}", hash);
+}
+
+std::string kernel_hash(std::string_view file) {
+  std::string code;
+  std::istringstream lines(kernel_source(file));
+  for (std::string line; std::getline(lines, line);)
+    if (!line.starts_with("#line ")) code += line + "\n";  // names of folders, and lines that a comment moves
+  return fmt::format("{:016x}", hash_text(code_of(code)));
 }
 
 }  // namespace clerestory

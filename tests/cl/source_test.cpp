@@ -81,6 +81,35 @@ TEST(KernelSource, TheHashIsOfCodeNotOfCommentsAndBlanks) {
     EXPECT_NE(hash_with(other), plain) << other;
 }
 
+TEST(KernelSource, AKernelsHashIsOfWhatItIncludesAndOfNothingElse) {
+  ScopedFolder folder;
+  ScopedVariable kernels("CLERESTORY_KERNELS", folder.string());
+  folder.write("b.clh", "#pragma once\nint b;\n");
+  folder.write("other.cl", "int other;\n");
+  const auto hash_of = [&](const std::string& text) {
+    folder.write("a.cl", text);
+    return kernel_hash("a.cl");
+  };
+  const std::string text = "#include \"b.clh\"\nint a;\n", plain = hash_of(text);
+  EXPECT_EQ(hash_of("// why\n\n" + text), plain);
+  folder.write("other.cl", "int another;\n");
+  EXPECT_EQ(hash_of(text), plain);
+  folder.write("b.clh", "#pragma once\n/* why */ int b;\n");
+  EXPECT_EQ(hash_of(text), plain);
+  folder.write("b.clh", "#pragma once\nint c;\n");
+  EXPECT_NE(hash_of(text), plain);
+}
+
+TEST(KernelSource, BuiltKernelsAreThoseOfThisProcess) {
+  ScopedFolder folder;
+  folder.write("never_seen.cl", "kernel void k(global int *x) { x[0] = 1; }\n");
+  Device device = Device::open();
+  ScopedVariable kernels("CLERESTORY_KERNELS", folder.string());
+  EXPECT_FALSE(built_kernels().contains("kernels/never_seen.cl"));
+  device.kernel("never_seen.cl", "k");
+  EXPECT_EQ(built_kernels().at("kernels/never_seen.cl"), kernel_hash("never_seen.cl"));
+}
+
 TEST(KernelSource, TakesAHeaderWithPragmaOnceOnce) {
   ScopedFolder folder;
   folder.write(

@@ -110,6 +110,8 @@ class ResultTree : public testing::Test {
     p.command.insert(p.command.end(), words.begin(), words.end());
     p.build.commit = "0123abc", p.device = "a device, 2 units";
     p.hashes = {{"config", config_hash(config)}, {"kernels", kernels_hash()}};
+    for (const char* file : {"nn/activation.cl", "shade/insertion.cl"})
+      p.hashes[std::string("kernels/") + file] = kernel_hash(file);
     p.inputs.push_back(record_file(tree() / "weights/maps.safetensors"));
     p.rooms = {"held_out", {18446744073709551615u, 5}};
     p.seeds = {{"data.seed", 7}};
@@ -236,10 +238,12 @@ TEST_F(ResultTree, StaleIsWhatWasMadeWithOtherThings) {
   EXPECT_THAT(entry().staled, ElementsAre("weights/maps.safetensors"));
   replace("experiments/configs/study.toml", "rooms = 3", "rooms = 4");
   EXPECT_THAT(entry().staled, ElementsAre("experiments/configs/study.toml", "weights/maps.safetensors"));
-  replace("docs/results/study.json", kernels_hash(), "0000000000000000");
+  replace("docs/results/study.json", kernel_hash("shade/insertion.cl"), "0000000000000000");
   fs::remove(tree() / "weights/maps.safetensors");
-  EXPECT_THAT(entry().staled,
-              ElementsAre("kernels", "experiments/configs/study.toml", "weights/maps.safetensors (gone)"));
+  EXPECT_THAT(entry().staled, ElementsAre("kernels/shade/insertion.cl", "experiments/configs/study.toml",
+                                          "weights/maps.safetensors (gone)"));
+  replace("docs/results/study.json", "kernels/nn/activation.cl", "kernels/nn/gone.cl");
+  EXPECT_EQ(entry().staled[0], "kernels/nn/gone.cl");
   EXPECT_EQ(entry().name, "study");
 }
 

@@ -202,7 +202,7 @@ TEST_F(Sweep, IsOfTheProgramThatMadeItsRuns) {
   for (const std::string& name : names(overrides)) {
     Provenance made;
     made.command = {"clerestory"}, made.build.commit = "0123abc";
-    made.hashes["kernels"] = "fedc";
+    made.hashes["kernels"] = "fedc", made.hashes["kernels/nn/one.cl"] = made.hashes["kernels/" + name] = name;
     write_provenance(folder / "runs/sweep" / name / "provenance.json", made);
   }
   const Provenance all = read_provenance(sweep(overrides) / "provenance.json");
@@ -210,6 +210,10 @@ TEST_F(Sweep, IsOfTheProgramThatMadeItsRuns) {
   EXPECT_EQ(all.build.commit, "0123abc");
   EXPECT_FALSE(all.build.dirty);
   EXPECT_EQ(all.hashes.at("kernels"), "fedc");
+  for (const std::string& name : names(overrides)) {
+    EXPECT_EQ(all.hashes.at("kernels/" + name), name);
+    EXPECT_THAT(all.hashes.at("kernels/nn/one.cl"), HasSubstr(name)) << "of none alone, so that it is stale";
+  }
 }
 
 TEST_F(Sweep, RunsThatReadOtherContentsOfOneFileAreNoTable) {
