@@ -12,8 +12,8 @@ constexpr int kWidth = 13, kHeight = 7;
 
 Shape shape_of(int channels) { return {1, channels, kHeight, kWidth}; }
 
-double plainness_of(double change, double photo) {
-  const double share = std::abs(change) / std::max(photo, 1e-6);
+double plainness_of(double change, double beside) {
+  const double share = std::abs(change) / std::max(beside, 1e-6);
   return std::clamp((share - 1.0 / 128) / (1.0 / 32 - 1.0 / 128), 0.0, 1.0);
 }
 
@@ -21,7 +21,8 @@ double composite_of(double photo, double objects, double covers, double change, 
   double gain = 1;
   if (without > 0 && !emits) gain = photo / without;
   if (change > 0 && gain > 1) gain = 1;
-  const double p = plainness_of(change, photo);
+  double p = plainness_of(change, photo);
+  if (change < 0 && without > 0) p = std::max(p, plainness_of(change, without));
   return objects + (1 - covers) * std::max(0.0, photo + ((1 - p) + p * gain) * change);
 }
 

@@ -267,23 +267,24 @@ TEST_F(InvertTest, ABallIsSeenCastsAShadowAndLeavesTheRestAlone) {
 }
 
 TEST_F(InvertTest, AShadowTakesTheSameShareOfLightOfAnyPhotograph) {
-  // One constant light over one room, two photographs of equal mean: the layer's own, and that one mirrored.
-  // In a room of more contrast the mirrored one is so much brighter somewhere than the layer (eighteen times, in room
-  // 0) that a shadow of half the light counts as faint there and is added as it is.
+  // One constant light over one room, three photographs: the layer's own, that one mirrored, and one a hundred times as
+  // bright, whose shadows by the layer are faint beside it.
   Scene scene = read_run(invert(options("shadow")));
   std::fill_n(scene.material.plane(2), scene.photo.pixels(), 0.0f);
   RenderSettings settings;
   settings.light = "constant";
   Device device = Device::open();
   scene.photo = render_scene(device, scene, settings).radiance;
-  Scene mirrored = scene;
+  Scene mirrored = scene, bright = scene;
+  for (float& v : bright.photo.data) v *= 100;
   for (int c = 0; c < 3; ++c)
     for (int y = 0; y < scene.height(); ++y)
       for (int x = 0; x < scene.width(); ++x) mirrored.photo.at(c, y, x) = scene.photo.at(c, y, scene.width() - 1 - x);
   InsertedObject ball;
   ball.at = {32, 40}, ball.radius = 0.2 * scene.scale(), ball.albedo = {0, 0, 0}, ball.roughness = 1;
   const Insertion a = insert_into(device, scene, {ball}, settings, 2),
-                  b = insert_into(device, mirrored, {ball}, settings, 2);
+                  b = insert_into(device, mirrored, {ball}, settings, 2),
+                  d = insert_into(device, bright, {ball}, settings, 2);
 
   const std::size_t n = scene.photo.pixels();
   long darker = 0;
@@ -293,6 +294,7 @@ TEST_F(InvertTest, AShadowTakesTheSameShareOfLightOfAnyPhotograph) {
     if (std::max(left, other) > 0.75) continue;  // faint changes are added as they are
     ++darker;
     ASSERT_NEAR(left, other, 32 * kFloatRounding) << i;  // of composite and photograph, and of the layer in them
+    ASSERT_NEAR(left, d.composite.data[i] / bright.photo.data[i], 32 * kFloatRounding) << i;
   }
   EXPECT_GT(darker, 50);
 }
