@@ -7,7 +7,8 @@
 // shadow takes the share of light that it covers, whatever the maps and the light are wrong by. What objects add is
 // never made more, for where the layer is far too dark that would be noise. A lamp's own light is not scaled. A change
 // that is faint beside the photograph is added as it is, a plain one by the measure, and between them it grows. What
-// objects take is plain as well where it is plain beside the layer: a layer far too dark still casts its shadow.
+// objects take is plain as well where it is plain beside the layer: one that is twenty times too dark still casts its
+// shadow. (A hundred times: the change is faint, and then the layer is not asked.)
 #include "lib/real.clh"
 
 // Shares of the photograph, or of the layer.
