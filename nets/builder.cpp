@@ -36,7 +36,7 @@ ConvNorm batch_norm(const Scope& scope, const Feature& x) {
 std::vector<Value> trained_parameters(const Graph& graph, const std::vector<std::string>& frozen) {
   std::vector<Value> parameters = graph.parameters();
   std::erase_if(parameters, [&](const Value& v) {
-    const std::string& name = static_cast<const StateOp&>(*v.node->op).state_name;
+    const std::string& name = state_of(v).state_name;
     return std::ranges::any_of(frozen, [&](const std::string& scope) { return name.starts_with(scope + "."); });
   });
   return parameters;

@@ -92,7 +92,7 @@ void check_states(const LightNets& nets, bool in_view) {
   ask_light(graph, picture, nets.sizes, graph.input("points", rays), graph.input("directions", rays),
             graph.input("skip", {1, 1, 1, 16}, Type::Int));
   for (const Value& v : graph.states()) {
-    const std::string& name = static_cast<const StateOp&>(*v.node->op).state_name;
+    const std::string& name = state_of(v).state_name;
     if (!in_view && name.starts_with("local.")) continue;
     if (!nets.states->has(name)) throw usage_error("the weights of the light lack a tensor", nets.note + ": " + name);
     if (const Shape& stored = nets.states->view(name).shape; !(stored == v.shape()))

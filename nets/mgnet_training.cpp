@@ -25,9 +25,7 @@ std::vector<std::string> without_a_term(const LossWeights& w, bool shared_decode
   return scopes;
 }
 
-bool in_encoder(const Value& parameter) {
-  return static_cast<const StateOp&>(*parameter.node->op).state_name.starts_with("encoder.");
-}
+bool in_encoder(const Value& parameter) { return state_of(parameter).state_name.starts_with("encoder."); }
 
 }  // namespace
 

@@ -2,23 +2,12 @@
 
 #include <algorithm>
 
-#include "host/math/panorama.hpp"
+#include "tracer/probes.hpp"
 
 namespace clerestory {
 namespace {
 
-constexpr int kAttempts = 200, kFeelers = 256;
-
-/// Distance from a point to the nearest surface, felt along directions spread over the sphere.
-double clearance(TraceScene& scene, const Vec3& center) {
-  std::vector<Vec3> directions(kFeelers);
-  for (int i = 0; i < kFeelers; ++i) directions[static_cast<std::size_t>(i)] = lattice_direction(i, kFeelers);
-  double nearest = 1e9;
-  for (const TraceHit& hit : scene.hits(planar(std::vector(directions.size(), center)), planar(directions), 0, 1e9f)) {
-    if (hit.triangle >= 0) nearest = std::min(nearest, static_cast<double>(hit.t));
-  }
-  return nearest;
-}
+constexpr int kAttempts = 200;
 
 }  // namespace
 
@@ -28,7 +17,7 @@ const std::vector<BallKind>& ball_kinds() {
   return kinds;
 }
 
-std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Random random) {
+std::optional<BallPlace> place_ball(TraceScene& scene, const World& world, const Camera& camera, Random random) {
   const TraceMaps maps = scene.maps(camera);
   const std::size_t pixels = maps.depth.pixels();
   const Vec3 up = camera.direction_to_camera({0, 1, 0});
@@ -47,7 +36,7 @@ std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Ran
         at_center->y > camera.height - margin) {
       continue;
     }
-    if (clearance(scene, camera.to_world(center)) < radius) continue;
+    if (distance_to_surface(world, camera.to_world(center)) < radius) continue;
     return BallPlace{center, radius};
   }
   return std::nullopt;

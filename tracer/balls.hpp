@@ -25,8 +25,8 @@ struct BallPlace {
 };
 
 /// A place on something that faces up, in view and clear of everything else; the radius is about a ninth of the
-/// picture's height as seen. Nothing when the view has no such place.
-std::optional<BallPlace> place_ball(TraceScene& scene, const Camera& camera, Random random);
+/// picture's height as seen. Nothing when the view has no such place. `world`: what the scene was made of.
+std::optional<BallPlace> place_ball(TraceScene& scene, const World& world, const Camera& camera, Random random);
 
 /// The same material everywhere, its albedo as given.
 Material uniform_material(const glm::vec3& albedo, float roughness, float metallic);

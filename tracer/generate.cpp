@@ -74,6 +74,10 @@ void check(const GenerateOptions& o) {
 
 constexpr int kPilotSpp = 4, kPilotColumns = 160;  // a pilot asks for one number: a larger view has a smaller one
 
+constexpr const char* kAssets = "assets";
+
+fs::path assets_folder(const GenerateOptions& o) { return o.rooms.assets.empty() ? default_assets() : o.rooms.assets; }
+
 /// What a folder's views depend on; a run with other values must not mix its views in. Without light its keys are left
 /// out, as in folders made before there was any.
 json recipe(const GenerateOptions& o) {
@@ -92,6 +96,7 @@ json recipe(const GenerateOptions& o) {
   if (o.baseline) all["stereo_baseline"] = *o.baseline;
   if (!o.rooms.seeds.empty()) all["room_seeds"] = o.rooms.seeds;
   if (!o.rooms.from.empty()) all["from_rooms"] = file_hash(o.rooms.from);
+  if (!o.rooms.boxes) all[kAssets] = hash_of_assets(assets_folder(o));
   // Left out where cameras are level and across the room, as in folders made before there were others.
   if (o.views.handling.roll > 0) all["roll"] = o.views.handling.roll;
   if (o.views.handling.close_ups > 0) all["close_ups"] = o.views.handling.close_ups;
@@ -125,12 +130,13 @@ void claim_folder(const GenerateOptions& o) {
   if (const std::string name = in_the_way(o); !name.empty() && !fs::exists(file))
     throw usage_error("the folder holds another data set", o.out.string(), name,
                       "a new folder, or one with generate.json");
-  const json wanted = recipe(o);
+  json wanted = recipe(o);
   if (fs::exists(file)) {
     const std::string text = read_file(file, 1 << 20);
     check_nesting(text, file.string());
     const json found = json::parse(text, nullptr, false);
     if (!found.is_object()) throw usage_error("is no record of generated views", file.string(), "no JSON object");
+    if (!found.contains(kAssets)) wanted.erase(kAssets);  // folders of before they were named
     if (found != wanted)
       throw usage_error("the folder holds views made with other options", file.string(), other_than(found, wanted),
                         other_than(wanted, found) + "; or another --out");
@@ -155,8 +161,7 @@ class RoomSource {
  public:
   explicit RoomSource(GenerateOptions& o) : options_(o) {
     if (!o.rooms.from.empty()) read(o);
-    if (!o.rooms.boxes)
-      assets_ = load_assets(o.rooms.assets.empty() ? default_assets() : o.rooms.assets, o.rooms.setting);
+    if (!o.rooms.boxes) assets_ = load_assets(assets_folder(o), o.rooms.setting);
   }
 
   /// Rooms that a run with a larger count would have.
@@ -349,13 +354,14 @@ class RoomWriter {
   /// The view's picture again with a ball in it: the same random numbers, the same bound of indirect light.
   void write_balls(const fs::path& folder, const std::string& id, const Camera& camera, std::uint32_t seed, float most,
                    double exposure, GenerateSummary& summary) {
-    const std::optional<BallPlace> place = place_ball(scene_, camera, Random(standing_->seed).fork(200 + seed));
+    const std::optional<BallPlace> place =
+        place_ball(scene_, standing_->room.scene, camera, Random(standing_->seed).fork(200 + seed));
     json balls = json::array();
     if (place) {
       for (const BallKind& kind : ball_kinds()) {
         TraceScene with(device_, with_ball(standing_->room.scene, camera, *place, kind));
         TracePicture picture = with.picture(camera, options_.views.spp, seed, kMaxDepth, kLightSamples, most);
-        note(picture.dropped, id, seed, summary);
+        note(picture.dropped, id + " ball_" + kind.name, seed, summary);
         scale(picture.mean.data, exposure);
         write_radiance(view_file(folder, id, "ball_" + kind.name), picture.mean);
         balls.push_back({{"name", kind.name},

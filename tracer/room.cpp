@@ -77,6 +77,7 @@ RoomAssets load_assets(const std::filesystem::path& folder, Setting setting) {
     if ((name == kHeldOutModel) == held_out) assets.models.push_back({name, read_mesh(file)});
   }
   if (assets.panoramas.empty()) throw usage_error("no panorama of the setting", (folder / "hdri").string());
+  if (assets.models.empty()) throw usage_error("no model of the setting", (folder / "models").string());
   return assets;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "host/error.hpp"
@@ -141,9 +142,11 @@ class Rooms {
     const float* shape = c_.shape.data() + 4 * r;
     room.size = {shape[0], shape[1], shape[2]}, room.panorama_turn = shape[3];
     const std::int32_t* counts = c_.counts.data() + 4 * r;
-    for (int i = 0; i < counts[1]; ++i) room.materials.push_back(material());
+    for (int i = 0; i < counts[1]; ++i) room.materials.push_back(material(room.name));
     for (int i = 0; i < counts[2]; ++i) {
       const float* e = c_.emitters.data() + 4 * emitter_++;
+      if (!(std::min({e[0], e[1], e[2]}) >= 0))
+        from_.fail("a lamp sends out less than nothing", room.name, "radiance of at least 0");
       room.emitters.push_back({{e[0], e[1], e[2]}, e[3] != 0});
     }
     for (int i = 0; i < counts[0]; ++i) room.parts.push_back(part(counts[1], counts[2], room.name));
@@ -159,9 +162,12 @@ class Rooms {
       from_.fail("a room's name is not fit for a folder", name, "no / and no . at its beginning");
   }
 
-  Material material() {
+  Material material(const std::string& room) {
     Material m;
     std::memcpy(static_cast<void*>(&m), c_.materials.data() + kMaterialReals * material_++, sizeof m);
+    if (m.texture != std::floor(m.texture) || m.texture < 0 || m.texture > static_cast<float>(Texture::Print))
+      from_.fail("a material has a texture that this program does not know", fmt::format("{} in {}", m.texture, room),
+                 fmt::format("a whole number from 0 to {}", static_cast<int>(Texture::Print)));
     return m;
   }
 

@@ -15,6 +15,13 @@ Buffer upload(Device& device, const std::vector<T>& data) {
 
 glm::vec3 vec(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
+/// Of a triangle without area, which no ray meets, zero.
+glm::vec3 face_normal(const Triangle& t) {
+  const glm::dvec3 a(t.v[0].position), n = glm::cross(glm::dvec3(t.v[1].position) - a, glm::dvec3(t.v[2].position) - a);
+  const double length = glm::length(n);
+  return length > 0 ? glm::vec3(n / length) : glm::vec3(0);
+}
+
 }  // namespace
 
 Mesh sphere_mesh(const std::array<float, 3>& center, float radius, int steps) {
@@ -56,6 +63,8 @@ TraceObjects::TraceObjects(Device device, const std::vector<PlacedMesh>& meshes,
         const auto& n = placed.mesh.normals.at(corners[i]);
         normals.insert(normals.end(), n.begin(), n.end());
       }
+      const glm::vec3 face = face_normal(t);
+      normals.insert(normals.end(), {face.x, face.y, face.z});
       objects.push_back(placed.object);
     }
   const Bvh bvh = build_bvh(triangles, form);

@@ -96,7 +96,9 @@ OpCase rays_case(const Variant& variant) {
   c.inputs = inputs(variant);
   c.build = [=](Graph&, const Values& v) {
     const Value normal = variant.facing ? v.at("normal") : Value{};
-    const RayOrigins origins = variant.from == From::Surfaces ? RayOrigins{} : RayOrigins{v.at("points"), v.at("skip")};
+    const RayOrigins origins = variant.from == From::Surfaces
+                                   ? RayOrigins{}
+                                   : RayOrigins{v.at("points"), v.at("skip"), variant.from == From::Map};
     const SsrtHits hits = ssrt(ssrt_scene(v.at("depth"), normal), v.at("camera"), v.at("range"), v.at("directions"),
                                origins, variant.options);
     return std::vector<Value>{hits.pixel, hits.delta, hits.u};

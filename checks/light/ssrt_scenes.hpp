@@ -72,6 +72,7 @@ inline Scene scene_of(int n, int h, int w, unsigned seed) {
 
 struct Rays {
   Tensor directions, points, skip;  // points and skip empty: from the pixels' own surfaces
+  bool of_pixels = false;
 };
 
 /// Origins anywhere: in the room, behind the camera, outside of the frustum, behind the surfaces.

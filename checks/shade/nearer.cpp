@@ -67,8 +67,9 @@ OP_CASES(nearer) {
                .label = fmt::format("{}_{}", per_pixel ? "pixels" : "rays", difference ? "difference" : "whole"),
                .kernels = {"nearer"},
                .inputs = inputs(per_pixel)};
-      c.build = [difference](Graph&, const Values& v) {
-        const NearerRays rays{v.at("points"), v.at("direction"), v.at("hit"), v.at("object"), v.at("distance")};
+      c.build = [per_pixel, difference](Graph&, const Values& v) {
+        const NearerRays rays{v.at("points"), v.at("direction"), v.at("hit"),
+                              v.at("object"), v.at("distance"),  per_pixel};
         return std::vector<Value>{nearer(rays, v.at("scene"), v.at("weight"), v.at("beyond"), v.at("depth"),
                                          v.at("camera"), difference ? v.at("shows") : Value{})};
       };

@@ -37,9 +37,12 @@ Nearest nearest(const std::vector<PlacedMesh>& meshes, const V& o, const V& d) {
                    u = glm::determinant(glm::dmat3(-d, o - a, c)) / determinant,
                    v = glm::determinant(glm::dmat3(-d, b, o - a)) / determinant;
       if (!(std::min({u, v, 1 - u - v}) >= 0) || t < kTMin || (best.object >= 0 && t > best.distance)) continue;
+      V face = glm::normalize(glm::cross(b, c));
+      if (glm::dot(face, d) > 0) face = -face;
       V n = glm::normalize((1 - u - v) * corner(m.normals, m, i, 0) + u * corner(m.normals, m, i, 1) +
                            v * corner(m.normals, m, i, 2));
-      if (glm::dot(n, d) > 0) n = -n;
+      if (glm::dot(n, face) < 0) n = -n;
+      if (glm::dot(n, d) > 0) n = face;
       best = {t, n, placed.object};
     }
   return best;

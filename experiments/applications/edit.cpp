@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/light_choice.hpp"
@@ -14,6 +13,7 @@
 #include "host/error.hpp"
 #include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
 #include "host/math/statistics.hpp"
 #include "host/ops/nn/activation.hpp"
 #include "host/ops/shade/repaint.hpp"
@@ -351,7 +351,7 @@ std::string edit(const EditOptions& options) {
                               {"seconds", seconds}};
   for (const EditBounce& b : done.bounces) json["bounces"].push_back({{"rays", b.rays}, {"changed", b.changed}});
   if (options.goal) json["samples"] = render.spp, json["error"] = done.rounds.back().error;
-  return json.dump(2);
+  return json_text(json, 2);
 }
 
 }  // namespace clerestory

@@ -378,6 +378,7 @@ void insert(const InsertOptions& options) {
   const Stopwatch watch;
   const fs::path out = options.out.empty() ? options.run : options.out;
   const fs::path exr = out / "composite.exr", png = out / "composite.png";
+  keep_json_apart(options.json, {exr, png, out / kInsertRecord});
   // The composite of an edit is also the photograph of its folder: an insertion into that may replace it.
   const ResultFiles files(options.run, out / kInsertRecord, {exr, png}, options.force, {out / kProvenanceName});
   const Scene scene = read_run(options.run);

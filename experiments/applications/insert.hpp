@@ -26,6 +26,7 @@ struct InsertedObject {
 
 struct InsertOptions {
   std::filesystem::path run, out;  // out empty: the run folder
+  std::filesystem::path json;      // that the caller will write, and so no result; may be empty
   bool force = false;              // replace files of others
   std::vector<InsertedObject> objects;
   RenderSettings render;

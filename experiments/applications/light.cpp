@@ -1,7 +1,6 @@
 #include "experiments/applications/light.hpp"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "experiments/applications/chunk_progress.hpp"
 #include "experiments/applications/insert.hpp"
@@ -11,6 +10,7 @@
 #include "host/error.hpp"
 #include "host/io/exposure.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
 #include "host/report/preview.hpp"
@@ -94,10 +94,7 @@ std::string light(const LightOptions& options) {
     throw usage_error("a panorama is written as EXR", "--out", out.string(), "a name that ends in .exr");
   const fs::path png = fs::path(out).replace_extension(".png");
   const fs::path record = fs::path(out).replace_extension(".json");
-  for (const fs::path& own : {out, png, record})
-    if (!options.json.empty() && fs::weakly_canonical(options.json) == fs::weakly_canonical(own))
-      throw usage_error("would be written twice", "--json", options.json.string(),
-                        "another file than the panorama, its preview and its record");
+  keep_json_apart(options.json, {out, png, record});
   const ResultFiles files(options.run, record, {out, png}, options.force);
   const Scene scene = read_run(options.run);
   const AskedPlace place = asked_place(scene, options);
@@ -138,7 +135,7 @@ std::string light(const LightOptions& options) {
                               {"uncertainty", mean(answers.uncertainty)},
                               {"seconds", seconds}};
   for (const auto& [part, count] : answers.answered) json["answered"][part] = count;
-  return json.dump(2);
+  return json_text(json, 2);
 }
 
 }  // namespace clerestory

@@ -11,7 +11,8 @@ constexpr float kRayOffset = 1e-3f;  // metres: a ray that starts on an object m
 /// Asks the tracer which rays hit an object: distance, point, normal, object.
 struct MeetObjectsOp : NotDifferentiable {
   std::shared_ptr<TraceObjects> objects;
-  explicit MeetObjectsOp(std::shared_ptr<TraceObjects> o) : objects(std::move(o)) {}
+  bool of_pixels;
+  MeetObjectsOp(std::shared_ptr<TraceObjects> o, bool p) : objects(std::move(o)), of_pixels(p) {}
   std::string name() const override { return "meet_objects"; }
   std::vector<Signature> infer(std::span<const Value> in) const override {
     const Shape& rays = in[1].shape();
@@ -22,9 +23,8 @@ struct MeetObjectsOp : NotDifferentiable {
     if (l.precision == Precision::Double)
       throw Error(ErrorKind::Failed, "objects are traced in single precision", name());
     const Shape &rays = l.in(1).shape, &points = l.in(0).shape;
-    const bool per_pixel = !(points == rays);
     const auto memory = [](const TensorView& v) { return TraceObjects::Memory{v.buffer, v.offset, v.stride}; };
-    objects->meet({memory(l.in(0)), memory(l.in(1)), per_pixel, static_cast<int>(points.plane()), l.chunk.first_pixel,
+    objects->meet({memory(l.in(0)), memory(l.in(1)), of_pixels, static_cast<int>(points.plane()), l.chunk.first_pixel,
                    l.chunk.pixels, l.chunk.first_sample, l.chunk.samples, rays.h, rays.w},
                   {memory(l.out(0)), memory(l.out(1)), memory(l.out(2)), memory(l.out(3))}, kRayOffset);
   }
@@ -34,8 +34,8 @@ struct ObjectHits {
   Value distance, point, normal, object;
 };
 
-ObjectHits meet(const std::shared_ptr<TraceObjects>& objects, Value points, Value directions) {
-  const Value first = directions.graph().make<MeetObjectsOp>({points, directions}, objects);
+ObjectHits meet(const std::shared_ptr<TraceObjects>& objects, Value points, Value directions, bool of_pixels) {
+  const Value first = directions.graph().make<MeetObjectsOp>({points, directions}, objects, of_pixels);
   return {first, first.node->value(1), first.node->value(2), first.node->value(3)};
 }
 
@@ -51,27 +51,30 @@ struct Chunked {
   Value nowhere;  // Int, one per ray, -1: rays from objects skip no cell
   int bounces;
 
+  /// The first rays start at pixels, all others where the one before met an object.
+  static bool of_pixels(int number) { return number == 1; }
+
   /// What the scene sends along rays from `points`, and where they hit it.
   struct OfScene {
     SsrtHits seen;
     Value radiance;
   };
   OfScene of_scene(Value points, Value skip, Value direction, const Lobes& lobes, int number) const {
-    const SsrtHits seen = ssrt(in.scene, camera, in.range, direction, {.points = points, .skip = skip}, options);
-    const Value starts = number == 1 ? points_of_chunk(points, direction) : points;
+    const SsrtHits seen = ssrt(in.scene, camera, in.range, direction, {points, skip, of_pixels(number)}, options);
+    const Value starts = of_pixels(number) ? points_of_chunk(points, direction) : points;
     return {seen, light.radiance({starts, direction, lobes, seen, camera}, light_inputs, counts)};
   }
 
   /// Radiance along rays from `points`: those of pixels that show the scene where `shows` is given, else of objects.
   Value radiance(Value points, Value skip, Value direction, const Lobes& lobes, int number, Value shows) const {
     if (number > bounces) return of_scene(points, skip, direction, lobes, number).radiance;
-    const ObjectHits met = meet(objects, points, direction);
+    const ObjectHits met = meet(objects, points, direction, of_pixels(number));
     const OfScene scene =
         of_scene(points, skip, shows ? needed_rays(direction, met.object, shows) : direction, lobes, number);
     const Bounce next = bounce(direction, met.normal, met.object, in.materials, lobes, number);
     const Value beyond = radiance(met.point, nowhere, next.direction, next.lobes, number + 1, {});
-    return nearer({points, direction, scene.seen.pixel, met.object, met.distance}, scene.radiance, next.weight, beyond,
-                  in.scene.depth, camera, shows);
+    return nearer({points, direction, scene.seen.pixel, met.object, met.distance, of_pixels(number)}, scene.radiance,
+                  next.weight, beyond, in.scene.depth, camera, shows);
   }
 };
 

@@ -80,7 +80,7 @@ void write_render_record(const fs::path& path, const RenderRecord& record) {
   for (const Saving saving : s.leave_out) json["left out"].push_back(kind_of(saving).name);
   for (const SampleRound& round : record.rounds) json["rounds"].push_back({{"spp", round.spp}, {"seed", round.seed}});
   for (const SoftLamp& lamp : s.lamps) json["lamps"].push_back(json_of(lamp));
-  write_file(path, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file(path, json_text(json) + "\n");
 }
 
 RenderRecord parse_render_record(const fs::path& path) {

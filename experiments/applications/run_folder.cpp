@@ -143,6 +143,14 @@ FolderLock lock_run(const fs::path& run, LockKind kind) {
   return FolderLock(run, kind);
 }
 
+void keep_json_apart(const fs::path& json, const std::vector<fs::path>& results) {
+  if (json.empty()) return;
+  for (const fs::path& result : results)
+    if (fs::weakly_canonical(json) == fs::weakly_canonical(result))
+      throw usage_error("would be written twice", "--json", json.string(),
+                        "another file than the results and their record");
+}
+
 ResultFiles::ResultFiles(const fs::path& run, const fs::path& record, const std::vector<fs::path>& results, bool force,
                          const std::vector<fs::path>& others)
     : folder_(record.has_parent_path() ? record.parent_path() : "."),

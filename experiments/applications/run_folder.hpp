@@ -44,6 +44,9 @@ void inherit_facts(const std::filesystem::path& run, Provenance& record);
 /// Throws usage_error when there is no such folder, or another process works on it.
 FolderLock lock_run(const std::filesystem::path& run, LockKind kind);
 
+/// Throws usage_error when `json`, which the caller writes afterwards, is one of the results. It may be empty.
+void keep_json_apart(const std::filesystem::path& json, const std::vector<std::filesystem::path>& results);
+
 /// Files made from a run that lie in it or anywhere: results, and the provenance that lists them. They appear together.
 class ResultFiles {
  public:

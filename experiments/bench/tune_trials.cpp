@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/cl/disk_cache.hpp"
+#include "host/io/json_file.hpp"
 #include "host/ops/nn/clblast_parameters.hpp"
 
 namespace clerestory {
@@ -97,7 +98,7 @@ void TuneTrials::save() const {
       json[s.kernel].push_back(
           {{"values", trial.values}, {"gain", trial.gain}, {"least", trial.least}, {"fault", trial.fault}});
   }
-  DiskCache().store(kind, key_, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  DiskCache().store(kind, key_, json_text(json, -1));
 }
 
 }  // namespace clerestory

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "checks/kernel_check.hpp"
 #include "checks/op_check.hpp"
@@ -11,6 +10,7 @@
 #include "experiments/commands/check_stability.hpp"
 #include "experiments/commands/cli.hpp"
 #include "host/io/config_values.hpp"
+#include "host/io/json_file.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/table.hpp"
 #include "host/report/terminal.hpp"
@@ -204,7 +204,7 @@ bool is_beyond(const Device& device, const std::string& variant) {
   return variant.find(" BVH_STACK=") != std::string::npos && !BvhForm::short_stack().fits(device);
 }
 
-/// "nn/pad.cl:pad GROUP=1": "pad".
+/// "tensor/pad.cl:pad_replicate GROUP=1": "pad_replicate".
 std::string kernel_in(const std::string& variant) {
   const std::size_t begin = variant.find(':') + 1;
   return variant.substr(begin, variant.find(' ') - begin);

@@ -246,11 +246,11 @@ class Verdict {
 /// this program, its kernels, the list of variants and the reproducers; what the environment says.
 std::string key_of(const DeviceInfo& info, const DevicesOptions& options) {
   const std::vector<std::string> fingerprints = device_fingerprints();
-  std::string key = fmt::format("{} {}\n{}\n{}\n{}\n{} {}\n", info.index,
+  std::string key = fmt::format("{} {}\n{}\n{}\n{}\n{} {} {}\n", info.index,
                                 info.fp64 ? fingerprints.at(static_cast<std::size_t>(info.index))
                                           : fmt::format("{}", fmt::join(fingerprints, "\n")),
                                 file_hash("/proc/self/exe"), kernels_hash(), fmt::join(listed_variants(), "\n"),
-                                options.quick ? "quick" : "", fmt::join(options.only, ","));
+                                options.quick ? "quick" : "", options.patience, fmt::join(options.only, ","));
   for (const Reproducer& r : reproducers()) key += r.file.filename().string() + " " + file_hash(r.file) + "\n";
   for (const auto& [name, value] : begin_provenance({}).environment) key += name + "=" + value + "\n";
   return key;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/error.hpp"
+#include "host/io/json_file.hpp"
 
 namespace clerestory {
 namespace {
@@ -35,10 +36,6 @@ nlohmann::ordered_json devices_json(const CheckedDevices& devices) {
   nlohmann::ordered_json all{{"device", device_json(devices.single)}, {"twins", nullptr}};
   if (devices.with_doubles) all["twins"] = device_json(*devices.with_doubles);
   return all;
-}
-
-std::string json_text(const nlohmann::ordered_json& json) {
-  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);  // drivers name themselves in any encoding
 }
 
 void expect_none_wrong(const std::string& what, const std::vector<std::string>& wrong, const CheckedDevices& devices) {

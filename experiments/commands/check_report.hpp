@@ -13,7 +13,6 @@ std::string twins_text(const CheckedDevices& devices, const std::string& without
 /// The first twenty, a line each, and how many more there are.
 std::string faults_text(const std::vector<std::string>& faults);
 nlohmann::ordered_json devices_json(const CheckedDevices& devices);
-std::string json_text(const nlohmann::ordered_json& json);
 /// Throws ErrorKind::Failed naming what is wrong; `what`: "op", "case".
 void expect_none_wrong(const std::string& what, const std::vector<std::string>& wrong, const CheckedDevices& devices);
 

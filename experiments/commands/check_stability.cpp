@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "checks/stability/stability_check.hpp"
 #include "experiments/commands/check_report.hpp"
+#include "host/io/json_file.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/table.hpp"
 #include "host/report/terminal.hpp"

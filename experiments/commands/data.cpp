@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "experiments/evaluation/data_check.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
 #include "host/report/html.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/terminal.hpp"
@@ -115,8 +115,7 @@ std::string data_json(const std::vector<DataCheck>& checks) {
     for (const DataProblem& p : c.problems) one["problems"].push_back({{"file", p.file}, {"what", p.what}});
     all.push_back(std::move(one));
   }
-  return nlohmann::ordered_json{{"folders", std::move(all)}}.dump(1, ' ', false,
-                                                                  nlohmann::json::error_handler_t::replace);
+  return json_text(nlohmann::ordered_json{{"folders", std::move(all)}});
 }
 
 void write_report(const std::vector<DataCheck>& checks, const DataArguments& arguments, const CommonOptions& common) {

@@ -6,6 +6,7 @@
 #include "experiments/commands/cli.hpp"
 #include "host/cl/device.hpp"
 #include "host/cl/device_table.hpp"
+#include "host/io/json_file.hpp"
 #include "host/report/terminal.hpp"
 
 namespace clerestory {
@@ -29,7 +30,7 @@ std::string devices_json(const std::vector<DeviceInfo>& devices) {
                     {"max_allocation", d.max_allocation},
                     {"local_memory", d.local_memory}});
   // Drivers may name themselves in any encoding.
-  return list.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(list);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "experiments/commands/cli.hpp"
@@ -13,6 +12,7 @@
 #include "experiments/truth/room_list.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
 #include "host/report/preview.hpp"
 #include "host/report/progress.hpp"
 #include "tracer/generate.hpp"
@@ -84,16 +84,15 @@ void write_sheet(const GenerateOptions& o, const fs::path& file) {
 }
 
 std::string summary_json(const fs::path& out, const GenerateSummary& s) {
-  return nlohmann::ordered_json{{"out", out.string()},
-                                {"made", s.made},
-                                {"skipped", s.skipped},
-                                {"scenes", s.scenes},
-                                {"seconds", s.seconds},
-                                {"light_seconds", s.light_seconds},
-                                {"views_per_hour", s.seconds > 0 ? 3600 * s.made / s.seconds : 0},
-                                {"dropped_samples", s.dropped},
-                                {"first_dropped", s.first_dropped}}
-      .dump(1);
+  return json_text(nlohmann::ordered_json{{"out", out.string()},
+                                          {"made", s.made},
+                                          {"skipped", s.skipped},
+                                          {"scenes", s.scenes},
+                                          {"seconds", s.seconds},
+                                          {"light_seconds", s.light_seconds},
+                                          {"views_per_hour", s.seconds > 0 ? 3600 * s.made / s.seconds : 0},
+                                          {"dropped_samples", s.dropped},
+                                          {"first_dropped", s.first_dropped}});
 }
 
 /// What a run has made, as JSON and for people.

@@ -102,7 +102,7 @@ void add_insert_command(CommandLine& line) {
     if (options->bounces < 1 || options->bounces > 4)
       throw usage_error("out of range", "--bounces", fmt::format("{}", options->bounces), "1 to 4");
     options->device = common.device, options->gemm = common.gemm, options->command = common.command;
-    options->render.seed = render_seed(common);
+    options->render.seed = render_seed(common), options->json = common.json.value_or("");
     take_method(common, options->render, options->lit_by);
     options->goal = take_samples(common, *samples, options->render);
     catch_interrupts();

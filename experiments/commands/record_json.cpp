@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host/io/json_file.hpp"
 #include "host/report/provenance.hpp"
 
 namespace clerestory {
@@ -12,7 +13,7 @@ std::string record_json(const std::vector<std::pair<std::string, std::filesystem
   nlohmann::ordered_json json;
   for (const auto& [name, path] : results) json[name] = path.string();
   json["facts"] = made.facts, json["figures"] = made.figures;
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);  // paths need not be UTF-8
+  return json_text(json, 2);  // paths need not be UTF-8
 }
 
 }  // namespace clerestory

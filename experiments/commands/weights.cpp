@@ -1,7 +1,6 @@
 #include "experiments/commands/weights.hpp"
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "experiments/training/report.hpp"
 #include "experiments/weights/average.hpp"
@@ -12,6 +11,7 @@
 #include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
 #include "host/io/image.hpp"
+#include "host/io/json_file.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/terminal.hpp"
 
@@ -128,7 +128,7 @@ void import_weights(const WeightsArguments& arguments, const CommonOptions& comm
                                     {"tensors", imported.file.tensors.size()},
                                     {"numbers", numbers},
                                     {"left_out", imported.left_out}};
-  print_result(common, arguments.out, json.dump(1));
+  print_result(common, arguments.out, json_text(json));
 }
 
 void write_features(const WeightsArguments& arguments, const CommonOptions& common) {

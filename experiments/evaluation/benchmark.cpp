@@ -8,6 +8,7 @@
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
+#include "host/io/json_file.hpp"
 #include "host/io/nyu.hpp"
 #include "host/io/openrooms.hpp"
 #include "host/math/statistics.hpp"
@@ -135,7 +136,7 @@ std::string benchmark_json(const BenchmarkResult& result) {
       if (const auto& value = result.pictures[i].values[m]) one[result.metrics[m].key] = *value;
     out["pictures"].push_back(std::move(one));
   }
-  return out.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";  // names may be in any encoding
+  return json_text(out) + "\n";  // names may be in any encoding
 }
 
 }  // namespace clerestory

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
+#include "host/io/json_file.hpp"
 #include "host/math/statistics.hpp"
 
 namespace clerestory {
@@ -321,7 +322,7 @@ std::string evaluation_json(const EvaluationSummary& summary, const std::vector<
                              {"metres_over_measured", f.metres},
                              {"training_mean", f.mean_map ? json(*f.mean_map) : json(nullptr)},
                              {"valid_share", f.valid_share}});
-  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";  // names may be in any encoding
+  return json_text(out) + "\n";  // names may be in any encoding
 }
 
 }  // namespace clerestory

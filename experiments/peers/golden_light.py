@@ -1,4 +1,4 @@
-"""Golden values of the light's networks, computed by PyTorch in double precision for tests/nets/light_net_test.cpp.
+"""Golden values of the light's networks, computed by PyTorch in double precision for tests/nets/in_view_test.cpp.
 
     python golden_light.py ../../tests/data/nets
 

@@ -62,7 +62,6 @@ std::map<std::string, std::string> settings_of(const Config& config, const Texts
   std::map<std::string, std::string> settings;
   for (const auto& [key, entry] : config.entries())
     if (entry.origin != "default" && config.schema().find(key)->names_run) settings[key] = toml_value(entry.value);
-  const auto key_of = [](const std::string& word) { return word.substr(0, word.find('=')); };
   for (const std::string& word : overrides)
     if (expand_sweep({word}).size() > 1) settings.erase(key_of(word));
   if (settings.contains("ablation.data_seed"))

@@ -79,7 +79,7 @@ class RoomLadder {
     exposure_ = exposure_of(mean_of(photo_[0], photo_[1]).data);
     for (Image& half : photo_) scale(half.data, exposure_);
     view_.scene.photo = mean_of(photo_[0], photo_[1]);
-    place_ = place_ball(view_.traced, view_.camera, Random(seed_).fork(200));
+    place_ = place_ball(view_.traced, view_.room.scene, view_.camera, Random(seed_).fork(200));
     lit_[1] = std::make_unique<Lit>(device, view_.scene, options.render);
     lit_[0] = predicted();
   }

@@ -79,7 +79,8 @@ class ObjectsMeasurement {
       : device_(device), options_(options), random_(room.seed), room_(device, room, options.width, options.height) {}
 
   ObjectsRoom measure() {
-    const std::optional<BallPlace> place = place_ball(room_.traced, room_.camera, random_.fork(kPlace));
+    const std::optional<BallPlace> place =
+        place_ball(room_.traced, room_.room.scene, room_.camera, random_.fork(kPlace));
     std::vector<Camera> cameras{room_.camera};
     if (options_.baseline > 0) {
       const std::optional<Camera> right = right_camera(room_.traced, room_.camera, options_.baseline);

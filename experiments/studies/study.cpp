@@ -32,27 +32,29 @@ struct StudyKind {
   std::string name;
   std::vector<void (*)(Schema&)> keys;
   std::string (*run)(const Config& config, const std::vector<std::string>& command);
+  bool repeats = true;  // with study.seeds; else once, or by a key of its own
 };
 /// The list of studies: a new one is a line here. Trainings have a list of their own (training_study.hpp).
 const std::vector<StudyKind>& kinds() {
   static const std::vector<StudyKind> all{
       {"layer", {add_layer_keys, add_method_keys, add_light_keys, add_thickness_keys}, run_layer_study},
-      {"truth", {add_truth_keys, add_thickness_keys}, run_truth_study},
-      {"edges", {add_edge_keys, add_method_keys, add_maps_keys}, run_edge_study},
-      {"edit", {add_edit_keys, add_method_keys, add_light_keys}, run_edit_study},
+      {"truth", {add_truth_keys, add_thickness_keys}, run_truth_study, false},
+      {"edges", {add_edge_keys, add_method_keys, add_maps_keys}, run_edge_study, false},
+      {"edit", {add_edit_keys, add_method_keys, add_light_keys}, run_edit_study, false},
       {"light", {add_method_keys, add_light_keys, add_maps_keys, add_incident_keys}, run_light_study},
       {"uncertainty",
        {add_uncertainty_keys, add_method_keys, add_light_keys, add_maps_keys, add_incident_keys},
        run_uncertainty_study},
-      {"ladder", {add_ladder_keys, add_method_keys, add_light_keys, add_maps_keys}, run_ladder_study},
+      {"ladder", {add_ladder_keys, add_method_keys, add_light_keys, add_maps_keys}, run_ladder_study, false},
       {"user", {add_user_keys, add_method_keys, add_light_keys, add_maps_keys}, run_user_study},
       {"target", {add_target_keys, add_method_keys, add_light_keys}, run_target_study},
       {"error_time", {add_error_time_keys, add_method_keys, add_light_keys, add_maps_keys}, run_error_time_study},
-      {"maps", {add_method_keys, add_rival_keys, add_maps_keys}, run_maps_study},
+      {"maps", {add_method_keys, add_rival_keys, add_maps_keys}, run_maps_study, false},
       {"objects",
        {add_objects_keys, add_method_keys, add_rival_keys, add_light_keys, add_maps_keys},
-       run_objects_study},
-      {"protocol", {add_protocol_keys, add_method_keys, add_rival_keys, add_maps_keys}, run_protocol_study},
+       run_objects_study,
+       false},
+      {"protocol", {add_protocol_keys, add_method_keys, add_rival_keys, add_maps_keys}, run_protocol_study, false},
       {"leave_out", {add_leave_out_keys, add_method_keys, add_light_keys, add_maps_keys}, run_leave_out_study}};
   return all;
 }
@@ -167,7 +169,11 @@ std::string run_study(const Config& config, const std::vector<std::string>& comm
   if (kind == "training")
     throw usage_error("a study of trainings has keys of its own", "study.kind (" + config.origin("study.kind") + ")",
                       kind, "a config of trainings by itself");
-  return kind_named(kind).run(config, command);
+  const StudyKind& study = kind_named(kind);
+  if (const std::string& origin = config.origin("study.seeds"); !study.repeats && origin != "default")
+    throw usage_error("a study of kind " + kind + " is not repeated by it", "study.seeds (" + origin + ")",
+                      fmt::format("{}", config.integer("study.seeds")), "nothing, or a key of the kind's own");
+  return study.run(config, command);
 }
 
 RunTables study_tables(const std::filesystem::path& run) {

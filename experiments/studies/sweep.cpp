@@ -277,12 +277,11 @@ void gather(Provenance& all, const std::vector<SweptRun>& runs) {
   for (const auto& [what, hashes] : kernels) all.hashes[what] = fmt::format("{}", fmt::join(hashes, ", "));
 }
 
-fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& provenance) {
-  const fs::path parent = plan.runs[0].folder.parent_path();
-  const fs::path folder = parent / ("sweep-" + hash_of(plan));
-  make_directories(folder);
+fs::path folder_of(const Plan& plan) { return plan.runs[0].folder.parent_path() / ("sweep-" + hash_of(plan)); }
+
+void write_sweep(const fs::path& folder, const Plan& plan, const SweepTask& task, const Provenance& provenance) {
   remove_tree(folder / "DONE");
-  HtmlReport report(parent.filename().string(), folder.filename().string());
+  HtmlReport report(folder.parent_path().filename().string(), folder.filename().string());
   const auto write = [&](const std::string& name, const Table& table) {
     write_file(folder / (name + ".table.json"), table_json(table));
     std::printf("%s\n", table_text(table).c_str());
@@ -300,7 +299,6 @@ fs::path write_sweep(const Plan& plan, const SweepTask& task, const Provenance& 
   report.footer(provenance);
   report.write(folder / "report.html");
   write_provenance(folder / "provenance.json", provenance);
-  return folder;
 }
 
 }  // namespace
@@ -359,7 +357,10 @@ fs::path run_sweep(const fs::path& config, const Schema& schema, const Texts& wo
   gather(provenance, plan.runs);
   if (task.record) task.record(provenance);
   provenance.ended = utc_now();
-  const fs::path folder = write_sweep(plan, task, provenance);
+  const fs::path folder = folder_of(plan);
+  make_directories(folder);
+  const FileLock lock(folder / ".lock", LockKind::Write, folder);  // of two that end at once one writes all
+  write_sweep(folder, plan, task, provenance);
   const std::size_t count = plan.runs.size();
   const auto elsewhere = std::ranges::count_if(plan.runs, &SweptRun::elsewhere);
   const auto failed =

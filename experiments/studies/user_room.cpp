@@ -78,7 +78,8 @@ class UserRoomMeasurement {
   // --- The truth --------------------------------------------------------------------------------------------------
 
   void make_balls() {
-    const std::optional<BallPlace> place = place_ball(view_.traced, view_.camera, random_.fork(kBall));
+    const std::optional<BallPlace> place =
+        place_ball(view_.traced, view_.room.scene, view_.camera, random_.fork(kBall));
     if (!place) return;
     for (const BallKind& kind : ball_kinds()) {
       TraceScene with(device_, with_ball(view_.room.scene, view_.camera, *place, kind));

@@ -55,8 +55,7 @@ StepResult result_of(Executor& run, const NamedValues& losses, const std::vector
   for (const auto& [name, value] : losses) result.losses.emplace_back(name, run.fetch(value).real.at(0));
   const std::vector<double> sums = run.fetch(squares).real;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    result.parameters.push_back(
-        {static_cast<const StateOp&>(*parameters[i].node->op).state_name, sums.at(2 * i), sums.at(2 * i + 1)});
+    result.parameters.push_back({state_of(parameters[i]).state_name, sums.at(2 * i), sums.at(2 * i + 1)});
   return result;
 }
 

@@ -7,8 +7,9 @@
 namespace clerestory {
 
 /// A light as studies name it: a name of light_names(); "net" is whichever learned light the nets answer for;
-/// "net+lamps", one with lamps fitted to its scene; "constant+fit" and "mirrored+fit", a light without nets as bright
-/// as the scene's shading says (nets/constant_light.hpp). FLOOR,RIDGE after either weigh the fit: "net+lamps .5,1".
+/// "net+lamps", one with lamps fitted to its scene; "constant+fit", "image+fit", "panorama+fit" and
+/// "mirrored+fit", a light without nets as bright as the scene's shading says (nets/constant_light.hpp). FLOOR,RIDGE
+/// after either weigh the fit: "net+lamps .5,1".
 struct StudyLight {
   std::string light;   // "net"
   std::string fitted;  // "lamps", "fit" or nothing

@@ -238,7 +238,7 @@ std::string history_json(const History& history) {
                     {"overrides", l.overrides},
                     {"curve", curve}});
   }
-  return legs.dump();
+  return json_text(legs, -1);
 }
 
 History history_from_json(const std::string& text, const std::string& where) {

@@ -4,7 +4,7 @@ namespace clerestory {
 
 std::map<std::string, Shape> states_of(const Graph& graph) {
   std::map<std::string, Shape> states;
-  for (const Value& v : graph.states()) states[static_cast<const StateOp&>(*v.node->op).state_name] = v.shape();
+  for (const Value& v : graph.states()) states[state_of(v).state_name] = v.shape();
   return states;
 }
 

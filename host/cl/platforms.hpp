@@ -29,6 +29,9 @@ std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& device
 /// Of device, driver and compiler.
 std::string fingerprint_of(const FoundDevice& device);
 
+/// What the environment tells drivers, which may change what they compile: "NAME=value" of each variable, sorted.
+std::string driver_environment();
+
 /// "0: pthread-... (Portable Computing Language); 1: ..."
 std::string describe_devices(const std::vector<FoundDevice>& devices);
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "host/cl/disk_cache.hpp"
+#include "host/cl/platforms.hpp"
 #include "host/cl/small_integers.hpp"
 
 namespace clerestory {
@@ -118,7 +119,7 @@ std::string probe_fault(Device& device, Precision precision, const Defines& defi
 std::string remembered_probe_fault(Device& device, Precision precision) {
   const DiskCache cache;
   const char* kind = precision == Precision::Single ? "probe" : "probe-double";
-  const std::string key = device.fingerprint() + "\n" + kernel_source(file);
+  const std::string key = device.fingerprint() + driver_environment() + "\n" + kernel_source(file);
   if (const auto verdict = cache.load(kind, key)) return *verdict;
   std::string fault;
   try {

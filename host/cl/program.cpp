@@ -92,7 +92,7 @@ ProgramBuilder::ProgramBuilder(cl_context context, cl_device_id device, const De
     : context_(context),
       device_(device),
       device_name_(info.name),
-      fingerprint_(fingerprint),
+      fingerprint_(fingerprint + driver_environment()),
       pocl_(is_pocl(info.platform)),
       driver_keeps_(platform_keeps_programs(info.platform)),
       keep_binaries_(keep_binaries(info.platform)),

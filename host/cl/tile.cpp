@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "host/cl/disk_cache.hpp"
+#include "host/cl/platforms.hpp"
 #include "host/cl/seconds_of.hpp"
 #include "host/cl/small_integers.hpp"
 
@@ -22,7 +23,9 @@ Defines defines_of(const Tile& tile) {
   return {{"TILE_ROWS", std::to_string(tile.rows)}, {"TILE_WIDTH", std::to_string(tile.width)}};
 }
 
-std::string remembered_by(const Device& device) { return device.fingerprint() + "\n" + kernel_source(file); }
+std::string remembered_by(const Device& device) {
+  return device.fingerprint() + driver_environment() + "\n" + kernel_source(file);
+}
 
 /// The product that tiles are measured by.
 class Product {

@@ -28,6 +28,8 @@ Executor::Executor(Plan plan, std::shared_ptr<States> states) : plan_(std::move(
     throw Error(ErrorKind::Failed, "the plan has states, the executor was given none", "executor");
   if (states_ && states_->precision() != precision)
     throw Error(ErrorKind::Failed, "plan and states differ in precision", "executor");
+  for (const Node* node : plan_.state_nodes)
+    if (const StateOp& state = state_of(node->value()); states_->has(state.state_name)) states_->check_shape(state);
   if (plan_.arena_bytes > device.info().max_allocation)
     throw Error(ErrorKind::Device, "the plan needs more memory in one piece than the device gives", device.info().name,
                 fmt::format("{} MiB", plan_.arena_bytes >> 20),
@@ -86,6 +88,7 @@ void Executor::bind(const std::string& input, const TensorView& memory) {
     const Signature& s = plan_.input_nodes[i]->outputs[0];
     if (!(memory.shape == s.shape) || memory.type != s.type)
       throw Error(ErrorKind::Failed, "an input has another shape", input, memory.shape.text(), s.shape.text());
+    if (owns_[i]) fed_bytes_ -= inputs_[i].buffer.bytes();
     inputs_[i] = memory, owns_[i] = false;
   }
 }
@@ -109,8 +112,7 @@ TensorView Executor::resolve(const Placement& place, const Shape& shape, Type ty
       return {view.buffer, view.offset + place.offset, place.stride, shape, type};
     }
     case Placement::Where::State:
-      view = states_->view(
-          static_cast<const StateOp&>(*plan_.state_nodes[static_cast<std::size_t>(place.slot)]->op).state_name);
+      view = states_->view(state_of(plan_.state_nodes[static_cast<std::size_t>(place.slot)]->value()).state_name);
       break;
     case Placement::Where::Constant:
       view = constants_[static_cast<std::size_t>(place.slot)];

@@ -24,7 +24,8 @@ namespace {
 
 /// Kernels count the elements of a batch item in 32 bits.
 void check_size(const Shape& s, const std::string& op) {
-  if (s.count() < 1) throw Error(ErrorKind::Failed, "a tensor without elements", "op " + op, s.text());
+  if (s.n < 1 || s.c < 1 || s.h < 1 || s.w < 1)
+    throw Error(ErrorKind::Failed, "a tensor without elements", "op " + op, s.text());
   if (s.item() > std::numeric_limits<int>::max())
     throw Error(ErrorKind::Failed, "a tensor is too large", "op " + op, s.text(), "items of less than 2^31 elements");
 }
@@ -68,6 +69,12 @@ Value Graph::state(const std::string& name, const Shape& shape, const Init& init
 
 Value Graph::constant(Tensor tensor) { return make<ConstantOp>({}, std::move(tensor)); }
 
+const StateOp& state_of(const Value& value) {
+  const auto* state = dynamic_cast<const StateOp*>(value.node->op.get());
+  if (state == nullptr) throw Error(ErrorKind::Failed, "is no state", "op " + value.node->op->name());
+  return *state;
+}
+
 std::vector<Value> Graph::states() const {
   std::vector<Value> found;
   for (const Node& node : nodes_)
@@ -77,7 +84,7 @@ std::vector<Value> Graph::states() const {
 
 std::vector<Value> Graph::parameters() const {
   std::vector<Value> found = states();
-  std::erase_if(found, [](const Value& v) { return !static_cast<const StateOp&>(*v.node->op).init.trainable; });
+  std::erase_if(found, [](const Value& v) { return !state_of(v).init.trainable; });
   return found;
 }
 

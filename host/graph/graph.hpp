@@ -94,6 +94,9 @@ struct StateOp : NotDifferentiable {
   std::vector<Signature> infer(std::span<const Value>) const override { return {{shape, Type::Real}}; }
   void launch(Launch&) const override {}
 };
+/// The state that a value is. Throws Error when it is none.
+const StateOp& state_of(const Value& value);
+
 struct ConstantOp : NotDifferentiable {
   Tensor tensor;
   explicit ConstantOp(Tensor t) : tensor(std::move(t)) {}

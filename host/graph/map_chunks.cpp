@@ -26,7 +26,7 @@ struct Inner {
 
 /// The state of that name in another graph.
 Value same_state(Graph& graph, const Value& state) {
-  const auto& op = static_cast<const StateOp&>(*state.node->op);
+  const auto& op = state_of(state);
   return graph.state(op.state_name, op.shape, op.init);
 }
 
@@ -237,11 +237,26 @@ struct MapChunksOp : Op, Chunked {
     return adjoint_for(std::vector<bool>(node.inputs.size(), true), node, gradients);
   }
 
+  /// Rays of pixels beyond a last chunk that is not full are never written.
+  void check_states_gradients(const std::vector<bool>& wanted) const {
+    const auto behind_maps = wanted.begin() + static_cast<std::ptrdiff_t>(inner->inputs.size());
+    const auto has_rays = [&](const Node& node) {
+      return std::ranges::any_of(node.outputs, [&](const Signature& s) {
+        return s.shape.h == domain.chunk_pixels && s.shape.w == domain.chunk_samples && s.shape.w > 1;
+      });
+    };
+    if (pixels() % domain.chunk_pixels != 0 && std::find(behind_maps, wanted.end(), true) != wanted.end() &&
+        std::ranges::any_of(inner->graph.nodes(), has_rays))
+      throw Error(ErrorKind::Failed, "a state has no gradient from rays of a last chunk that is not full", "map_chunks",
+                  fmt::format("{} pixels, {} a chunk", pixels(), domain.chunk_pixels), "a divisor of all pixels");
+  }
+
   /// Another map_chunks over the same domain: it runs the body again from the same seeds, and adds up what every chunk
   /// gives to the whole-map inputs and to states. Of the forward pass it is given what compile() finds worth keeping.
   std::vector<Value> adjoint_for(const std::vector<bool>& wanted, const Node& node,
                                  std::span<const Value> gradients) const override {
     Graph& graph = *node.graph;
+    check_states_gradients(wanted);
     const std::size_t maps_count = inner->inputs.size();
     std::vector<Value> outer(node.inputs.begin(), node.inputs.begin() + static_cast<std::ptrdiff_t>(maps_count));
     std::vector<std::size_t> arrived;

@@ -38,6 +38,8 @@ class States {
   bool has(const std::string& name) const;
   Tensor get(const std::string& name) const;
   void set(const std::string& name, const Tensor& tensor);  // throws when the shape differs
+  /// Throws Error when the state that is kept under that name has another shape.
+  void check_shape(const StateOp& state) const;
   void bind(const std::string& name, const TensorView& memory) { states_[name] = memory; }  // memory of somebody else
   std::vector<std::string> names() const;                                                   // sorted
   TensorView view(const std::string& name) const;

@@ -39,9 +39,16 @@ States::States(Device device, Precision precision) : device_(std::move(device)),
 
 void States::initialise(const Graph& graph, std::uint64_t seed) {
   for (const Value& v : graph.states()) {
-    const auto& state = static_cast<const StateOp&>(*v.node->op);
+    const auto& state = state_of(v);
     if (!has(state.state_name)) set(state.state_name, initial(state, seed));
+    check_shape(state);
   }
+}
+
+void States::check_shape(const StateOp& state) const {
+  if (const Shape& stored = view(state.state_name).shape; !(stored == state.shape))
+    throw Error(ErrorKind::Failed, "a graph has another shape for a state", state.state_name, state.shape.text(),
+                stored.text());
 }
 
 bool States::has(const std::string& name) const { return states_.count(name) > 0; }

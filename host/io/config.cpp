@@ -156,8 +156,14 @@ class Loader {
     return text + again.filename().string();
   }
 
+  static void check_name(const std::string& name, const std::string& file, const toml::node& node) {
+    if (name.empty() || name.find('.') != std::string::npos)
+      throw usage_error("a key's name is neither empty nor holds a point", place(file, node), toml_text(name));
+  }
+
   void take(const toml::table& root, const std::string& file) {
     for (const auto& [key, node] : root) {
+      check_name(std::string(key.str()), file, node);
       if (key == "extends") continue;
       if (key == "variant" && !schema_.find("variant"))
         take_variants(node, file);
@@ -173,8 +179,7 @@ class Loader {
     if (table && !key && (!table->empty() || is_section(schema_, name))) {
       for (const auto& [child_key, child] : *table) {
         const std::string leaf(child_key.str());
-        if (leaf.empty() || leaf.find('.') != std::string::npos)
-          throw usage_error("a key's name is neither empty nor holds a point", place(file, child), toml_text(leaf));
+        check_name(leaf, file, child);
         take_node(name + "." + leaf, child, file);
       }
       return;

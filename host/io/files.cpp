@@ -112,10 +112,18 @@ void remove_tree(const fs::path& path) {
   if (code) throw Error(ErrorKind::Failed, "cannot be removed: " + code.message(), path.string());
 }
 
-AtomicFile::AtomicFile(const fs::path& path) : path_(path) {
-  if (!path.has_filename()) throw usage_error("is not the name of a file", path.string());
+AtomicFile::AtomicFile(const fs::path& named) {
+  if (!named.has_filename()) throw usage_error("is not the name of a file", named.string());
   std::error_code ignored;
-  if (fs::is_directory(path, ignored)) throw usage_error("is a folder", path.string(), {}, "a file");
+  if (fs::is_directory(named, ignored)) throw usage_error("is a folder", named.string(), {}, "a file");
+  // What a rename would put a file in the place of: a device, a pipe.
+  if (const fs::file_status there = fs::status(named, ignored); fs::exists(there) && !fs::is_regular_file(there))
+    throw usage_error("is not a regular file", named.string(), {}, "a file, or a new name");
+  // The file behind a link is replaced, or made where there is none.
+  path_ = named;
+  if (fs::is_symlink(named, ignored))
+    path_ = fs::exists(named, ignored) ? fs::canonical(named) : named.parent_path() / fs::read_symlink(named);
+  const fs::path& path = path_;
   for (;;) {
     temporary_ = temporary_for(path);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);

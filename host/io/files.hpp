@@ -44,7 +44,7 @@ void remove_tree(const std::filesystem::path& path);
 class AtomicFile {
  public:
   /// The folder must exist. Throws usage_error when `path` is a folder or its folder cannot be written.
-  explicit AtomicFile(const std::filesystem::path& path);
+  explicit AtomicFile(const std::filesystem::path& named);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;

@@ -129,11 +129,18 @@ double focal_pixels(const OIIO::ImageSpec& spec) {
   return width > 0 ? of_camera * spec.width / width : of_camera;
 }
 
-// The library's message, unless it is about stray bytes between the markers of a JPEG, which do no harm.
-std::string failure_of(OIIO::ImageInput& input, bool read) {
+/// Whether a JPEG's last scan comes to an end. Scans hold neither marker.
+bool ends(const std::string& jpeg) {
+  const std::size_t scan = jpeg.rfind("\xff\xda"), end = jpeg.rfind("\xff\xd9");
+  return scan != std::string::npos && end != std::string::npos && end > scan;
+}
+
+// The library's message, unless it is about stray bytes between the markers of a JPEG, which do no harm: it is the
+// first, and no other comes after it, not even that the file ends too early.
+std::string failure_of(OIIO::ImageInput& input, bool read, const std::string& bytes) {
   if (!input.has_error()) return read ? "" : "unknown error";
   std::string message = input.geterror();
-  if (read && message.find("extraneous bytes") != std::string::npos) return "";
+  if (read && message.find("extraneous bytes") != std::string::npos) return ends(bytes) ? "" : "ends too early";
   std::replace(message.begin(), message.end(), '\n', ' ');
   return message;
 }
@@ -158,12 +165,12 @@ Decoded decode(const std::filesystem::path& path) {
   OIIO::ImageSpec spec, wish;
   wish["oiio:UnassociatedAlpha"] = 1;  // colours as stored, not multiplied by alpha
   if (!input->open(where, spec, wish))
-    throw usage_error(fmt::format("is no valid {}: {}", format.name, failure_of(*input, false)), where);
+    throw usage_error(fmt::format("is no valid {}: {}", format.name, failure_of(*input, false, bytes)), where);
   check_header(spec, format, bytes.size(), where);
 
   std::vector<float> interleaved(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);
   const bool read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, interleaved.data());
-  const std::string failure = failure_of(*input, read);
+  const std::string failure = failure_of(*input, read, bytes);
   if (!failure.empty()) throw usage_error(fmt::format("{} is damaged or truncated: {}", format.name, failure), where);
 
   const std::vector<int> keep = channels_to_keep(spec);

@@ -32,6 +32,8 @@ void check_to_write(const Image& image, const std::string& where) {
                 fmt::format("{}", image.data.size()), fmt::format("{}", image.pixels() * image.channels));
 }
 
+constexpr float kDark = 1.0f / 1024;  // half's steps of 6e-8 are then coarse beside the brightest pixel
+
 bool overflows_half(float v) { return std::isfinite(v) && std::abs(v) > half_max; }
 
 std::vector<half> to_half(const Image& image, const std::string& where) {
@@ -93,7 +95,12 @@ std::string encode_exr(const Image& image, ExrType type, const std::vector<std::
 
 }  // namespace
 
-bool fits_half(const Image& image) { return std::none_of(image.data.begin(), image.data.end(), overflows_half); }
+bool fits_half(const Image& image) {
+  float largest = 0;
+  for (const float v : image.data)
+    if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
+  return !overflows_half(largest) && (largest == 0 || largest >= kDark);
+}
 
 void write_exr(const std::filesystem::path& path, const Image& image, ExrType type, std::vector<std::string> names,
                const ExrText& text) {

@@ -25,6 +25,12 @@ nlohmann::json read_json_object(const std::filesystem::path& path);
 template <class T, class Json>
 T whole_number(const Json& value, const std::string& key, const std::string& where);
 
+/// For a file or stdout. What is not UTF-8, as paths and names of drivers may be, becomes U+FFFD.
+template <class Json>
+std::string json_text(const Json& value, int indent = 1) {
+  return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 /// Text of a value for a message, cut after some 60 characters.
 std::string brief(const nlohmann::json& value);
 

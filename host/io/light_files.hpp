@@ -18,7 +18,8 @@ inline constexpr int probe_width = 128, probe_height = 64;
 /// Radiance that arrives at the surface points of a view from directions above them, one tile for each of about 40 x 30
 /// pixels. A tile whose pixel has no surface (depth 0) is all zeros and means nothing: look the depth up.
 /// Elsewhere, too, a few texels in a thousand are 0: on smooth meshes some directions above the shading normal's plane
-/// lie below the triangle's, where the tracer's own paths see the dark inside of the mesh.
+/// lie below the triangle's, where the tracer's paths meet the triangle itself and end. On a smooth lamp they meet what
+/// it sends out, and such a texel has the lamp's own radiance.
 struct Envmaps {
   EnvmapLayout layout;
   Image radiance;  // 3 channels, layout.file_width() x layout.file_height()

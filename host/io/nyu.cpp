@@ -60,9 +60,11 @@ class Dataset {
     if (sizes_.size() != dimensions || !std::ranges::all_of(sizes_, [](hsize_t n) { return n >= 1 && n <= 65535; }))
       throw usage_error(fmt::format("wrong size of {}", name_), where_, text_of(sizes_),
                         fmt::format("{} sides of 1 to 65535", dimensions));
-    if (H5Tget_class(type) != kind)
+    // Wider whole numbers would be cut off at 255.
+    const bool bytes = H5Tget_size(type) == 1 && H5Tget_sign(type) == H5T_SGN_NONE;
+    if (H5Tget_class(type) != kind || (kind == H5T_INTEGER && !bytes))
       throw usage_error(fmt::format("wrong type of {}", name_), where_, {},
-                        kind == H5T_INTEGER ? "whole numbers" : "floating point numbers");
+                        kind == H5T_INTEGER ? "whole numbers of 8 bits" : "floating point numbers");
   }
 
   const Sizes& sizes() const { return sizes_; }

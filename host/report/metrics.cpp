@@ -85,7 +85,7 @@ double MetricsWriter::seconds() const { return clock_seconds() - start_; }
 void MetricsWriter::write(std::int64_t step, const std::vector<std::pair<std::string, double>>& values) {
   std::string line = fmt::format("{{\"step\":{},\"seconds\":{:.3f}", step, seconds());
   for (const auto& [name, value] : values) {
-    line += "," + Json(name).dump(-1, ' ', false, Json::error_handler_t::replace) + ":";
+    line += "," + json_text(Json(name), -1) + ":";
     line += std::isfinite(value) ? fmt::format("{}", value) : "null";
   }
   line += "}\n";

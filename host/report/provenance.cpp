@@ -146,7 +146,7 @@ std::string provenance_json(const Provenance& p) {
                      {"started", p.started},
                      {"ended", p.ended}};
   // Paths and the environment need not be UTF-8: what is not becomes U+FFFD instead of an error.
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json) + "\n";
 }
 
 void write_provenance(const std::filesystem::path& path, const Provenance& provenance) {

@@ -43,6 +43,14 @@ bool lies_inside(const fs::path& input, const fs::path& folder) {
          is_in(fs::weakly_canonical(named.parent_path()) / named.filename(), folder);
 }
 
+/// A process that died in the middle of a replacement left the folder that it replaced, and no other is removed.
+void remove_replaced(const fs::path& old) {
+  if (!fs::exists(old)) return;
+  if (!fs::is_directory(old) || (!fs::is_empty(old) && !fs::exists(old / kProvenanceName)))
+    throw usage_error("stands where a folder is kept while it is replaced", old.string(), {}, "another name");
+  remove_tree(old);
+}
+
 }  // namespace
 
 StagedFolder::StagedFolder(const fs::path& target, Replacing replacing)
@@ -60,7 +68,7 @@ StagedFolder::StagedFolder(const fs::path& target, Replacing replacing)
   const fs::path old = parent / (name + ".old");
   // A process that died in the middle of a replacement without RENAME_EXCHANGE left the old folder under another name.
   if (fs::exists(old) && !fs::exists(target_)) move_path(old, target_);
-  remove_tree(old);
+  remove_replaced(old);
   check_target();
   remove_tree(staging_);
   make_directories(staging_);

@@ -174,7 +174,7 @@ std::string table_json(const Table& table) {
     for (const Cell& cell : row) cells.push_back(cell_json(cell));
     json["rows"].push_back(std::move(cells));
   }
-  return json.dump(1, ' ', false, Json::error_handler_t::replace);
+  return json_text(json);
 }
 
 Table table_from_json(const std::string& text, const std::string& name) {

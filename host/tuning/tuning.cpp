@@ -132,7 +132,7 @@ std::vector<Tuning> read_tunings(const fs::path& file) {
 
 std::string tuning_json(const Tuning& tuning) {
   // Drivers may name themselves in any encoding.
-  return json_of(tuning).dump(1, ' ', false, Json::error_handler_t::replace);
+  return json_text(json_of(tuning));
 }
 
 void keep_tuning(const Tuning& tuning) {
@@ -144,7 +144,7 @@ void keep_tuning(const Tuning& tuning) {
   Json list = Json::array();
   for (const Tuning& each : tunings) list.push_back(json_of(each));
   make_directories(file.parent_path());
-  write_file(file, Json{{"tunings", list}}.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file(file, json_text(Json{{"tunings", list}}) + "\n");
 }
 
 std::optional<TuningInUse> tuning_in_use(const Device& device) {

@@ -2,7 +2,9 @@
 //
 // Rays of a chunk (kernels/lib/chunk.clh): directions {3, pixels, samples}; origins {3, h * w} of the pixel's own point
 // (per_pixel), or {3, pixels, samples}. A zero direction is no ray. Results in the rays' layout: distance in units of the
-// direction's length, 0 on a miss; point 3; normal 3, unit, on the ray's side; object, -1 on a miss.
+// direction's length, 0 on a miss; point 3; normal 3, unit, on the ray's side of the triangle; object, -1 on a miss.
+// normals: for each triangle those of its corners, then its own. An interpolated one that looks away from the ray is of
+// a side that is not seen: the triangle's own stands in for it.
 #include "lib/chunk.clh"
 #include "trace/bvh.clh"
 #include "lib/frame.clh"
@@ -30,11 +32,14 @@ kernel void meet_objects(global const real *planes, global const int *children, 
   const int met = hit.triangle >= 0;
   real3 n = (real3)(R(0));
   if (met) {
-    global const real *v = normals + 9 * hit.triangle;  // of the three corners
+    global const real *v = normals + 12 * hit.triangle;
     const real w = R(1) - hit.u - hit.v;
+    real3 face = (real3)(v[9], v[10], v[11]);
+    if (dot3(face, d) > R(0)) face = -face;
     n = unit3((real3)(w * v[0] + hit.u * v[3] + hit.v * v[6], w * v[1] + hit.u * v[4] + hit.v * v[7],
                       w * v[2] + hit.u * v[5] + hit.v * v[8]));
-    if (dot3(n, d) > R(0)) n = -n;
+    if (dot3(n, face) < R(0)) n = -n;
+    if (dot3(n, d) > R(0)) n = face;
   }
   const real3 x = met ? o + d * hit.t : o;
   AT(distance, 0)[ray] = met ? hit.t : R(0);

@@ -52,6 +52,26 @@ TEST_F(ProgramCache, ABuiltProgramIsLoadedTheNextTime) {
   EXPECT_EQ(builds_of_small(), 1);  // another source is another program
 }
 
+TEST_F(ProgramCache, OtherDefinesAreAnotherProgram) {
+  kernels_.write("small.cl", "#ifndef ADD\n#define ADD 3\n#endif\nkernel void add(global int *x) { x[0] += ADD; }\n");
+  EXPECT_EQ(builds_of_small(), 1);
+  Device device = Device::open();
+  ScopedVariable folder("CLERESTORY_KERNELS", kernels_.string());
+  const Buffer x = device.allocate(sizeof(int));
+  device.zero(x, sizeof(int));
+  device.launch(device.kernel("small.cl", "add", {{"ADD", "2"}}), Range::of(1, 1), x);
+  int value = 0;
+  device.read(x, &value, sizeof value);
+  EXPECT_EQ(value, 2);
+}
+
+TEST_F(ProgramCache, WhatDriversAreToldIsAnotherProgram) {
+  EXPECT_EQ(builds_of_small(), 1);
+  ScopedVariable told("CL_CONFIG_CLERESTORY_TEST", "1");
+  EXPECT_EQ(builds_of_small(), 1);
+  EXPECT_EQ(builds_of_small(), 0);
+}
+
 TEST_F(ProgramCache, DamageMeansBuildingAgain) {
   EXPECT_EQ(builds_of_small(), 1);
   for (const auto& file : programs()) std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);

@@ -230,6 +230,11 @@ TEST_F(Light, CommandSaysWhatIsWrong) {
   const std::string out = (*folder_ / "twice.exr").string(), record = (*folder_ / "twice.json").string();
   EXPECT_THAT(said({"--at-point", "0,0,-1", "--out", out, "--json=" + record}), testing::HasSubstr("written twice"));
   EXPECT_FALSE(fs::exists(out));
+  Program insert(
+      {"insert", run().string(), "--at", "20,30", "--radius", "0.1", "--json=" + (run() / "composite.exr").string()},
+      output);
+  EXPECT_EQ(insert.wait(), static_cast<int>(ErrorKind::Usage));
+  EXPECT_THAT(text_of(output), testing::HasSubstr("written twice"));
 }
 
 TEST_F(Light, IsTheDefaultWhereItsWeightsAreShipped) {

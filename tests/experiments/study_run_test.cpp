@@ -55,6 +55,14 @@ TEST_F(StudyRunTest, IsDoneOnlyWithItsReport) {
   EXPECT_TRUE(fs::exists(run() / "DONE") && fs::is_regular_file(run() / "report.html"));
 }
 
+TEST_F(StudyRunTest, AKindThatIsNotRepeatedRefusesSeeds) {
+  Program program({"run", std::string(CLERESTORY_SOURCE_DIR) + "/experiments/configs/edges.toml",
+                   "run.root=" + folder_.path().string(), "study.seeds=9"},
+                  said_);
+  EXPECT_EQ(program.wait(), static_cast<int>(ErrorKind::Usage));
+  EXPECT_THAT(said(), HasSubstr("is not repeated by it"));
+}
+
 TEST_F(StudyRunTest, WithoutGnuplotPlotsAreLeftOutAndSaid) {
   ASSERT_EQ(start({{}, {{"PATH", folder_.path()}}}), 0) << said();
   EXPECT_THAT(said(), HasSubstr("gnuplot is not installed: plots are left out"));

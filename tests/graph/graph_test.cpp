@@ -83,6 +83,7 @@ TEST(Compile, RefusesTensorsWithoutElementsOrOfTooMany) {
   Graph g;
   const auto of = [&](const Shape& shape) { return message_of<Error>([&] { g.input(shape.text(), shape); }); };
   EXPECT_NE(of({1, 0, 4, 4}).find("without elements"), std::string::npos);
+  EXPECT_NE(of({1, -2, -3, 4}).find("without elements"), std::string::npos);
   EXPECT_NE(of({1, 3, 32768, 32768}).find("2^31"), std::string::npos);
 }
 
@@ -495,6 +496,34 @@ TEST(MapChunks, RefusesABodyThatUpdatesAState) {
     return std::vector<ChunkOutput>{{take_pixels(in[0], 4), false}};
   };
   EXPECT_THROW(map_chunks(g, {1, 2, 2, 1, 4, 1}, std::span(&x, 1), body), Error);
+}
+
+TEST(MapChunks, RefusesAStatesGradientFromRaysOfALastChunkThatIsNotFull) {
+  const auto gradient_with = [](int chunk_pixels) {
+    Graph g;
+    const Value x = g.input("x", {1, 1, 5, 7});
+    const auto body = [=](Graph& inner, std::span<const Value> in) {
+      const Value rays = inner.constant(Tensor({1, 1, chunk_pixels, 4}, 1));
+      const Value asked = multiply(rays, inner.state("gain", {1, 1, 1, 1}, Init::constant(1)));
+      return std::vector<ChunkOutput>{{sum(asked), true}, {take_pixels(in[0], chunk_pixels), false}};
+    };
+    const Value total = map_chunks(g, {1, 5, 7, 4, chunk_pixels, 4}, std::span(&x, 1), body)[0];
+    const Value state = g.state("gain", {1, 1, 1, 1}, Init::constant(1));
+    return message_of<Error>([&] { gradient(total, std::span(&state, 1)); });
+  };
+  EXPECT_NE(gradient_with(8).find("last chunk that is not full"), std::string::npos);
+  EXPECT_EQ(gradient_with(7), "");
+}
+
+TEST(States, OfAnotherShapeAreRefused) {
+  Graph g;
+  const Value w = g.state("w", {1, 1, 1, 1000}, Init::constant(0)), y = scale(w, 2);
+  const auto states = std::make_shared<States>(device());
+  states->set("w", Tensor({1, 1, 1, 3}, 1));
+  EXPECT_NE(message_of<Error>([&] { states->initialise(g, 1); }).find("another shape"), std::string::npos);
+  EXPECT_NE(message_of<Error>([&] { Executor(compile(g, {y}, device()), states); }).find("another shape"),
+            std::string::npos);
+  EXPECT_NE(message_of<Error>([&] { state_of(y); }).find("is no state"), std::string::npos);
 }
 
 TEST(MapChunks, RefusesAnEmptyDomain) {

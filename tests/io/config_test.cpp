@@ -151,6 +151,7 @@ TEST_F(ConfigTest, CyclesAreNamed) {
 TEST_F(ConfigTest, BadFiles) {
   expect_holds(refusal("[model\nwidth=3\n"), {"config.toml:1", "TOML"});
   expect_holds(refusal("[model]\nwidth = 1\nwidth = 2\n"), {"config.toml:3", "TOML"});
+  expect_holds(refusal("\"model.width\" = 32\n"), {"config.toml:1", "holds a point"});
   EXPECT_THROW(load_config(folder_ / "none.toml", schema_), Error);
   EXPECT_THROW(load_config(folder_, schema_), Error);
   EXPECT_EQ(load("").integer("model.width"), 64) << "an empty file changes nothing";

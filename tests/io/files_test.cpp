@@ -44,6 +44,9 @@ TEST_F(Files, RefusesPlacesThatCannotBeWritten) {
   expect_error([&] { make_directories(file); }, {"file", "folder"});
   expect_error([&] { make_directories(file / "deeper"); }, {"deeper", "Not a directory"});
   expect_error([&] { make_directories("/proc/clerestory"); }, {"/proc/clerestory"});
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  expect_error([&] { write_file(folder / "pipe", "x"); }, {"pipe", "not a regular file"});
+  EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
   make_directories(folder / "a/b/c");
   make_directories(folder / "a/b/c");
   EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b/c"));
@@ -97,6 +100,18 @@ TEST_F(Files, KeepsTheOldFileUntilCommit) {
 }
 
 // A limit on file size makes write() fail as a full disk does: some bytes, then an error.
+TEST_F(Files, ALinkStaysAndItsFileIsReplaced) {
+  std::filesystem::create_directories(folder / "disk");
+  put("disk/file", "old");
+  std::filesystem::create_symlink("disk/file", folder / "link");
+  std::filesystem::create_symlink("disk/new", folder / "dangling");
+  write_file(folder / "link", "new");
+  write_file(folder / "dangling", "made");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(get(folder / "disk/file"), "new");
+  EXPECT_EQ(get(folder / "disk/new"), "made");
+}
+
 TEST_F(Files, FullDiskLeavesTheOldFile) {
   write_file(folder / "f", "old");
   rlimit before{};

@@ -75,6 +75,14 @@ TEST_F(Images, HalfRefusesWhatDoesNotFit) {
   EXPECT_NO_THROW(write_exr(folder / "a.exr", image, ExrType::Float));
 }
 
+TEST_F(Images, HalfIsTooCoarseForWhatIsDarkAllOver) {
+  Image image(3, 2, 3, 1e-7f);
+  EXPECT_FALSE(fits_half(image));
+  image.at(1, 1, 2) = 1e-2f;
+  EXPECT_TRUE(fits_half(image));
+  EXPECT_TRUE(fits_half(Image(3, 2, 3, 0)));
+}
+
 TEST_F(Images, EqualContentGivesEqualBytes) {
   write_exr(folder / "a.exr", ramp(20, 10, 3));
   write_exr(folder / "b.exr", ramp(20, 10, 3));
@@ -185,6 +193,16 @@ TEST_F(Images, AlphaIsDroppedAndDoesNotScale) {
   grey.alpha_channel = 1;
   grey["oiio:UnassociatedAlpha"] = 1;
   EXPECT_EQ(read_image(foreign("grey.png", grey, {1, 0.2f})).channels, 1);
+}
+
+TEST_F(Images, StrayBytesOfAJpegDoNotHideItsEnd) {
+  const std::string whole = get(std::filesystem::path(CLERESTORY_SOURCE_DIR) / "tests/data/io/ramp.jpg");
+  std::string stray = whole;
+  stray.insert(whole.find("\xff\xdb"), 1, '\0');
+  const Image same = read_image(put("stray.jpg", stray));
+  EXPECT_EQ(same.data, read_image(put("whole.jpg", whole)).data);
+  for (const std::string& bytes : {whole, stray})
+    expect_error([&] { read_image(put("cut.jpg", bytes.substr(0, bytes.size() - 40))); }, {"cut.jpg", "JPEG"});
 }
 
 TEST_F(Images, OrientationOfJpegIsApplied) {

@@ -99,6 +99,8 @@ TEST_F(Nyu, WhatIsMissingOrOfAnotherSizeIsNamed) {
   expect_error([&] { NyuFile{path}; }, {"a.mat", "wrong size of images (found 1x3x4x70000"});
   write_only(path, "images", {1, 3, 4, 3}, H5T_IEEE_F32LE);
   expect_error([&] { NyuFile{path}; }, {"a.mat", "wrong type of images"});
+  write_only(path, "images", {1, 3, 4, 3}, H5T_STD_U16LE);
+  expect_error([&] { NyuFile{path}; }, {"a.mat", "wrong type of images", "8 bits"});
 }
 
 TEST_F(Nyu, PicturesThatAreNotThereAndWrongDepthsAreRefused) {

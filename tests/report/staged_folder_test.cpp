@@ -130,6 +130,18 @@ TEST_F(StagedFolderTest, OldFolderMovedAsideComesBack) {
   EXPECT_EQ(text_of(folder_ / "office" / "provenance.json"), old);
 }
 
+TEST_F(StagedFolderTest, WhatOnlyLooksLikeAReplacedFolderIsKept) {
+  fs::create_directory(folder_ / "office");
+  put_results(folder_ / "office");
+  fs::create_directory(folder_ / ".office.old");
+  put(folder_ / ".office.old" / "thesis.tex", "years of work");
+  EXPECT_THROW(StagedFolder{folder_ / "office"}, Error);
+  EXPECT_EQ(text_of(folder_ / ".office.old" / "thesis.tex"), "years of work");
+  put_results(folder_ / ".office.old");
+  { StagedFolder staged(folder_ / "office"); }
+  EXPECT_FALSE(fs::exists(folder_ / ".office.old"));
+}
+
 TEST_F(StagedFolderTest, FilesOfOthersThatCameMeanwhileAreNotReplaced) {
   const fs::path target = folder_ / "office";
   fs::create_directory(target);

@@ -1,6 +1,7 @@
 // The data set on disk: layout, units, resume, shards, seeds.
 #include "tracer/generate.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,9 +15,11 @@
 #include "host/io/files.hpp"
 #include "host/io/light_files.hpp"
 #include "host/math/statistics.hpp"
+#include "tests/message_of.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/envmaps.hpp"
 #include "tracer/probes.hpp"
+#include "tracer/room.hpp"
 #include "tracer/stereo.hpp"
 
 namespace clerestory {
@@ -337,6 +340,27 @@ TEST_F(Generate, OtherOptionsInTheSameFolderAreRefused) {
   } catch (const Error& e) {
     EXPECT_EQ(e.kind(), ErrorKind::Usage);
   }
+}
+
+TEST_F(Generate, OtherAssetsInTheSameFolderAreRefused) {
+  GenerateOptions o = small("a");
+  o.rooms.count = 1, o.views.count = 1;
+  const fs::path assets = root_ / "assets";
+  fs::create_directories(assets);
+  for (const char* below : {"hdri", "models"})
+    fs::copy(o.rooms.assets / below, assets / below, fs::copy_options::recursive);
+  o.rooms.assets = assets;
+  generate(test_device(), o);
+  EXPECT_EQ(generate(test_device(), o).skipped, 1);
+  fs::copy_file(assets / "models/bunny.glb", assets / "models/another.glb");
+  EXPECT_THAT(message_of<Error>([&] { generate(test_device(), o); }), testing::HasSubstr("other options"));
+  const auto made = nlohmann::json::parse(read_file(o.out / "generate.json"));
+  auto older = made;
+  older.erase("assets");  // of before they were named
+  write_file(o.out / "generate.json", older.dump());
+  EXPECT_EQ(generate(test_device(), o).skipped, 1);
+  for (const auto& entry : fs::directory_iterator(assets / "models")) fs::remove(entry.path());
+  EXPECT_THAT(message_of<Error>([&] { load_assets(assets, Setting::Training); }), testing::HasSubstr("no model"));
 }
 
 TEST_F(Generate, AnotherDataSetIsNotWrittenOver) {

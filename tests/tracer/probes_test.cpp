@@ -155,6 +155,39 @@ TEST(Probes, PanoramasAreInCameraAxesTheRightWayUp) {
   EXPECT_EQ(probe.radiance.at(0, 31, 96), color_of_wall(0, true).x) << "the right quarter looks to the right";
 }
 
+// The variance that two estimates state, beside that of the mean over seeds.
+TEST(Probes, TheVarianceOfTwoEstimatesIsThatOfTheirMean) {
+  TraceScene scene(test_device(), colored_box());
+  Camera camera = Camera::from_fov(40, 30, 70);
+  look_at(camera, {0.3, 1.4, 1.2}, {-0.6, 0.9, -1});
+  constexpr int kSeeds = 10;
+  std::vector<double> sum, squares;
+  double stated = 0, seen = 0;
+  for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+    Probe probe;
+    probe.center = {0.2, -0.1, -0.8};
+    const Image variance = trace_probe_twice(scene, camera, probe, {.spp = 2}, {2 * seed + 1, 2 * seed + 2});
+    sum.resize(variance.data.size()), squares.resize(variance.data.size());
+    for (std::size_t i = 0; i < variance.data.size(); ++i) {
+      const double x = static_cast<double>(probe.radiance.data[i]);
+      sum[i] += x, squares[i] += x * x, stated += static_cast<double>(variance.data[i]) / kSeeds;
+    }
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) seen += (squares[i] - sum[i] * sum[i] / kSeeds) / (kSeeds - 1);
+  ASSERT_GT(seen, 0);
+  EXPECT_NEAR(stated / seen, 1, 0.1);  // 24,576 values, of each nine degrees of freedom
+}
+
+// Rays are traced in blocks; equal rays of two of them have numbers of their own.
+TEST(Probes, RaysOfAnotherBlockShareNoRandomNumbers) {
+  TraceScene scene(test_device(), colored_box());
+  const std::size_t count = 32768 + 1;
+  const std::vector<Vec3> points(count, Vec3(0, 1, 0)), directions(count, glm::normalize(Vec3(0.3, -0.2, -1)));
+  const std::vector<float> radiance = scene.radiance(planar(points), planar(directions), {.spp = 2, .seed = 3});
+  EXPECT_NE(radiance[0], radiance[1]) << "noise";
+  EXPECT_NE(radiance[0], radiance[count - 1]);
+}
+
 TEST(Probes, TexturesAreAveragedOverATexel) {
   TraceScene scene(test_device(), tiled_wall_before_lamp());
   RadianceQuery query;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <set>
 
 #include "host/error.hpp"
@@ -215,6 +216,22 @@ TEST_F(RoomFiles, DamageIsFoundAndNamed) {
     bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
     EXPECT_NE(error_of(bytes), "") << at;
   }
+}
+
+TEST_F(RoomFiles, NumbersThatMeanNothingAreRefused) {
+  const RoomFile whole = describe_rooms(test_device(), small(Setting::Training));
+  const auto error_with = [&](const std::function<void(RoomDescription&)>& change) {
+    RoomFile other = whole;
+    change(other.rooms.at(0));
+    write_room_file(folder / "other.rooms", other);
+    return error_of(read_file(folder / "other.rooms"));
+  };
+  EXPECT_EQ(error_with([](RoomDescription&) {}), "");
+  for (const float texture : {11.0f, -1.0f, 0.5f})
+    EXPECT_THAT(error_with([&](RoomDescription& room) { room.materials.at(0).texture = texture; }),
+                HasSubstr("texture"))
+        << texture;
+  EXPECT_THAT(error_with([](RoomDescription& room) { room.emitters.at(0).radiance.y = -1; }), HasSubstr("lamp"));
 }
 
 TEST_F(RoomFiles, AssetsThatAreMissingAreNamed) {

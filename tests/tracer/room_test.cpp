@@ -10,6 +10,7 @@
 #include "tests/roundings.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/balls.hpp"
+#include "tracer/probes.hpp"
 #include "tracer/sky.hpp"
 #include "tracer/views.hpp"
 
@@ -318,9 +319,10 @@ TEST(Balls, RestInTheOpenAndAreSeen) {
   TraceScene scene(test_device(), room.scene);
   int placed = 0;
   for (const Camera& camera : choose_views(scene, room, 4, 80, 60, Random(1))) {
-    const auto place = place_ball(scene, camera, Random(2));
+    const auto place = place_ball(scene, room.scene, camera, Random(2));
     if (!place) continue;
     ++placed;
+    EXPECT_GE(distance_to_surface(room.scene, camera.to_world(place->center)), place->radius);
     TraceScene with(test_device(), with_ball(room.scene, camera, *place, ball_kinds()[0]));
     const TraceMaps before = scene.maps(camera), after = with.maps(camera);
     const auto at = camera.project(place->center);

@@ -136,8 +136,8 @@ SsrtHits ssrt(const SsrtScene& scene, Value camera, Value range, Value direction
   std::vector<Value> inputs{scene.pyramid, camera, range, directions};
   Origins from = Origins::Surface;
   if (origins.points) {
-    from = origins.points.shape() == Shape{d.n, 3, d.h, d.w} ? Origins::Map : Origins::Rays;
-    if (from == Origins::Rays) expect(origins.points, directions.shape(), "the origins");
+    from = origins.of_pixels ? Origins::Map : Origins::Rays;
+    expect(origins.points, origins.of_pixels ? Shape{d.n, 3, d.h, d.w} : directions.shape(), "the origins");
     Shape one = origins.points.shape();
     one.c = 1;
     expect(origins.skip, one, "pixels to skip");

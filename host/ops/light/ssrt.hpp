@@ -26,8 +26,9 @@ int ssrt_lanes(const Device& device);
 
 /// Where rays start. Nothing set: on the surface of the pixel that they belong to, which they skip.
 struct RayOrigins {
-  Value points;  // camera metres: {n, 3, h, w}, of the pixel that the ray belongs to, or {1, 3, pixels, samples}
-  Value skip;    // Int, one channel, same layout: pixel y * w + x that the ray does not hit, or -1
+  Value points;            // camera metres: {1, 3, pixels, samples}, or {n, 3, h, w} where they are of_pixels
+  Value skip;              // Int, one channel, same layout: pixel y * w + x that the ray does not hit, or -1
+  bool of_pixels = false;  // a ray starts where its pixel of the picture says; a chunk's shape may be the picture's
 };
 
 /// What rays are traced against: maps, and what is made of them once.

@@ -85,7 +85,7 @@ Value adam(std::span<const Value> parameters, std::span<const Value> gradients, 
   std::vector<Value> inputs, summed, sums;
   int count = 0;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const std::string& name = static_cast<const StateOp&>(*parameters[i].node->op).state_name;
+    const std::string& name = state_of(parameters[i]).state_name;
     if (!gradients[i])
       throw Error(ErrorKind::Failed, "a parameter has no gradient: it would stay as it is", "adam: " + name, "",
                   "a loss that depends on it, or a list of parameters without it");

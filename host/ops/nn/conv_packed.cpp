@@ -15,7 +15,9 @@ constexpr int gpu_rows = 64, gpu_columns = 128, gpu_each = 8, gpu_depth = 16;
 constexpr std::size_t gpu_groups = 512;  // that keep the largest of today busy: four to each of 132 multiprocessors
 
 bool on_gpu(const Launch& l, ConvKernels kernels) {
-  return kernels == ConvKernels::Gpu || (kernels == ConvKernels::ByPlan && !l.device.info().cpu);
+  const DeviceInfo& device = l.device.info();
+  const bool fits = device.max_group >= (gpu_columns / gpu_each) * (gpu_rows / gpu_each);
+  return kernels == ConvKernels::Gpu || (kernels == ConvKernels::ByPlan && !device.cpu && fits);
 }
 
 std::size_t scratch(const Launch& l, const ConvSpec& spec) {

@@ -35,7 +35,7 @@ void moving_average(std::span<const Value> parameters, Value step, double keep) 
   Graph& graph = step.graph();
   std::vector<Value> inputs;
   for (const Value& p : parameters) {
-    const std::string& name = static_cast<const StateOp&>(*p.node->op).state_name;
+    const std::string& name = state_of(p).state_name;
     inputs.insert(inputs.end(), {graph.state(average_name(name), p.shape(), Init::fixed(0)), p});
   }
   inputs.push_back(step);

@@ -5,11 +5,12 @@
 namespace clerestory {
 
 struct NearerRays {
-  Value points;     // {1, 3, h, w} of the ray's pixel, or {1, 3, pixels, samples}
+  Value points;     // {1, 3, pixels, samples}, or {1, 3, h, w} where they are of_pixels
   Value direction;  // {1, 3, pixels, samples}
   Value hit;        // Int: pixel of the scene, -1 on a miss
   Value object;     // Int: -1 on a miss
   Value distance;   // to the object, in units of the direction's length
+  bool of_pixels = false;
 };
 
 /// `scene`: radiance of the scene along the rays; weight * beyond: what the object reflects, all {1, 3, pixels,

@@ -26,8 +26,6 @@ ChunkDomain domain_of(const RenderSpec& spec, const Shape& picture) {
   d.chunk_samples = std::min((spec.spp + 15) / 16 * 16, spec.chunk_rays / 16 * 16);
   const long pixels = picture.n * picture.plane();
   d.chunk_pixels = static_cast<int>(std::clamp<long>(spec.chunk_rays / d.chunk_samples, 1, pixels));
-  // Ops tell points of a picture's pixels from points of rays by their shape.
-  if (d.chunk_pixels == picture.h && d.chunk_samples == picture.w && d.chunk_pixels > 1) --d.chunk_pixels;
   return d;
 }
 
@@ -91,7 +89,7 @@ Rendered render(Graph& graph, const RenderSpec& spec, const SurfaceMaps& maps, V
     if (spec.trace) {
       const std::span<const Value> t = in.subspan(traced_at);
       traced = {ssrt_scene(t.subspan(1, of_scene)), t[0], {}};
-      if (blocked) traced.origins = {t[1 + of_scene], t[2 + of_scene]};
+      if (blocked) traced.origins = {t[1 + of_scene], t[2 + of_scene], true};
     }
     const RayBatch rays{samples.direction, samples.lobes, trace(spec, traced, in[1], samples.direction),
                         {in[0], surfaces}, in[1],         counts.get()};

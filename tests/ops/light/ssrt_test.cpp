@@ -29,7 +29,7 @@ std::vector<Tensor> run(const Scene& scene, const Rays& rays, const SsrtOptions&
                 {"range", depth_range(scene.depth)},
                 {"directions", rays.directions}};
   if (!rays.points.real.empty()) {
-    origins = {g.input("points", rays.points.shape), g.input("skip", rays.skip.shape, Type::Int)};
+    origins = {g.input("points", rays.points.shape), g.input("skip", rays.skip.shape, Type::Int), rays.of_pixels};
     feeds["points"] = rays.points, feeds["skip"] = rays.skip;
   }
   Value normal;
@@ -51,8 +51,7 @@ Comparison compare(const Scene& scene, const Rays& rays, const SsrtOptions& opti
   BruteForce reference{scene.camera, &scene.depth, facing ? &scene.normal : nullptr, 0, options.thickness};
   const Tensor range = depth_range(scene.depth);
   Comparison result;
-  const bool own = rays.points.real.empty(),
-             map = !own && rays.points.shape.w == s.w && rays.points.shape.h == s.h && rays.points.shape.n == s.n;
+  const bool own = rays.points.real.empty(), map = rays.of_pixels;
   for (int p = 0; p < rays.directions.shape.h; ++p)
     for (int k = 0; k < 16; ++k) {
       const auto plane = static_cast<int>(s.plane());
@@ -167,6 +166,12 @@ TEST(Ssrt, EqualsBruteForceFromAnywhere) {
   expect_brute_force(scene, rays_from_anywhere(600, 7, 17 * 22));  // more rows than the picture has pixels
 }
 
+// Rays of a block may have the shape of the picture: they are told apart by what is said, not by that.
+TEST(Ssrt, EqualsBruteForceFromAnywhereInBlocksOfThePicturesShape) {
+  const Scene scene = scene_of(1, 40, 16, 6);
+  expect_brute_force(scene, rays_from_anywhere(40, 7, 40 * 16));
+}
+
 TEST(Ssrt, EqualsBruteForceOnPicturesOfOneRowOrColumn) {
   for (const auto& [h, w] : {std::pair{1, 40}, std::pair{40, 1}, std::pair{1, 1}, std::pair{2, 3}, std::pair{33, 2}}) {
     const Scene scene = scene_of(1, h, w, 8);
@@ -179,7 +184,7 @@ TEST(Ssrt, EqualsBruteForceInABatchWithMapsOfOrigins) {
   Scene scene = scene_of(3, 9, 14, 10);
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
-  Rays rays{directions(3 * 9 * 14, 12), Tensor(Shape{3, 3, 9, 14}), {}};
+  Rays rays{directions(3 * 9 * 14, 12), Tensor(Shape{3, 3, 9, 14}), {}, true};
   for (double& x : rays.points.real) x = static_cast<float>(unit(random));
   for (int n = 0; n < 3; ++n)
     for (int y = 0; y < 9; ++y)
@@ -364,7 +369,11 @@ TEST(Ssrt, RefusesWhatDoesNotFit) {
   const SsrtScene scene = ssrt_scene(g.input("depth", {1, 1, 8, 8}));
   const Value camera = g.input("camera", {1, 4, 1, 1}), range = g.input("range", {1, 3, 1, 1});
   EXPECT_THROW(ssrt(scene, camera, range, g.input("seven", {1, 3, 64, 7})), Error);
-  EXPECT_THROW(ssrt(scene, range, range, g.input("rays", {1, 3, 64, 16})), Error);
+  EXPECT_THROW(ssrt(scene, range, range, g.input("others", {1, 3, 64, 16})), Error);
+  const Value rays = g.input("rays", {1, 3, 64, 16}), points = g.input("points", {1, 3, 8, 8}),
+              skip = g.input("skip", {1, 1, 8, 8}, Type::Int);
+  EXPECT_THROW(ssrt(scene, camera, range, rays, {points, skip}), Error) << "of pixels, and not said";
+  EXPECT_THROW(ssrt(scene, camera, range, points, {rays, skip, true}), Error);
   EXPECT_THROW(ssrt_solver_of("fast"), Error);
   EXPECT_THROW(depth_range(Tensor(Shape{1, 1, 2, 2})), Error);
 }
