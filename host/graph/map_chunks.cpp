@@ -1,6 +1,7 @@
 #include "host/graph/map_chunks.hpp"
 
 #include <algorithm>
+#include <climits>
 
 #include "host/graph/plan.hpp"
 #include "host/graph/replay.hpp"
@@ -62,6 +63,14 @@ struct PutOp : NotDifferentiable {
             l.chunk.first_pixel, pixels, capacity, static_cast<int>(whole.plane()));
   }
 };
+
+/// A gradient that is zero outside of the chunk's pixels goes there; any other is added up as a whole.
+ChunkOutput gradient_output(const Value& gradient, const ChunkDomain& domain) {
+  const auto* put = dynamic_cast<const PutOp*>(gradient.node->op.get());
+  if (put == nullptr || !(put->whole == Shape{domain.n, put->whole.c, domain.height, domain.width}))
+    return {gradient, true};
+  return {gradient.node->inputs[0], false};
+}
 
 std::vector<Value> TakeOp::adjoint(const Node& node, std::span<const Value> g) const {
   return {put_pixels(g[0], node.in_shape(0))};
@@ -184,9 +193,11 @@ struct MapChunksOp : Op, Chunked {
                   to.offset * size);
   }
 
-  /// Item by item: either may be a view of something larger.
+  /// Item by item where either is a view of something larger.
   static void add_total(Launch& l, TensorView part, TensorView whole, bool add) {
-    const int items = whole.shape.n, count = static_cast<int>(whole.shape.item());
+    const long item = whole.shape.item();
+    const bool one_run = part.stride == item && whole.stride == item && whole.shape.count() <= INT_MAX;
+    const int items = one_run ? 1 : whole.shape.n, count = static_cast<int>(one_run ? whole.shape.count() : item);
     part.shape.n = whole.shape.n = 1;
     for (int n = 0; n < items; ++n) {
       l.run("tensor/place.cl", part.type == Type::Int ? "add_total_int" : "add_total",
@@ -264,8 +275,8 @@ struct MapChunksOp : Op, Chunked {
       if (gradients[o]) arrived.push_back(o), outer.push_back(gradients[o]);
 
     const auto reached = std::make_shared<std::vector<std::size_t>>();  // inputs and states that have a gradient
-    const auto backward = [forward_body = build, forward_inner = inner, capacity = domain.chunk_pixels, arrived,
-                           reached, maps_count, wanted](Graph& g, std::span<const Value> in) {
+    const auto backward = [forward_body = build, forward_inner = inner, domain = domain, arrived, reached, maps_count,
+                           wanted](Graph& g, std::span<const Value> in) {
       const std::span<const Value> maps = in.first(maps_count);
       const std::size_t before = g.nodes().size();
       const std::vector<ChunkOutput> forward = forward_body(g, maps);
@@ -278,7 +289,7 @@ struct MapChunksOp : Op, Chunked {
         const ChunkOutput& o = forward[arrived[i]];
         const Value whole = in[maps_count + i];
         outputs.push_back(o.value);
-        seeds.push_back(o.total ? whole : take_pixels(whole, capacity));
+        seeds.push_back(o.total ? whole : take_pixels(whole, domain.chunk_pixels));
       }
       std::vector<Value> reads(maps.begin(), maps.end()), wrt;
       for (const Value& s : forward_inner->states) reads.push_back(same_state(g, s));
@@ -286,11 +297,11 @@ struct MapChunksOp : Op, Chunked {
       for (std::size_t i = 0; i < reads.size(); ++i)
         if (wanted[i]) wrt.push_back(reads[i]), which.push_back(i);
       const std::vector<Value> found = gradient(outputs, seeds, wrt);
-      std::vector<ChunkOutput> totals;
+      std::vector<ChunkOutput> given;
       reached->clear();
       for (std::size_t i = 0; i < found.size(); ++i)
-        if (found[i]) totals.push_back({found[i], true}), reached->push_back(which[i]);
-      return totals;
+        if (found[i]) given.push_back(gradient_output(found[i], domain)), reached->push_back(which[i]);
+      return given;
     };
     std::vector<Value> result(node.inputs.size());
     const Beginning beginning{&node, static_cast<int>(arrived.size())};

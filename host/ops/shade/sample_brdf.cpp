@@ -117,12 +117,12 @@ struct SampleBrdfOp : Op {
     const Value columns = node.graph->make<SampleBrdfAdjointOp>(in, drawing);
     const std::size_t at = drawing.maps() - 3;
     const Value normal = node.inputs[at], albedo = node.inputs[at + 1], material = node.inputs[at + 2];
-    const Shape two{material.shape().n, 2, material.shape().h, material.shape().w};
-    const Value d_material = put_pixels(slice(columns, 6, 2), two);
-    const Shape rest{two.n, material.shape().c - 2, two.h, two.w};
+    const Shape rest{1, material.shape().c - 2, pixels, 1};
+    const Value used = slice(columns, 6, 2);
     result[at] = put_pixels(slice(columns, 0, 3), normal.shape());
     result[at + 1] = put_pixels(slice(columns, 3, 3), albedo.shape());
-    result[at + 2] = rest.c == 0 ? d_material : concat(std::array{d_material, node.graph->fill(rest, 0)});
+    result[at + 2] =
+        put_pixels(rest.c == 0 ? used : concat(std::array{used, node.graph->fill(rest, 0)}), material.shape());
     return result;
   }
 
