@@ -88,7 +88,7 @@ struct Buffer::Memory {
 
 struct Kernel::State {
   cl::Kernel kernel;
-  std::string name, label;  // label: "nn/conv.cl:forward"
+  std::string name, label;  // label: "nn/pool.cl:forward"
   std::size_t arguments;
   bool first;  // built for the first time and not launched yet
   LaunchMark mark;

@@ -115,7 +115,7 @@ class Arg {
 
 /// What one kernel did while profiling was on.
 struct KernelProfile {
-  std::string kernel;  // "nn/conv.cl:forward"; "(copy)" and "(zero)" for those two calls
+  std::string kernel;  // "nn/pool.cl:forward"; "(copy)" and "(zero)" for those two calls
   long launches = 0;
   double seconds = 0;
 };
@@ -141,7 +141,7 @@ class Device {
   void copy(const Buffer& from, const Buffer& to, std::size_t bytes, std::size_t from_at = 0, std::size_t to_at = 0);
   void zero(const Buffer& to, std::size_t bytes, std::size_t at = 0);
 
-  /// Kernel `name` of the source `file` ("nn/conv.cl"), built once per set of defines. REAL and the real types follow
+  /// Kernel `name` of the source `file` ("nn/pool.cl"), built once per set of defines. REAL and the real types follow
   /// `precision` (kernels/lib/real.clh). A build failure throws with the compiler's log, naming file and line; so does
   /// double precision on a device without it, or that fails the probe in it. Asking again costs a hash lookup (20 ns).
   Kernel kernel(std::string_view file, std::string_view name, const Defines& defines = {},
@@ -197,14 +197,14 @@ FirstBuilds first_builds();
 
 /// Text of a kernel source with its includes put in, from the binary or from CLERESTORY_KERNELS.
 std::string kernel_source(std::string_view file);
-/// Names of all embedded sources ("nn/conv.cl", "lib/ggx.clh"), sorted.
+/// Names of all embedded sources ("nn/pool.cl", "lib/ggx.clh"), sorted.
 std::vector<std::string> kernel_files();
 /// Identity of the code of all sources together, as 16 hexadecimal digits: of those in the binary, or in
 /// CLERESTORY_KERNELS. Comments and blanks have no say: what was measured with the same code does not get stale.
 std::string kernels_hash();
 /// The same of one source with what it includes.
 std::string kernel_hash(std::string_view file);
-/// What this process has built programs of, on all its devices: "kernels/nn/conv.cl" and its kernel_hash().
+/// What this process has built programs of, on all its devices: "kernels/nn/pool.cl" and its kernel_hash().
 std::map<std::string, std::string> built_kernels();
 
 }  // namespace clerestory

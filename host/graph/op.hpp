@@ -137,7 +137,7 @@ class Op {
  public:
   virtual ~Op() = default;
 
-  /// The op's stem: "conv" for kernels/nn/conv.cl, host/ops/nn/conv.cpp, checks/nn/conv.cpp.
+  /// Its own, for profiles and messages: often the stem of its files, kernels/nn/pool.cl, host/ops/nn/pool.cpp.
   virtual std::string name() const = 0;
   /// Shapes and types of the outputs; throws Error when the inputs do not fit, naming both shapes.
   virtual std::vector<Signature> infer(std::span<const Value> inputs) const = 0;
