@@ -5,6 +5,7 @@
 
 #include "host/math/statistics.hpp"
 #include "nets/render_scene.hpp"
+#include "nets/scene_light.hpp"
 
 namespace clerestory {
 namespace {
@@ -99,7 +100,7 @@ std::vector<SoftLamp> bright_patches(const Scene& scene) {
 
 std::optional<Tensor> known_lamps(const Scene& scene, const RenderSettings& settings) {
   std::vector<SoftLamp> lamps = settings.lamps;
-  if (settings.light == "image" || settings.light == "net") {
+  if (traces_into_photograph(settings.light)) {
     const std::vector<SoftLamp> bright = bright_patches(scene);
     lamps.insert(lamps.end(), bright.begin(), bright.end());
   }

@@ -5,6 +5,7 @@
 #include "host/math/statistics.hpp"
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_shells.hpp"
+#include "host/ops/light/image_light.hpp"
 #include "host/ops/light/mix_light.hpp"
 #include "host/ops/light/surface_points.hpp"
 #include "host/ops/tensor/elementwise.hpp"
@@ -139,7 +140,7 @@ bool shares_answers(const Scene& scene, const RenderSettings& settings, double r
 SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene, const RenderSettings& settings,
                          double rays_to_come) {
   const LightNets& nets = *settings.nets;
-  const bool in_view = settings.light == "net";
+  const bool in_view = settings.light == "net", mixes = mixes_by_hits(settings.light);
   check_states(nets, in_view);
   const double exposure = exposure_of(scene.photo.data);
   const SmallMaps small = small_maps(scene, nets.longer_side, exposure);
@@ -160,14 +161,14 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
 
   SceneLight light;
   light.inputs = values.list();
-  light.traces = in_view;
+  light.traces = mixes;
   if (values.near.grid) light.shared_answers = static_cast<double>(values.near.grid.shape().plane());
   light.states = in_precision(nets.states, settings.precision);
   // To look an answer up costs no more than to list who looks. All else is listed, for a tile may have fewer rays than
   // it has room for.
   const bool lists = !values.near.grid, saves = settings.leave_out.contains(Saving::SmallShares);
-  light.radiance = [values, sizes, in_view, exposure, lists, saves](const AskedRays& rays, std::span<const Value> in,
-                                                                    RayCounts* counts) {
+  light.radiance = [values, sizes, in_view, mixes, exposure, lists, saves](
+                       const AskedRays& rays, std::span<const Value> in, RayCounts* counts) {
     const LearnedValues here = values.inside(in);
     const Value direction = rays.direction;
     const auto listed = [&](const char* name, LightPart part) {
@@ -176,11 +177,13 @@ SceneLight learned_light(Graph& graph, const SceneValues& v, const Scene& scene,
       if (counts && saves) counts->emplace_back(name, list.count);
       return list;
     };
-    const RayList uncertain = in_view ? listed("out of view", LightPart::OutOfView) : RayList{};
+    const RayList uncertain = mixes ? listed("out of view", LightPart::OutOfView) : RayList{};
     const Value far = far_light(here.field, rays.points, direction, here.range, uncertain, sizes.out_of_view);
-    if (!in_view) return scale(far, 1 / exposure);
-    const Value near = ask_in_view_light({direction.graph(), false, "local"}, here.near, rays.hits.pixel, direction,
-                                         here.photo, listed("in view", LightPart::InView), sizes.in_view);
+    if (!mixes) return scale(far, 1 / exposure);
+    const Value near =
+        in_view ? ask_in_view_light({direction.graph(), false, "local"}, here.near, rays.hits.pixel, direction,
+                                    here.photo, listed("in view", LightPart::InView), sizes.in_view)
+                : image_light(here.photo, direction.graph().fill({1, 3, 1, 1}, 0), rays.hits.pixel);
     return scale(mix_light(near, far, rays.hits.u), 1 / exposure);
   };
   light.feed = feed_of(small);

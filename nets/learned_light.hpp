@@ -1,11 +1,11 @@
 // `light = net` and `light = out_of_view`: LightNet and the out-of-view field (Zhu et al. 2022, sections 4.2, 4.3)
-// asked for the radiance along rays of a scene.
+// asked for the radiance along rays of a scene. `light = completed`: the photograph itself in LightNet's place.
 #pragma once
 #include "nets/scene_light.hpp"
 
 namespace clerestory {
 
-/// Both parts mixed by the hit's uncertainty (Eq. 6), or without `in_view` the field alone. The nets read the
+/// Both parts mixed by the hit's uncertainty (Eq. 6), the photograph in view and the field, or the field alone. The nets read the
 /// photograph scaled so that its 95th percentile of luminance is 0.9, with nets.longer_side pixels along its longer
 /// side; what they answer is scaled back. The residual output multiplies the photograph itself, at its full size.
 /// Where shares_answers() of `rays_to_come` the in-view part answers from a grid of directions around each surface

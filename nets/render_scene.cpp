@@ -48,7 +48,7 @@ namespace {
 
 /// What u is measured in. Nets that mix by u were trained with one measure of it, and must be asked with the same.
 DeltaDepth delta_of(const RenderSettings& settings) {
-  const bool mixes = settings.light == "net" && settings.nets;
+  const bool mixes = mixes_by_hits(settings.light) && settings.nets;
   const DeltaDepth trained = mixes ? settings.nets->sizes.delta : DeltaDepth::Linear;
   if (settings.delta.empty()) return trained;
   const DeltaDepth asked = delta_depth_of(settings.delta);

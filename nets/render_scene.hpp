@@ -32,7 +32,7 @@ struct RenderSettings {
   std::string ssrt = "hierarchical";  // dda | hierarchical
   std::string delta;                  // linear | window; empty: as the light's nets were trained, linear without nets
   double thickness = 0;               // metres behind a surface at which a ray passes unseen; 0: surfaces have no back
-  std::string light = "image";        // image | constant | panorama | mirrored | net | out_of_view | li2020
+  std::string light = "image";        // one of light_names()
   std::shared_ptr<const LightNets> nets;          // of learned light
   std::optional<std::array<double, 3>> constant;  // radiance of `constant`; none: ambient_of() the scene
   std::optional<std::array<double, 3>> level;     // factors of `image`, `panorama` and `mirrored`, by channel; none: 1

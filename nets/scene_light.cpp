@@ -60,15 +60,19 @@ SceneLight named_light(Graph& graph, const SceneValues& v, const Scene& scene, c
 }  // namespace
 
 const std::vector<std::string>& light_names() {
-  static const std::vector<std::string> names{"image", "constant",    "panorama", "mirrored",
-                                              "net",   "out_of_view", "li2020"};
+  static const std::vector<std::string> names{"image", "constant",  "panorama",    "mirrored",
+                                              "net",   "completed", "out_of_view", "li2020"};
   return names;
 }
 
 bool is_learned_light(const std::string& name) {
   check_name(name);
-  return name == "net" || name == "out_of_view" || name == "li2020";
+  return mixes_by_hits(name) || name == "out_of_view" || name == "li2020";
 }
+
+bool mixes_by_hits(const std::string& name) { return name == "net" || name == "completed"; }
+
+bool traces_into_photograph(const std::string& name) { return name == "image" || mixes_by_hits(name); }
 
 std::string light_of(const LightSizes& sizes) { return sizes.li2020 ? "li2020" : "net"; }
 

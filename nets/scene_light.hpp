@@ -38,10 +38,9 @@ struct SceneLight {
   std::shared_ptr<States> states;       // for the executor; may be empty
 };
 
-/// The light that settings.light names: image | constant | panorama | mirrored | net | out_of_view | li2020. Learned
-/// light, the last three, reads settings.nets. `scene` is the one that lights, without inserted objects. Throws
-/// usage_error: an unknown name, no nets, nets that lack a state. settings.lamps are added. `rays_to_come`: about how
-/// many are asked in a run; many may share answers (learned_light).
+/// The light that settings.light names, one of light_names(). Learned light reads settings.nets. `scene` is the one
+/// that lights, without inserted objects. Throws usage_error: an unknown name, no nets, nets that lack a state.
+/// settings.lamps are added. `rays_to_come`: about how many are asked in a run; many may share answers (learned_light).
 SceneLight scene_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
                        double rays_to_come = 0);
 
@@ -56,6 +55,10 @@ void check_method(const std::string& light, const LightSizes& sizes, const std::
 const std::vector<std::string>& light_names();
 /// Whether a light needs RenderSettings::nets. Throws usage_error on an unknown name.
 bool is_learned_light(const std::string& name);
+/// Whether it mixes what is in view with the net out of view, by the hit's uncertainty: net, completed.
+bool mixes_by_hits(const std::string& name);
+/// Whether the photograph answers, or has a say, where rays hit: image, net, completed.
+bool traces_into_photograph(const std::string& name);
 
 /// render_spec() as this light wants it: whether rays are traced, with lobes, how many at once.
 RenderSpec render_spec(const RenderSettings& settings, const SceneLight& light);

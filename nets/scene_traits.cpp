@@ -23,7 +23,7 @@ constexpr double kLobesByDrawing = 0.03;  // drawing directions: rooms at 320x24
 constexpr double kTracingByDrawing = 1.4;
 
 bool reads_hits(const RenderSettings& settings) {
-  return settings.light == "image" || settings.light == "net" || !settings.lamps.empty();
+  return traces_into_photograph(settings.light) || !settings.lamps.empty();
 }
 
 bool is_one_number(const float* plane, const std::vector<std::size_t>& pixels) {

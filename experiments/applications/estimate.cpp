@@ -4,6 +4,7 @@
 
 #include "experiments/evaluation/prepare.hpp"
 #include "host/graph/plan.hpp"
+#include "nets/scene_light.hpp"
 
 namespace clerestory {
 namespace {
@@ -43,7 +44,7 @@ InvertWork invert_work(Device& device, const std::string& preset, int width, int
   const Size size = net_size(width, height, preset == "paper" ? 320 : 160);
   InvertWork work;
   work.maps = maps_flops(device, preset, size, request);
-  if (rays == 0 || (light != "net" && light != "out_of_view")) return work;
+  if (rays == 0 || !is_learned_light(light) || light == "li2020") return work;
   const LightSizes sizes = light_sizes(preset);
   work.encoders = encoders_flops(device, sizes, size);
   if (light == "net") work.in_view = rays * in_view_flops(sizes.in_view);

@@ -69,13 +69,15 @@ std::string answerer_text(const RenderSettings& settings) {
 }
 
 std::vector<std::string> lights_to_choose() {
-  if (shipped_light()) return {"net", "out_of_view", "image", "panorama", "mirrored", "constant", "li2020"};
-  return {"image", "panorama", "mirrored", "constant", "net", "out_of_view", "li2020"};
+  if (shipped_light())
+    return {"net", "completed", "out_of_view", "image", "panorama", "mirrored", "constant", "li2020"};
+  return {"image", "panorama", "mirrored", "constant", "net", "completed", "out_of_view", "li2020"};
 }
 
 std::string lights_note() {
   return "Light: the default is what named weights answer for, else net where its weights are found. net is learned, "
-         "for what is in view and for what is not; out_of_view is its second part alone; image takes the photograph "
+         "for what is in view and for what is not; completed is the photograph where rays hit, and net's second part "
+         "elsewhere; out_of_view is that part alone; image takes the photograph "
          "where rays hit and its mean elsewhere; panorama puts the photograph at infinity, mirrored repeats it from "
          "there all around; constant is its "
          "mean; "

@@ -32,6 +32,8 @@ const std::vector<std::string>& shapes() {
 std::string label_of(const std::string& light, const std::string& whose) {
   if (light == "net+lamps") return whose + ": learned light, lamps fitted";
   if (light == "net") return whose + ": learned light alone";
+  if (light == "completed+lamps") return whose + ": the photograph, learned light out of view, lamps fitted";
+  if (light == "completed") return whose + ": the photograph, learned light out of view";
   if (light == "image") return "the photograph where rays hit";
   if (light == "panorama") return "the photograph at infinity";
   if (light == "mirrored") return "the photograph mirrored all around";

@@ -136,7 +136,7 @@ void StudyRun::use_light(RenderSettings& settings) {
   const fs::path weights = weights_of("light.weights", &Method::light_weights);
   if (settings.light == "net") settings.light = light_of(read_light_sizes(light_or_shipped(weights)));
   use_nets(settings, weights);
-  if (const double gain = config_.real("light.gain"); gain > 0 && settings.light == "net") {
+  if (const double gain = config_.real("light.gain"); gain > 0 && settings.nets && !settings.nets->sizes.li2020) {
     LightNets nets = *settings.nets;
     nets.sizes.out_of_view.gain = gain;
     settings.nets = std::make_shared<LightNets>(nets);

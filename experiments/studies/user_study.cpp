@@ -34,6 +34,8 @@ std::vector<Job> jobs() {
 std::string label_of(const std::string& light, bool ours) {
   if (light == "net+lamps") return ours ? "Clerestory: learned light, lamps fitted" : "learned light, lamps fitted";
   if (light == "net") return "learned light alone";
+  if (light == "completed+lamps") return "the photograph, learned light out of view, lamps fitted";
+  if (light == "completed") return "the photograph, learned light out of view";
   if (light == "constant+fit") return "one constant, fitted as lamps are";
   if (light == "constant+lamps") return "mean colour, lamps fitted";
   if (light == "constant") return "mean colour of the photograph";

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "host/error.hpp"
 #include "host/math/statistics.hpp"
@@ -232,6 +233,42 @@ TEST(NetLight, AmongMirrorsAnswersAreNotSharedUnlessTheyAreToBe) {
   for (std::size_t i = 0; i < 2; ++i) scene.depth.data[i] = 0;
   EXPECT_TRUE(shares_answers(scene, settings, rays));
   EXPECT_NE(why_none_are_shared(scene, settings, 0.01 * rays).find("rays for each answer"), std::string::npos);
+}
+
+TEST(NetLight, CompletedIsThePhotographWhereRaysHitAndTheNetElsewhere) {
+  const Scene scene = corner();
+  const auto nets = untrained(kWidth);
+  Rays rays;
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 200; ++i) {
+    rays.points.emplace_back(0.1 * unit(random), 0.1 * unit(random), -0.1);
+    rays.directions.push_back(normalize(Vec3(unit(random), unit(random), 0.65 * unit(random) - 0.35)));
+  }
+  const auto ask = [&](const std::string& light) {
+    return SceneRadiance(device(), scene, settings_of(light, nets), rays.points.size()).radiance(rays);
+  };
+  RenderSettings photograph = settings_of("image", nullptr);
+  photograph.level = std::array<double, 3>{1, 1, 1};
+  const RadianceAnswers completed = ask("completed"), far = ask("out_of_view"),
+                        image = SceneRadiance(device(), scene, photograph, rays.points.size()).radiance(rays);
+  const std::array<double, 3> ambient = ambient_of(scene);
+  const std::size_t n = rays.points.size();
+  int hits = 0, misses = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double u = completed.uncertainty[i];
+    ASSERT_EQ(image.uncertainty[i], completed.uncertainty[i]);
+    hits += u < 1, misses += u == 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double seen = image.radiance[c * n + i] - u * ambient[c],
+                   there = u < kLeastShare ? 0 : far.radiance[c * n + i];
+      EXPECT_NEAR(completed.radiance[c * n + i], seen + u * there,
+                  16 * 0x1p-24 * (1 + std::abs(there)) + kLeastShare * std::abs(far.radiance[c * n + i]))
+          << i;
+    }
+  }
+  EXPECT_GT(hits, 10);
+  EXPECT_GT(misses, 50);
 }
 
 TEST(NetLight, OutOfViewDiffersOnlyWhereSomethingIsHit) {
