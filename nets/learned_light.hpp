@@ -5,12 +5,12 @@
 
 namespace clerestory {
 
-/// Both parts mixed by the hit's uncertainty (Eq. 6), the photograph in view and the field, or the field alone. The nets read the
-/// photograph scaled so that its 95th percentile of luminance is 0.9, with nets.longer_side pixels along its longer
-/// side; what they answer is scaled back. The residual output multiplies the photograph itself, at its full size.
-/// Where shares_answers() of `rays_to_come` the in-view part answers from a grid of directions around each surface
-/// (in_view_answers), and no list is made of the rays that have a share of a part. Throws usage_error when a state is
-/// missing or has another shape.
+/// Both parts mixed by the hit's uncertainty (Eq. 6), the photograph in view and the field, or the field alone. The
+/// nets read the photograph scaled so that its 95th percentile of luminance is 0.9, with nets.longer_side pixels along
+/// its longer side; what they answer is scaled back. The residual output multiplies the photograph itself, at its full
+/// size. Where shares_answers() of `rays_to_come` the in-view part answers from a grid of directions around each
+/// surface (in_view_answers), and no list is made of the rays that have a share of a part. Throws usage_error when a
+/// state is missing or has another shape.
 SceneLight learned_light(Graph& graph, const SceneValues& values, const Scene& scene, const RenderSettings& settings,
                          double rays_to_come);
 
