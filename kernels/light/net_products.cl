@@ -1,4 +1,4 @@
-// Small nets along rays where a BLAS multiplies (host/ops/light/net_products.hpp), in place of the one kernel of
+// Small nets along rays where a BLAS multiplies (host/ops/light/net_layers.hpp), in place of the one kernel of
 // light/ask_mlp.cl or light/ask_field.cl: what stands between the products. A block of `columns` rays, or of points of
 // rays, is worked on at a time: ray i of the block is list[first + i] if `listed`, else first + i. Matrices {numbers,
 // columns} lie in `work`, each at the element that its argument says.

@@ -4,8 +4,8 @@
 #include <array>
 #include <utility>
 
-#include "host/ops/light/net_products.hpp"
-#include "host/ops/light/pack_layer.hpp"
+#include "host/ops/light/net_layers.hpp"
+#include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
 

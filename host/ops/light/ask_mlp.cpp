@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "host/ops/light/net_products.hpp"
-#include "host/ops/light/pack_layer.hpp"
+#include "host/ops/light/net_layers.hpp"
+#include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/tensor/rows.hpp"
 

@@ -14,7 +14,7 @@ inline constexpr int kMostMlpFrequencies = 256;
 /// y * w + x or -1; direction {1, 3, P, S}. A ray's answer does not depend on the other rays. Asking for a gradient
 /// throws. frequencies {m, 3, 1, 1}, cycles per unit of direction; m at most kMostMlpFrequencies, and E = 2 m. `width`
 /// is a multiple of 16, at most kMostMlpWidth.
-/// Under --gemm clblast the same by products of blocks of rays (host/ops/light/net_products.hpp).
+/// Under --gemm clblast the same by products of blocks of rays (host/ops/light/net_layers.hpp).
 Value ask_mlp(const LightMlp& mlp, Value frequencies, Value rows, Value hit, Value direction, const RayList& list);
 
 }  // namespace clerestory

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "host/error.hpp"
-#include "host/ops/light/pack_layer.hpp"
+#include "host/ops/light/packed_layers.hpp"
 
 namespace clerestory {
 

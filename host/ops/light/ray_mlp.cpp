@@ -3,7 +3,7 @@
 #include <array>
 
 #include "host/math/integers.hpp"
-#include "host/ops/light/pack_layer.hpp"
+#include "host/ops/light/packed_layers.hpp"
 #include "host/ops/light/rays.hpp"
 #include "host/ops/nn/conv.hpp"
 #include "host/ops/tensor/rows.hpp"

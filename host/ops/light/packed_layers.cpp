@@ -1,4 +1,4 @@
-#include "host/ops/light/pack_layer.hpp"
+#include "host/ops/light/packed_layers.hpp"
 
 #include <algorithm>
 

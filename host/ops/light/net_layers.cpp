@@ -1,4 +1,4 @@
-#include "host/ops/light/net_products.hpp"
+#include "host/ops/light/net_layers.hpp"
 
 #include <algorithm>
 
