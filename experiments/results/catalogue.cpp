@@ -42,17 +42,19 @@ std::optional<CatalogueEntry> entry_of(const fs::path& script) {
   return {};
 }
 
-/// Of the code in this program; empty where it has no such source any more.
-std::string hash_now(std::string_view kernel) {
-  const std::string_view file = kernel.substr(std::string_view("kernels/").size());
-  const std::vector<std::string> files = kernel_files();
-  return std::ranges::binary_search(files, file) ? kernel_hash(file) : "";
+/// Of the code in this program, by the names that results have for it.
+std::map<std::string, std::string> kernels_now() {
+  std::map<std::string, std::string> kernels;
+  for (const std::string& file : kernel_files())
+    if (file.ends_with(".cl")) kernels["kernels/" + file] = kernel_hash(file);
+  return kernels;
 }
 
-std::vector<std::string> staled(const Result& result, const fs::path& tree) {
+std::vector<std::string> staled(const Result& result, const std::map<std::string, std::string>& kernels,
+                                const fs::path& tree) {
   std::vector<std::string> reasons;
   for (const auto& [kernel, hash] : result.kernels)
-    if (hash_now(kernel) != hash) reasons.push_back(kernel);
+    if (const auto now = kernels.find(kernel); now == kernels.end() || now->second != hash) reasons.push_back(kernel);
   try {
     const ResultCommand& c = result.command;
     if (study_hash(tree / c.config, c.overrides, c.many) != result.config_hash) reasons.push_back(c.config);
@@ -130,13 +132,14 @@ void compare_document(const fs::path& tree, const fs::path& document, const std:
 
 std::vector<CatalogueEntry> catalogue(const fs::path& tree) {
   std::vector<CatalogueEntry> entries;
+  const std::map<std::string, std::string> kernels = kernels_now();
   for (const auto& file : fs::directory_iterator(scripts_folder(tree))) {
     if (file.path().extension() != ".sh") continue;
     std::optional<CatalogueEntry> entry = entry_of(file.path());
     if (!entry) continue;
     const fs::path json = result_file(tree, entry->name);
     entry->missing = !fs::exists(json);
-    if (!entry->missing) entry->staled = staled(read_result(json), tree);
+    if (!entry->missing) entry->staled = staled(read_result(json), kernels, tree);
     entries.push_back(std::move(*entry));
   }
   const auto order = [](const CatalogueEntry& e) { return std::tuple(e.current(), e.name); };

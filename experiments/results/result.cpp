@@ -216,13 +216,11 @@ Result result_of_run(const fs::path& run, const std::string& name, const std::st
   r.command = command_of(provenance, run.string(), tree);
   const Config config = study_config(tree / r.command.config, r.command.overrides);
   r.config_hash = study_hash(tree / r.command.config, r.command.overrides, r.command.many);
-  const auto hash = [&](const char* what) {
-    const auto found = provenance.hashes.find(what);
-    return found == provenance.hashes.end() ? "none" : found->second;
-  };
-  if (hash("config") != r.config_hash)
+  const auto config_then = provenance.hashes.find("config");
+  const std::string then = config_then == provenance.hashes.end() ? "none" : config_then->second;
+  if (then != r.config_hash)
     throw usage_error("this run was made with another config than the file holds now",
-                      run.string() + ": " + r.command.config, r.config_hash, hash("config"));
+                      run.string() + ": " + r.command.config, r.config_hash, then);
   r.kernels = kernels_of(provenance, run.string());
   r.settings = settings_of(config, r.command.overrides);
   r.commit = provenance.build.commit + (provenance.build.dirty ? " (changed)" : "");

@@ -1,11 +1,9 @@
 #include "host/cl/platforms.hpp"
 
 #include <dlfcn.h>
-#include <unistd.h>
 
 #include <CL/opencl.hpp>
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <cstdlib>
@@ -16,6 +14,7 @@
 
 #include "host/cl/pocl_cache.hpp"
 #include "host/cl/pretend.hpp"
+#include "host/environment.hpp"
 
 namespace clerestory {
 namespace {
@@ -179,16 +178,9 @@ std::vector<FoundDevice> matching_devices(const std::vector<FoundDevice>& device
 }
 
 std::string driver_environment() {
-  static constexpr std::array<std::string_view, 4> prefixes{"CL_CONFIG_", "OCLGRIND_", "POCL_", "RUSTICL_"};
-  std::vector<std::string> found;
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    const std::string_view pair = *entry;
-    const auto begins = [&](std::string_view prefix) { return pair.starts_with(prefix); };
-    if (std::ranges::any_of(prefixes, begins) && !begins("POCL_CACHE_DIR=")) found.emplace_back(pair);
-  }
-  std::ranges::sort(found);
   std::string text;
-  for (const std::string& pair : found) text += "\n" + pair;
+  for (const auto& [name, value] : environment_with({"CL_CONFIG_", "OCLGRIND_", "POCL_", "RUSTICL_"}))
+    if (name != "POCL_CACHE_DIR") text += fmt::format("\n{}={}", name, value);
   return text;
 }
 

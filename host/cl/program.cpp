@@ -44,8 +44,8 @@ std::mutex g_first;  // guards what follows: threads have devices of their own
 FirstBuilds g_first_builds;
 std::map<std::string, std::string> g_built;
 
-void note_built(std::string_view file) {
-  const std::string hash = kernel_hash(file);
+void note_built(std::string_view file, const std::string& source) {
+  const std::string hash = code_hash(source);
   const std::lock_guard guard(g_first);
   g_built[fmt::format("kernels/{}", file)] = hash;
 }
@@ -114,7 +114,7 @@ BuiltProgram ProgramBuilder::build(std::string_view file, const Defines& defines
     if (keep_binaries_)
       if (const std::string binary = binary_of(program); !binary.empty()) cache_.store("program", key, binary);
   }
-  note_built(file);
+  note_built(file, source);
   seconds_ += watch.seconds();
   if (first) count_first_build(device_name_, watch.seconds());
   return {program, first};

@@ -12,6 +12,9 @@ typedef struct _cl_program* cl_program;
 
 namespace clerestory {
 
+/// kernel_hash() of a source whose includes are in it. Beside kernel_source().
+std::string code_hash(const std::string& source);
+
 struct BuiltProgram {
   cl_program program;  // owned by who asked for it
   bool first;          // neither this cache nor, as far as is remembered, the driver's had it

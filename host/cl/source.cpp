@@ -12,6 +12,7 @@
 
 #include "host/cl/device.hpp"
 #include "host/cl/disk_cache.hpp"
+#include "host/cl/program.hpp"
 
 namespace clerestory {
 
@@ -178,9 +179,11 @@ std::string kernels_hash() {
   return fmt::format("{:016x}", hash);
 }
 
-std::string kernel_hash(std::string_view file) {
+std::string kernel_hash(std::string_view file) { return code_hash(kernel_source(file)); }
+
+std::string code_hash(const std::string& source) {
   std::string code;
-  std::istringstream lines(kernel_source(file));
+  std::istringstream lines(source);
   for (std::string line; std::getline(lines, line);)
     if (!line.starts_with("#line ")) code += line + "\n";  // names of folders, and lines that a comment moves
   return fmt::format("{:016x}", hash_text(code_of(code)));

@@ -8,12 +8,11 @@
 #include <ctime>
 #include <fstream>
 
+#include "host/environment.hpp"
 #include "host/error.hpp"
 #include "host/io/files.hpp"
 #include "host/io/json_file.hpp"
 #include "host/io/nesting.hpp"
-
-extern char** environ;
 
 namespace clerestory {
 namespace {
@@ -38,17 +37,7 @@ std::string host_name() {
 
 /// The variables that change what is computed or how fast.
 std::map<std::string, std::string> relevant_environment() {
-  static const char* const prefixes[] = {"POCL_",      "CLBLAST_", "CLERESTORY_", "OCL_",
-                                         "CL_CONFIG_", "RUSTICL_", "OCLGRIND_"};  // Intel's, Mesa's
-  std::map<std::string, std::string> found;
-  for (char** entry = environ; *entry; ++entry) {
-    const std::string text = *entry;
-    const auto equals = text.find('=');
-    if (equals != std::string::npos &&
-        std::ranges::any_of(prefixes, [&](const char* p) { return text.starts_with(p); }))
-      found[text.substr(0, equals)] = text.substr(equals + 1);
-  }
-  return found;
+  return environment_with({"POCL_", "CLBLAST_", "CLERESTORY_", "OCL_", "CL_CONFIG_", "RUSTICL_", "OCLGRIND_"});
 }
 
 Json files_json(const std::vector<FileRecord>& files) {
