@@ -438,8 +438,8 @@ int CommandLine::run(int argc, const char* const* argv) {
   } catch (const std::bad_alloc&) {
     std::fputs("clerestory: out of memory\n", stderr);
     return static_cast<int>(ErrorKind::Failed);
-  } catch (const std::filesystem::filesystem_error&
-               error) {  // a name that leads nowhere is the user's, a broken disk is not
+  } catch (const std::filesystem::filesystem_error& error) {
+    // A name that leads nowhere is the user's, a broken disk is not.
     const bool named = error.code() == std::errc::permission_denied || error.code() == std::errc::filename_too_long ||
                        error.code() == std::errc::too_many_symbolic_link_levels;
     print_error(named ? usage_error(error.code().message(), error.path1().string()).what() : error.what());
