@@ -6,6 +6,7 @@
 #include "experiments/commands/sweep_options.hpp"
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/sweep.hpp"
+#include "experiments/training/schema.hpp"
 #include "experiments/training/trainer.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/report/progress.hpp"

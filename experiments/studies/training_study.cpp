@@ -11,6 +11,7 @@
 #include "experiments/studies/study.hpp"
 #include "experiments/studies/trained_kinds.hpp"
 #include "experiments/studies/training_curves.hpp"
+#include "experiments/training/schema.hpp"
 #include "experiments/training/trainer.hpp"
 #include "experiments/training/validation.hpp"
 #include "experiments/training/view_store.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "experiments/training/batches.hpp"
-#include "experiments/training/schema.hpp"
+#include "experiments/training/options.hpp"
 #include "host/graph/plan.hpp"
 #include "nets/mgnet.hpp"
 

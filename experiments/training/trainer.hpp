@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/training/schema.hpp"
+#include "experiments/training/options.hpp"
 
 namespace clerestory {
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "experiments/applications/light_choice.hpp"
+#include "experiments/training/schema.hpp"
 #include "experiments/training/trainer.hpp"
 #include "experiments/weights/light_text.hpp"
 #include "experiments/weights/maps_text.hpp"

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/schema.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
 #include "experiments/weights/light_text.hpp"

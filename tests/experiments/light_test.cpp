@@ -14,6 +14,7 @@
 #include "experiments/applications/invert.hpp"
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/applications/run_folder.hpp"
+#include "experiments/training/options.hpp"
 #include "experiments/training/schema.hpp"
 #include "experiments/weights/light_text.hpp"
 #include "host/error.hpp"

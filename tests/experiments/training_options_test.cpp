@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/training/options.hpp"
 #include "experiments/training/schema.hpp"
 #include "experiments/weights/history.hpp"
 #include "experiments/weights/maps_text.hpp"

@@ -10,6 +10,7 @@
 
 #include "experiments/training/checkpoint.hpp"
 #include "experiments/training/evaluate.hpp"
+#include "experiments/training/schema.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/training/trainer.hpp"
 #include "experiments/weights/maps_text.hpp"

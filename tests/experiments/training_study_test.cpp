@@ -14,6 +14,7 @@
 #include "experiments/studies/light_measures.hpp"
 #include "experiments/training/judged_views.hpp"
 #include "experiments/training/light_batches.hpp"
+#include "experiments/training/options.hpp"
 #include "experiments/training/schema.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
