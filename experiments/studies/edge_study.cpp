@@ -31,17 +31,15 @@ class EdgeStudy : public RoomStudy {
   using RoomStudy::RoomStudy;
 
  private:
-  int whole(const char* key) const { return static_cast<int>(config_.integer(key)); }
-
   void measure() override {
     const std::filesystem::path weights = use_maps();
     measure_rooms([&](const ListedRoom& listed) {
-      TracedRoom room(device_, listed, whole("data.width"), whole("data.height"));
-      room.take_photograph(whole("data.spp"), Random(listed.seed).seed(1));
+      TracedRoom room = photographed(listed);
       room.scene.photo = camera_picture(room.scene.photo);
       const PreparedView view = prepare_scene(room.scene, room.scene.width(), room.scene.height());
       const Scene predicted = predicted_scene(device_, weights, room.scene.photo, room.camera, /*clipped=*/true);
-      const MapMasks band = edge_bands(view.truth, view.masks, whole("edges.reach")), rest = without(view.masks, band);
+      const MapMasks band = edge_bands(view.truth, view.masks, config_.whole("edges.reach")),
+                     rest = without(view.masks, band);
       RoomFindings found;
       const auto judge = [&](const Answer& answer, const MapSet& maps) {
         add(found, kBand, answer, map_errors(maps, view.truth, band));
@@ -49,7 +47,7 @@ class EdgeStudy : public RoomStudy {
       };
       double scale = 0;
       judge(kOurs, relative_maps(predicted, &scale));
-      const int width = whole("edges.small_width"), height = width * room.camera.height / room.camera.width;
+      const int width = config_.whole("edges.small_width"), height = width * room.camera.height / room.camera.width;
       const PreparedView small = prepare_scene(room.scene, width, height);
       judge(kJoint, joint_maps(small, view)), judge(kNearest, nearest_maps(small.truth, view));
       found.add(kShareOfPixels, share(band.albedo, view.masks.albedo));
@@ -106,8 +104,9 @@ class EdgeStudy : public RoomStudy {
         "Band: "
         "at most {} pixels from where the true map steps (docs/results.md), {:.0f} % of pixels for albedo. True small "
         "maps are {} pixels wide and are as good as any net of that size can answer. Rest: predicted, away from edges.",
-        found().rooms(), rooms_.file.filename().string(), whole("data.width"), whole("data.height"), whole("data.spp"),
-        whole("edges.reach"), 100 * over_rooms(kShareOfPixels).mean, whole("edges.small_width"));
+        found().rooms(), rooms_.file.filename().string(), config_.whole("data.width"), config_.whole("data.height"),
+        config_.whole("data.spp"), config_.whole("edges.reach"), 100 * over_rooms(kShareOfPixels).mean,
+        config_.whole("edges.small_width"));
     table.columns = {{"map", "", Best::None, 3},
                      {kOurs.label, "", Best::None, 3},
                      {kJoint.label, "", Best::None, 3},

@@ -45,18 +45,17 @@ class EditStudy : public RoomStudy {
       if (!is_learned_light(settings_.light)) continue;
       use_light(settings_);
     }
-    settings_.spp = static_cast<int>(config_.integer("edit.spp"));
+    settings_.spp = config_.whole("edit.spp");
     measure_rooms([this](const ListedRoom& listed) { return run_room(listed); });
   }
 
   RoomFindings run_room(const ListedRoom& listed) {
     const std::int64_t r = listed.index;
-    TracedRoom view(device_, listed, static_cast<int>(config_.integer("data.width")),
-                    static_cast<int>(config_.integer("data.height")));
+    TracedRoom view = traced_room(listed);
     const World& world = view.room.scene;
     Scene& scene = view.scene;
-    const int spp = static_cast<int>(config_.integer("data.spp"));
-    const auto tracer_seed = Random(listed.seed).seed(1);
+    const int spp = config_.whole("data.spp");
+    const std::uint32_t tracer_seed = Random(listed.seed).seed(kPhotographSeed);
     scene.photo = view.traced.picture(view.camera, spp, tracer_seed).mean;
     const auto exposure = static_cast<float>(exposure_of(scene.photo.data));
     scale(scene.photo.data, exposure);
@@ -110,7 +109,7 @@ class EditStudy : public RoomStudy {
           found.add(Finding{metric, region, who, edit.key}.of(seed), value);
       }
     };
-    const auto bounces = static_cast<int>(config_.integer("edit.bounces"));
+    const int bounces = config_.whole("edit.bounces");
     note(kPhotograph, 0, scene.photo, 0);
     Image shown;
     const Scene after = apply_edit(scene, mask, edit.change).scene;

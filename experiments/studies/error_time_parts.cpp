@@ -13,22 +13,18 @@ namespace {
 
 constexpr std::int64_t kTruthFactor = 16;
 
-std::string where(const Config& config, const std::string& key) {
-  return fmt::format("{} ({})", key, config.origin(key));
-}
-
 /// Samples of the rows and of the truth, by the part's keys.
 void read_samples(const Config& config, ErrorTimePart& part) {
   const std::string spp = part.name + ".spp", truth = part.name + ".truth_spp";
-  part.spp = config.integers(spp), part.truth_spp = static_cast<int>(config.integer(truth));
+  part.spp = config.integers(spp), part.truth_spp = config.whole(truth);
   if (part.spp.empty() || std::ranges::adjacent_find(part.spp, std::greater_equal<>()) != part.spp.end())
-    throw usage_error("not a list of samples", where(config, spp), fmt::format("[{}]", fmt::join(part.spp, ", ")),
+    throw usage_error("not a list of samples", config.where(spp), fmt::format("[{}]", fmt::join(part.spp, ", ")),
                       "rising numbers");
   if (const std::int64_t least = kTruthFactor * part.spp.back(); part.truth_spp < least)
-    throw usage_error("too few samples for a truth", where(config, truth), fmt::format("{}", part.truth_spp),
+    throw usage_error("too few samples for a truth", config.where(truth), fmt::format("{}", part.truth_spp),
                       fmt::format("at least {}, {} times the most of {}", least, kTruthFactor, spp));
   if (part.truth_spp % part.truth_runs != 0)
-    throw usage_error("these samples are not those of equal runs", where(config, truth),
+    throw usage_error("these samples are not those of equal runs", config.where(truth),
                       fmt::format("{}", part.truth_spp), fmt::format("a multiple of {}", part.truth_runs));
 }
 
@@ -68,7 +64,7 @@ ErrorTimePart gradients(const Config& config) {
         estimator.settings.points = points, estimator.settings.sampler = sampler;
         estimator.result = draws == "one" ? LayerResult::OneDraw : LayerResult::TwoDraws;
         part.estimators.push_back(estimator);
-        const auto batches = static_cast<int>(config.integer("gradients.batches"));
+        const int batches = config.whole("gradients.batches");
         if (batches == 1 || draws == "one") continue;
         estimator.name += fmt::format(", {} batches", batches), estimator.batches = batches;
         part.estimators.push_back(estimator);
@@ -199,8 +195,8 @@ void add_error_time_keys(Schema& schema) {
 
 std::vector<ErrorTimePart> error_time_parts(const Config& config) {
   if (const std::int64_t seeds = config.integer("study.seeds"); seeds < 2)
-    throw usage_error("one seed does not tell a bias from noise", where(config, "study.seeds"),
-                      fmt::format("{}", seeds), "at least 2");
+    throw usage_error("one seed does not tell a bias from noise", config.where("study.seeds"), fmt::format("{}", seeds),
+                      "at least 2");
   std::vector<ErrorTimePart> asked{pictures(config), gradients(config), learned(config)}, parts;
   for (const std::string& light : config.texts("plain.lights")) asked.push_back(against_plain(config, light));
   for (ErrorTimePart& part : asked) {

@@ -19,7 +19,7 @@
 namespace clerestory {
 namespace {
 
-enum Stream : std::uint64_t { kPhotograph = 1, kParts };
+enum Stream : std::uint64_t { kParts = kPhotographSeed + 1 };
 
 /// Samples by which kernels are built before they are timed: of less than 64, and of more, groups are of another size.
 constexpr std::array kBuilding{16, 64};
@@ -77,7 +77,7 @@ class ErrorTimeStudy : public RoomStudy {
 
   RoomFindings run_room(const ListedRoom& listed) {
     const Random random(listed.seed);
-    const Scene scene = scene_of_room(listed, random.seed(kPhotograph));
+    const Scene scene = scene_of_room(listed);
     RoomFindings found;
     if (!maps_.empty()) measure_maps(scene, found);
     for (std::size_t p = 0; p < parts_.size(); ++p) measure_part(parts_[p], scene, random.fork(kParts + p), found);
@@ -85,10 +85,8 @@ class ErrorTimeStudy : public RoomStudy {
   }
 
   /// What the tracer holds of the room is gone when layers are asked for their memory.
-  Scene scene_of_room(const ListedRoom& listed, std::uint32_t seed) {
-    TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
-                    static_cast<int>(config_.integer("data.height")));
-    room.take_photograph(static_cast<int>(config_.integer("data.spp")), seed);
+  Scene scene_of_room(const ListedRoom& listed) {
+    TracedRoom room = photographed(listed);
     return std::move(room.scene);
   }
 

@@ -22,14 +22,14 @@ class LadderStudy : public RoomStudy {
 
  private:
   void measure() override {
-    options_.render.light = "net", options_.render.spp = static_cast<int>(config_.integer("ladder.spp"));
+    options_.render.light = "net", options_.render.spp = config_.whole("ladder.spp");
     use_light_of_two_parts(options_.render);
     options_.maps_weights = use_maps();
-    options_.width = static_cast<int>(config_.integer("data.width"));
-    options_.height = static_cast<int>(config_.integer("data.height"));
-    options_.picture_spp = static_cast<int>(config_.integer("data.spp"));
-    options_.emission_spp = static_cast<int>(config_.integer("ladder.emission_spp"));
-    options_.seeds = static_cast<int>(config_.integer("ladder.seeds"));
+    options_.width = config_.whole("data.width");
+    options_.height = config_.whole("data.height");
+    options_.picture_spp = config_.whole("data.spp");
+    options_.emission_spp = config_.whole("ladder.emission_spp");
+    options_.seeds = config_.whole("ladder.seeds");
     measure_rooms([this](const ListedRoom& listed) {
       LadderRoom room = climb_ladder(device_, listed, options_);
       const std::int64_t r = listed.index;

@@ -118,7 +118,7 @@ class LayerStudy : public StudyRun {
     const Scene scene = scene_of(read_view(view), view.string());
     RenderSettings reference = ours_;
     reference.points = "independent", reference.sharing = Sharing::Never;  // nothing in common with what it judges
-    reference.spp = static_cast<int>(config_.integer("study.truth_spp"));
+    reference.spp = config_.whole("study.truth_spp");
     const Image truth = render(scene, reference, 0x7fffffff).radiance;
     const double of_grid = seconds_of(scene, methods[0].settings);
     for (Method& m : methods)

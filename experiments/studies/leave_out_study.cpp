@@ -15,7 +15,7 @@
 namespace clerestory {
 namespace {
 
-enum Stream : std::uint64_t { kPicture = 1, kSeeds = 4 };
+enum Stream : std::uint64_t { kSeeds = 4 };
 
 /// What becomes of a room: its maps, and who lights it.
 struct SceneKind {
@@ -91,14 +91,12 @@ class LeaveOutStudy : public RoomStudy {
   static const SceneKind& kind_at(std::int64_t index) { return scene_kinds()[static_cast<std::size_t>(index)]; }
 
   RoomFindings run_scene(const ListedRoom& listed, const SceneKind& kind) {
-    TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
-                    static_cast<int>(config_.integer("data.height")));
     const Random random(listed.seed);
-    room.take_photograph(static_cast<int>(config_.integer("data.spp")), random.seed(kPicture));
+    TracedRoom room = photographed(listed);
     Scene scene = kind.predicted ? predicted_scene(device_, maps_, room.scene.photo, room.camera, false) : room.scene;
     kind.change(scene);
     RenderSettings settings = under_light(settings_, kind.light, device_, scene);
-    settings.spp = static_cast<int>(config_.integer("leave_out.spp"));
+    settings.spp = config_.whole("leave_out.spp");
 
     RoomFindings found;
     const SceneTraits traits = traits_of(scene, settings);

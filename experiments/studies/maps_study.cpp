@@ -38,9 +38,7 @@ class MapsStudy : public RoomStudy {
     rival_ = use_rival();
     lacks("InteriorVerse, whose pictures the paper shows");
     measure_rooms([&](const ListedRoom& listed) {
-      TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
-                      static_cast<int>(config_.integer("data.height")));
-      room.take_photograph(static_cast<int>(config_.integer("data.spp")), Random(listed.seed).seed(1));
+      TracedRoom room = photographed(listed);
       room.scene.photo = camera_picture(room.scene.photo);
       const PreparedView view = prepare_scene(room.scene, room.scene.width(), room.scene.height());
       RoomFindings found;

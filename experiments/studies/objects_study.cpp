@@ -65,9 +65,8 @@ class ObjectsStudy : public RoomStudy {
   }
 
   void prepare() {
-    const auto whole = [&](const char* key) { return static_cast<int>(config_.integer(key)); };
-    options_.width = whole("data.width"), options_.height = whole("data.height");
-    options_.photo_spp = whole("data.spp"), options_.truth_spp = whole("objects.truth_spp");
+    options_.width = config_.whole("data.width"), options_.height = config_.whole("data.height");
+    options_.photo_spp = config_.whole("data.spp"), options_.truth_spp = config_.whole("objects.truth_spp");
     options_.baseline = config_.real("objects.baseline"), options_.roughness = config_.real("objects.roughness");
     options_.shapes = config_.texts("objects.shapes");
     for (const std::string& shape : options_.shapes)
@@ -75,7 +74,7 @@ class ObjectsStudy : public RoomStudy {
         throw usage_error("there is no such object", "objects.shapes", shape,
                           fmt::format("{}", fmt::join(shapes(), ", ")));
     RenderSettings render;
-    render.spp = whole("objects.spp");
+    render.spp = config_.whole("objects.spp");
     const std::filesystem::path maps = use_maps();
     for (const std::string& light : config_.texts("objects.lights")) {
       ObjectAnswerer who{light, light, maps, render};

@@ -11,4 +11,14 @@ void RoomStudy::measure_rooms(const std::function<RoomFindings(const ListedRoom&
   });
 }
 
+TracedRoom RoomStudy::traced_room(const ListedRoom& room) const {
+  return {device_, room, config_.whole("data.width"), config_.whole("data.height")};
+}
+
+TracedRoom RoomStudy::photographed(const ListedRoom& room) const {
+  TracedRoom traced = traced_room(room);
+  traced.take_photograph(config_.whole("data.spp"), Random(room.seed).seed(kPhotographSeed));
+  return traced;
+}
+
 }  // namespace clerestory

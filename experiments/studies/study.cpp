@@ -167,8 +167,8 @@ std::string study_hash(const std::filesystem::path& config, const std::vector<st
 std::string run_study(const Config& config, const std::vector<std::string>& command) {
   const std::string& kind = config.text("study.kind");
   if (kind == "training")
-    throw usage_error("a study of trainings has keys of its own", "study.kind (" + config.origin("study.kind") + ")",
-                      kind, "a config of trainings by itself");
+    throw usage_error("a study of trainings has keys of its own", config.where("study.kind"), kind,
+                      "a config of trainings by itself");
   const StudyKind& study = kind_named(kind);
   if (const std::string& origin = config.origin("study.seeds"); !study.repeats && origin != "default")
     throw usage_error("a study of kind " + kind + " is not repeated by it", "study.seeds (" + origin + ")",

@@ -88,9 +88,9 @@ void StudyRun::choose_method() {
   const std::string& named = config_.text("study.method");
   for (const char* key : {"maps.weights", "light.weights"})
     if (config_.has(key) && !config_.text(key).empty())
-      throw usage_error("a method names these weights as well", fmt::format("{} ({})", key, config_.origin(key)),
-                        config_.text(key), "none beside study.method = " + named);
-  method_ = find_method(named, fmt::format("study.method ({})", config_.origin("study.method")));
+      throw usage_error("a method names these weights as well", config_.where(key), config_.text(key),
+                        "none beside study.method = " + named);
+  method_ = find_method(named, config_.where("study.method"));
   provenance_.facts["method"] = method_->name;
 }
 
@@ -168,7 +168,7 @@ fs::path StudyRun::use_maps() {
 std::optional<Method> StudyRun::use_rival() {
   const std::string& named = config_.text("study.rival");
   if (named.empty()) return lacks("Li et al. 2020 (study.rival)"), std::nullopt;
-  const Method rival = find_method(named, fmt::format("study.rival ({})", config_.origin("study.rival")));
+  const Method rival = find_method(named, config_.where("study.rival"));
   use(rival.maps);
   provenance_.facts["rival"] = rival.name;
   return rival;
@@ -227,9 +227,9 @@ GenerateOptions StudyRun::view_options() const {
   options.out = run_ / "data", options.rooms.seeds = rooms_.seeds,
   options.rooms.count = static_cast<int>(rooms_.seeds.size()), options.views.count = 1;
   options.rooms.setting = rooms_.setting, options.rooms.from = rooms_.described;
-  options.views.width = static_cast<int>(config_.integer("data.width"));
-  options.views.height = static_cast<int>(config_.integer("data.height"));
-  options.views.spp = static_cast<int>(config_.integer("data.spp"));
+  options.views.width = config_.whole("data.width");
+  options.views.height = config_.whole("data.height");
+  options.views.spp = config_.whole("data.spp");
   options.light.wanted = false;  // studies ask the tracer itself
   options.rooms.split = "test", options.interrupted = [] { return interrupted(); };
   return options;

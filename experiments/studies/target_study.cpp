@@ -17,7 +17,7 @@
 namespace clerestory {
 namespace {
 
-enum Stream : std::uint64_t { kPicture = 1, kTruth, kSeeds = 4 };
+enum Stream : std::uint64_t { kTruth = kPhotographSeed + 1, kSeeds = 4 };
 
 /// Of the truth's samples: a difference from one times that from the other holds no noise of either.
 using Halves = std::array<Image, 2>;
@@ -51,15 +51,13 @@ class TargetStudy : public RoomStudy {
   }
 
   RoomFindings run_room(const ListedRoom& listed) {
-    TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
-                    static_cast<int>(config_.integer("data.height")));
     const Random random(listed.seed);
-    room.take_photograph(static_cast<int>(config_.integer("data.spp")), random.seed(kPicture));
+    TracedRoom room = photographed(listed);
     RenderSettings settings = under_light(settings_, config_.text("target.light"), device_, room.scene);
 
     RenderSettings most = settings;
     most.points = "independent", most.sharing = Sharing::Never;  // nothing in common with the pictures that it judges
-    most.spp = static_cast<int>(config_.integer("target.truth_spp")) / 2;
+    most.spp = config_.whole("target.truth_spp") / 2;
     Halves truth;
     for (std::size_t k = 0; k < 2; ++k) {
       most.seed = random.seed(kTruth + k);

@@ -17,8 +17,7 @@ void only_of(const Texts& known, const Config& c, const char* what, const char* 
   Texts others = c.texts("ablation.measures");
   std::erase_if(others, [&](const std::string& measure) { return std::ranges::count(known, measure) > 0; });
   if (!others.empty())
-    throw usage_error(what, c.origin("ablation.measures") + ": ablation.measures",
-                      fmt::format("{}", fmt::join(others, ", ")),
+    throw usage_error(what, c.where("ablation.measures"), fmt::format("{}", fmt::join(others, ", ")),
                       fmt::format("at most {} where model.kind = {}", fmt::join(known, ", "), kind));
 }
 
@@ -53,9 +52,8 @@ class TrainedLight : public TrainedKind {
   void check(const Config& c) const override {
     only_of(light_measures(), c, "are tables of maps", "light");
     if (const std::int64_t scale = c.integer("ablation.judged_scale"); scale != 1)
-      throw usage_error("light lies at the pixels of its view",
-                        c.origin("ablation.judged_scale") + ": ablation.judged_scale", fmt::format("{}", scale),
-                        "1 where model.kind = light");
+      throw usage_error("light lies at the pixels of its view", c.where("ablation.judged_scale"),
+                        fmt::format("{}", scale), "1 where model.kind = light");
   }
 
   Texts tables(const Config& c) const override { return with_measures("light", c); }
@@ -63,10 +61,9 @@ class TrainedLight : public TrainedKind {
   RunTables measure(const fs::path& run, const fs::path& test, const Config& c) const override {
     Device device = Device::open(c.text("run.device"));
     device.use_gemm(c.text("model.gemm"));
-    const auto whole = [&](const char* key) { return static_cast<int>(c.integer(key)); };
     return measure_light(run,
-                         {test, whole("model.width"), whole("model.height"), c.flag("ablation.clamped"),
-                          whole("ablation.spp"), c.texts("ablation.measures")},
+                         {test, c.whole("model.width"), c.whole("model.height"), c.flag("ablation.clamped"),
+                          c.whole("ablation.spp"), c.texts("ablation.measures")},
                          device);
   }
 };
@@ -79,8 +76,7 @@ const TrainedKind& trained_kind(const Config& config) {
   const std::string& kind = config.text("model.kind");
   if (kind == "maps") return maps;
   if (kind == "light") return light;
-  throw usage_error("no study judges trainings of this", config.origin("model.kind") + ": model.kind", kind,
-                    "maps or light");
+  throw usage_error("no study judges trainings of this", config.where("model.kind"), kind, "maps or light");
 }
 
 }  // namespace clerestory

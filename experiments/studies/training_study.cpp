@@ -34,13 +34,13 @@ fs::path data_folder(const Config& c, const std::string& split) { return fs::pat
 
 GenerateOptions rooms_of(const Config& c, const std::string& split) {
   const bool training = split == "train";
-  const auto whole = [&](const char* key) { return static_cast<int>(c.integer(key)); };
   GenerateOptions o;
   o.out = data_folder(c, split), o.rooms.split = split;
-  o.rooms.count = whole(training ? "ablation.rooms" : "ablation.judged_rooms"), o.views.count = whole("ablation.views");
-  const int scale = training ? 1 : whole("ablation.judged_scale");
-  o.views.width = scale * whole("model.width"), o.views.height = scale * whole("model.height");
-  o.views.spp = whole("ablation.picture_spp"), o.light.spp = whole("ablation.light_spp");
+  o.rooms.count = c.whole(training ? "ablation.rooms" : "ablation.judged_rooms"),
+  o.views.count = c.whole("ablation.views");
+  const int scale = training ? 1 : c.whole("ablation.judged_scale");
+  o.views.width = scale * c.whole("model.width"), o.views.height = scale * c.whole("model.height");
+  o.views.spp = c.whole("ablation.picture_spp"), o.light.spp = c.whole("ablation.light_spp");
   o.views.clamp = 1;  // without it fireflies of few samples would be learned as lamps
   o.light.wanted = trained_kind(c).reads_light();
   o.rooms.setting = !training && c.text("ablation.judged_setting") == "held_out" ? Setting::HeldOut : Setting::Training;
@@ -182,8 +182,8 @@ namespace {
 /// Rooms and tables are those of one kind.
 void one_kind(const Config& run, const Config& config) {
   if (&trained_kind(run) != &trained_kind(config))
-    throw usage_error("the trainings of a study are of one kind", run.origin("model.kind") + ": model.kind",
-                      run.text("model.kind"), config.text("model.kind"));
+    throw usage_error("the trainings of a study are of one kind", run.where("model.kind"), run.text("model.kind"),
+                      config.text("model.kind"));
 }
 
 /// Of a finished run; a training leaves tables of its own beside them.

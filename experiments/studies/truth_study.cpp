@@ -60,11 +60,9 @@ class TruthStudy : public RoomStudy {
   }
 
   RoomFindings run_room(const ListedRoom& listed) {
-    TracedRoom room(device_, listed, static_cast<int>(config_.integer("data.width")),
-                    static_cast<int>(config_.integer("data.height")));
-    const TruthOptions options{
-        static_cast<int>(config_.integer("truth.batches")), static_cast<int>(config_.integer("truth.layer_spp")),
-        static_cast<int>(config_.integer("truth.picture_spp")), config_.real("truth.level"), listed.seed};
+    TracedRoom room = traced_room(listed);
+    const TruthOptions options{config_.whole("truth.batches"), config_.whole("truth.layer_spp"),
+                               config_.whole("truth.picture_spp"), config_.real("truth.level"), listed.seed};
     TruthComparison compared = compare_with_tracer(device_, room.traced, room.scene, options);
     RoomFindings found;
     found.add({"stated", "whole"}, compared.whole_by_stated), found.add({"dropped"}, compared.dropped);
@@ -87,7 +85,7 @@ class TruthStudy : public RoomStudy {
     const Image truth = exposed(compared.tracer);
     scene.photo = truth;
     RenderSettings settings;
-    settings.spp = static_cast<int>(config_.integer("truth.light_spp")), settings.seed = Random(listed.seed).seed(1);
+    settings.spp = config_.whole("truth.light_spp"), settings.seed = Random(listed.seed).seed(kPhotographSeed);
     settings.thickness = config_.real("study.thickness");
 
     // Emitting pixels are shown as they are in every picture.
@@ -129,7 +127,7 @@ class TruthStudy : public RoomStudy {
   /// The table of agreement, and in the provenance what it says.
   Table agreement_table() {
     const double level = config_.real("truth.level");
-    const auto batches = static_cast<int>(config_.integer("truth.batches"));
+    const int batches = config_.whole("truth.batches");
     Table table;
     table.title = fmt::format("light = truth against the tracer: {:.2f} % of values are expected within", 100 * level);
     table.columns = {{"room", "", Best::None, 3},

@@ -110,7 +110,7 @@ class UncertaintyStudy : public RoomStudy {
     }
   }
 
-  int bin_count() const { return static_cast<int>(config_.integer("uncertainty.bins")); }
+  int bin_count() const { return config_.whole("uncertainty.bins"); }
 
   // --- What the records say ---------------------------------------------------------------------------------------
 

@@ -74,12 +74,11 @@ class UserStudy : public RoomStudy {
   }
 
   void prepare() {
-    const auto whole = [&](const char* key) { return static_cast<int>(config_.integer(key)); };
-    options_.width = whole("data.width"), options_.height = whole("data.height"),
-    options_.photo_spp = whole("data.spp");
-    options_.truth_spp = whole("user.truth_spp"), options_.probes = whole("user.probes");
-    options_.probe_spp = whole("user.probe_spp"), options_.seeds = whole("study.seeds");
-    options_.lights = config_.texts("user.lights"), options_.render.spp = whole("user.spp");
+    options_.width = config_.whole("data.width"), options_.height = config_.whole("data.height"),
+    options_.photo_spp = config_.whole("data.spp");
+    options_.truth_spp = config_.whole("user.truth_spp"), options_.probes = config_.whole("user.probes");
+    options_.probe_spp = config_.whole("user.probe_spp"), options_.seeds = config_.whole("study.seeds");
+    options_.lights = config_.texts("user.lights"), options_.render.spp = config_.whole("user.spp");
     for (const std::string& light : options_.lights) {
       options_.render.light = study_light(light).light;
       if (is_learned_light(options_.render.light)) use_light(options_.render);

@@ -14,11 +14,11 @@ namespace {
 
 void forbid(bool bad, const Config& config, const std::string& key, const std::string& what,
             const std::string& expected) {
-  if (bad) throw usage_error(what, key + " (" + config.origin(key) + ")", "", expected);
+  if (bad) throw usage_error(what, config.where(key), "", expected);
 }
 
-int whole(const Config& c, const std::string& key, int otherwise) {
-  const auto value = static_cast<int>(c.integer(key));
+int whole_or(const Config& c, const std::string& key, int otherwise) {
+  const int value = c.whole(key);
   return value > 0 ? value : otherwise;
 }
 
@@ -58,7 +58,8 @@ MgnetSize maps_net_of(const Config& c) {
     encoder.imagenet_input = imagenet_input(c);
     forbid(encoder.imagenet_input && net.shared(), c, "model.input",
            "the shared form reads logarithms beside the picture", "plain where model.preset = shared");
-    encoder.growth = whole(c, "model.growth", encoder.growth), encoder.first = whole(c, "model.first", encoder.first);
+    encoder.growth = whole_or(c, "model.growth", encoder.growth),
+    encoder.first = whole_or(c, "model.first", encoder.first);
     replace("model.layers", encoder.layers);
   }
   replace("model.decoder", net.steps());
@@ -84,8 +85,9 @@ LightSizes light_net_of(const Config& c) {
   sizes.delta = delta_depth_of(c.text("light.delta"));
   sizes.in_view.trunk.imagenet_input = sizes.out_of_view.trunk.imagenet_input = imagenet_input(c);
   if (!c.text("light.output").empty()) in_view.output = light_output_of(c.text("light.output"));
-  in_view.width = whole(c, "light.width", in_view.width), in_view.layers = whole(c, "light.layers", in_view.layers);
-  in_view.frequencies = whole(c, "light.frequencies", in_view.frequencies);
+  in_view.width = whole_or(c, "light.width", in_view.width),
+  in_view.layers = whole_or(c, "light.layers", in_view.layers);
+  in_view.frequencies = whole_or(c, "light.frequencies", in_view.frequencies);
   if (c.real("light.direction_deviation") > 0) in_view.direction_deviation = c.real("light.direction_deviation");
   if (c.real("light.surface_deviation") > 0) in_view.surface_deviation = c.real("light.surface_deviation");
   // What trains but cannot be asked for light is of no use to anybody.
@@ -106,8 +108,8 @@ LightSizes light_net_of(const Config& c) {
   far.background = far.background || c.flag("light.background");
   forbid(far.background && far.form != OutOfViewForm::Field, c, "light.background", "shells have no colour behind them",
          "light.out_of_view = field");
-  far.shells.count = whole(c, "light.shells", far.shells.count);
-  far.march.segments = whole(c, "light.segments", far.march.segments);
+  far.shells.count = whole_or(c, "light.shells", far.shells.count);
+  far.march.segments = whole_or(c, "light.segments", far.march.segments);
   if (!c.integers("light.field").empty())
     far.hidden.assign(c.integers("light.field").begin(), c.integers("light.field").end());
   return sizes;
@@ -116,12 +118,11 @@ LightSizes light_net_of(const Config& c) {
 LightTrainingOptions light_step_of(const Config& c, const Size& size, const TrainSection& train) {
   LightTrainingOptions step;
   step.batch = train.batch, step.height = size.height, step.width = size.width;
-  const auto number = [&](const char* key) { return static_cast<int>(c.integer(key)); };
-  step.rows = number("light.rows"), step.samples = number("light.samples");
-  step.shade_width = number("light.shade_width"), step.shade_height = number("light.shade_height");
-  step.shade_samples = number("light.shade_samples");
+  step.rows = c.whole("light.rows"), step.samples = c.whole("light.samples");
+  step.shade_width = c.whole("light.shade_width"), step.shade_height = c.whole("light.shade_height");
+  step.shade_samples = c.whole("light.shade_samples");
   for (const char* key : {"light.samples", "light.shade_samples"})
-    forbid(number(key) % 16 != 0, c, key, fmt::format("{} directions", number(key)), "a multiple of 16");
+    forbid(c.whole(key) % 16 != 0, c, key, fmt::format("{} directions", c.whole(key)), "a multiple of 16");
   step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender"), c.real("loss.irradiance")};
   forbid(is_li2020_light(c) && c.real("loss.irradiance") > 0, c, "loss.irradiance",
          "the light of Li et al. 2020 has no such term", "0 where light.net = li2020");
@@ -137,22 +138,21 @@ LightTrainingOptions light_step_of(const Config& c, const Size& size, const Trai
 StreamOptions stream_of(const Config& c, const Size& size) {
   StreamOptions stream;
   stream.on = !c.text("stream.setting").empty();
-  const auto number = [&](const char* key) { return static_cast<int>(c.integer(key)); };
   GenerateOptions& rooms = stream.rooms;
   rooms.rooms.setting = c.text("stream.setting") == "held_out" ? Setting::HeldOut : Setting::Training;
   rooms.rooms.seed = static_cast<std::uint64_t>(c.integer("stream.seed"));
-  rooms.views.count = number("stream.views"), rooms.views.spp = number("stream.spp"),
+  rooms.views.count = c.whole("stream.views"), rooms.views.spp = c.whole("stream.spp"),
   rooms.views.clamp = c.real("stream.clamp"), rooms.views.variance = false;
   rooms.light.wanted = c.text("model.kind") == "light", rooms.rooms.split = "train";
   rooms.views.handling = {c.real("stream.roll"), c.real("stream.close_ups"), c.real("stream.from_above")};
   const double across = 1 - rooms.views.handling.close_ups;
   forbid(rooms.views.handling.from_above > across, c, "stream.from_above", "a view is close up or from above, not both",
          fmt::format("at most {} beside stream.close_ups", across));
-  rooms.light.spp = number("stream.light_spp"), rooms.light.probes = number("stream.probes");
-  const int scale = rooms.light.wanted ? 1 : number("stream.scale");  // light lies at the pixels of its view
+  rooms.light.spp = c.whole("stream.light_spp"), rooms.light.probes = c.whole("stream.probes");
+  const int scale = rooms.light.wanted ? 1 : c.whole("stream.scale");  // light lies at the pixels of its view
   rooms.views.width = scale * size.width, rooms.views.height = scale * size.height;
-  stream.times = number("stream.times"), stream.window = number("stream.window");
-  stream.makers = number("stream.makers"), stream.unread = number("train.batch") * (kBatchesAhead + 2);
+  stream.times = c.whole("stream.times"), stream.window = c.whole("stream.window");
+  stream.makers = c.whole("stream.makers"), stream.unread = c.whole("train.batch") * (kBatchesAhead + 2);
   stream.fixed = c.real("stream.fixed"), stream.crop_low = c.real("stream.crop");
   stream.device = c.text("run.device");
   forbid(stream.on && c.real("train.epochs") > 0, c, "train.epochs", "a stream of rooms has no end to pass over",
@@ -166,23 +166,20 @@ std::vector<JudgingList> lists_of(const Config& c) {
     const std::size_t sign = text.find('=');
     const bool named = sign != std::string::npos && sign > 0 && sign + 1 < text.size();
     if (!named)
-      throw usage_error("is no list of rooms", "data.lists (" + c.origin("data.lists") + ")", text,
+      throw usage_error("is no list of rooms", c.where("data.lists"), text,
                         "NAME=FOLDER, such as held_out=data/judge/held_out");
     lists.push_back({text.substr(0, sign), text.substr(sign + 1), false});
     const auto same = [&](const JudgingList& other) { return other.name == lists.back().name; };
     if (std::ranges::count_if(lists, same) > 1)
-      throw usage_error("two lists have one name", "data.lists (" + c.origin("data.lists") + ")", lists.back().name);
+      throw usage_error("two lists have one name", c.where("data.lists"), lists.back().name);
   }
   for (const std::string& name : c.texts("data.photographed")) {
     const auto found = std::ranges::find(lists, name, &JudgingList::name);
-    if (found == lists.end())
-      throw usage_error("is no list of data.lists", "data.photographed (" + c.origin("data.photographed") + ")", name);
+    if (found == lists.end()) throw usage_error("is no list of data.lists", c.where("data.photographed"), name);
     lists.push_back({name + ", photographed", found->folder, true});
   }
   return lists;
 }
-
-int count_of(const Config& c, const char* key) { return static_cast<int>(c.integer(key)); }
 
 RunSection run_of(const Config& c) {
   return {c.text("run.root"),   c.text("run.experiment"), c.text("run.variant"),
@@ -194,7 +191,7 @@ ModelSection model_of(const Config& c) {
   o.kind = c.text("model.kind"), o.preset = c.text("model.preset");
   o.net = maps_net_of(c);
   if (o.kind == "light") o.light = light_net_of(c);
-  o.size = {count_of(c, "model.width"), count_of(c, "model.height")};
+  o.size = {c.whole("model.width"), c.whole("model.height")};
   o.encoder = c.text("model.encoder"), o.init = c.text("model.init"), o.gemm = c.text("model.gemm");
   return o;
 }
@@ -235,8 +232,8 @@ DataSection data_of(const Config& c, const ModelSection& model) {
   o.train_roots = c.texts("data.train"), o.validation_roots = c.texts("data.validation");
   if (o.validation_roots.empty()) o.validation_roots = o.train_roots;
   o.train_split = c.text("data.train_split"), o.validation_split = c.text("data.validation_split");
-  o.validation_views = count_of(c, "data.validation_views"), o.mean_views = count_of(c, "data.mean_views");
-  o.lists = lists_of(c), o.list_views = count_of(c, "data.list_views");
+  o.validation_views = c.whole("data.validation_views"), o.mean_views = c.whole("data.mean_views");
+  o.lists = lists_of(c), o.list_views = c.whole("data.list_views");
   o.frames.assign(c.texts("data.frames").begin(), c.texts("data.frames").end());
   o.cache_bytes = static_cast<std::uint64_t>(c.integer("data.cache_mib")) << 20;
   o.augmentation = augmentation_of(c);
@@ -259,12 +256,12 @@ LearningRate rate_of(const Config& c) {
 
 TrainSection train_of(const Config& c) {
   TrainSection o;
-  o.batch = count_of(c, "train.batch");
+  o.batch = c.whole("train.batch");
   o.steps = c.integer("train.steps"), o.epochs = c.real("train.epochs"), o.minutes = c.real("train.minutes");
   forbid(o.steps == 0 && o.epochs == 0 && o.minutes == 0, c, "train.steps", "the run has no end",
          "train.steps, train.epochs or train.minutes above 0");
   o.memory = static_cast<std::size_t>(c.integer("train.memory_mib")) << 20;
-  o.memory_key = "train.memory_mib (" + c.origin("train.memory_mib") + ")";
+  o.memory_key = c.where("train.memory_mib");
   o.rate = rate_of(c), o.encoder_rate = c.real("train.encoder_rate");
   o.beta1 = c.real("train.beta1"), o.beta2 = c.real("train.beta2"), o.average = c.real("train.average");
   o.runaway = c.real("train.runaway");
@@ -276,7 +273,7 @@ std::optional<PerceptualFeatures> features_of(const Config& c) {
   using From = PerceptualFeatures::From;
   const std::string &from = c.text("loss.perceptual_features"), &file = c.text("loss.perceptual_weights");
   const auto refuse = [&](bool bad, const std::string& key, const char* what, const std::string& expected) {
-    if (bad) throw usage_error(what, key + " (" + c.origin(key) + ")", c.text(key), expected);
+    if (bad) throw usage_error(what, c.where(key), c.text(key), expected);
   };
   if (from.empty() && file.empty()) return std::nullopt;
   refuse(c.text("loss.terms") == "li2020", from.empty() ? "loss.perceptual_weights" : "loss.perceptual_features",

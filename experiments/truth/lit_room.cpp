@@ -48,12 +48,12 @@ std::string predict(Device& device, LightView& view, const std::filesystem::path
 }  // namespace
 
 LitRoomOptions lit_room_options(const Config& c) {
-  const auto whole = [&](const char* key) { return static_cast<int>(c.integer(key)); };
   LitRoomOptions o;
-  o.width = whole("data.width"), o.height = whole("data.height"), o.spp = whole("data.spp");
-  o.views = whole("incident.views"), o.clamp = c.real("incident.clamp"), o.seeds = whole("study.seeds");
-  o.rows = whole("incident.points"), o.samples = whole("incident.directions"), o.ray_spp = whole("incident.ray_spp");
-  o.probes = whole("incident.probes"), o.probe_spp = whole("incident.probe_spp");
+  o.width = c.whole("data.width"), o.height = c.whole("data.height"), o.spp = c.whole("data.spp");
+  o.views = c.whole("incident.views"), o.clamp = c.real("incident.clamp"), o.seeds = c.whole("study.seeds");
+  o.rows = c.whole("incident.points"), o.samples = c.whole("incident.directions"),
+  o.ray_spp = c.whole("incident.ray_spp");
+  o.probes = c.whole("incident.probes"), o.probe_spp = c.whole("incident.probe_spp");
   o.maps_weights = c.text("maps.weights"), o.predicted = c.text("data.maps") == "predicted",
   o.clipped = c.flag("incident.clipped_picture");
   if (o.samples % 16 != 0)

@@ -12,6 +12,9 @@ Scene scene_of(const TraceMaps& maps, const Camera& camera);
 /// Of a view: its pixels that have a depth, row-major.
 std::vector<bool> pixels_with_depth(const Scene& scene);
 
+/// Stream of a listed room's seed that its photograph is traced with.
+inline constexpr std::uint64_t kPhotographSeed = 1;
+
 struct TracedRoom {
   TracedRoom(const Device& device, const ListedRoom& listed, int width, int height)
       : room(listed.make()),

@@ -373,6 +373,7 @@ const T& Config::get(std::string_view key) const {
 bool Config::has(std::string_view key) const { return entries_.contains(std::string(key)); }
 bool Config::flag(std::string_view key) const { return get<bool>(key); }
 std::int64_t Config::integer(std::string_view key) const { return get<std::int64_t>(key); }
+int Config::whole(std::string_view key) const { return static_cast<int>(integer(key)); }
 double Config::real(std::string_view key) const { return get<double>(key); }
 const std::string& Config::text(std::string_view key) const { return get<std::string>(key); }
 const std::vector<std::int64_t>& Config::integers(std::string_view key) const {
@@ -385,6 +386,8 @@ std::string Config::origin(std::string_view key) const {
   const auto entry = entries_.find(std::string(key));
   return entry == entries_.end() ? "default" : entry->second.origin;
 }
+
+std::string Config::where(std::string_view key) const { return fmt::format("{} ({})", key, origin(key)); }
 
 std::string config_toml(const Config& config) { return entries_toml(config.entries()); }
 

@@ -112,14 +112,17 @@ class Config {
   bool has(std::string_view key) const;
   bool flag(std::string_view key) const;
   std::int64_t integer(std::string_view key) const;
+  int whole(std::string_view key) const;  // the same where the key's bounds fit into an int
   double real(std::string_view key) const;
   const std::string& text(std::string_view key) const;
   const std::vector<std::int64_t>& integers(std::string_view key) const;
   const std::vector<double>& reals(std::string_view key) const;
   const std::vector<std::string>& texts(std::string_view key) const;
 
-  /// Where the value was set, for messages about values that do not go together.
+  /// Where the value was set: "file.toml:12", "model.width=64" or "default".
   std::string origin(std::string_view key) const;
+  /// "key (origin)", for messages about values that do not go together.
+  std::string where(std::string_view key) const;
 
   const std::vector<ConfigVariant>& variants() const { return variants_; }
   /// This config as the named variant: its overrides lie between the files and the command line.
