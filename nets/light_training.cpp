@@ -137,24 +137,25 @@ RadianceLoss radiance_loss_of(const std::string& name) {
 
 LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightTrainingOptions& o) {
   const LightLossWeights& w = o.weights;
-  if (w.mixed + w.out_of_view + w.rerender + w.irradiance == 0)
+  if (w.mixed + w.out_of_view + w.rerender + w.irradiance + w.unseen == 0)
     throw usage_error("every term has a weight of zero: nothing to train", "loss");
-  if (sizes.li2020 && w.out_of_view + w.irradiance > 0)
-    throw usage_error("the light of Li et al. has no such terms", "loss.out_of_view, loss.irradiance", "above 0", "0");
+  if (sizes.li2020 && w.out_of_view + w.irradiance + w.unseen > 0)
+    throw usage_error("the light of Li et al. has no such terms", "loss.out_of_view, loss.irradiance, loss.unseen",
+                      "above 0", "0");
   const LightInputs inputs = light_inputs(graph, o.batch, o.height, o.width);
   const std::vector<LitPicture> pictures = lit_pictures(graph, inputs, sizes, true);
   const Shading shading = w.rerender > 0 && !sizes.li2020 ? shading_inputs(graph, o) : Shading{};
 
   const bool relative = o.radiance == RadianceLoss::Relative;
   const auto radiance_loss = relative ? relative_loss : hdr_loss;
-  std::vector<Value> mixed, far, irradiance, rerender;
+  std::vector<Value> mixed, far, unseen, irradiance, rerender;
   for (int b = 0; b < o.batch; ++b) {
     graph.draws(static_cast<std::uint32_t>(b) + 1);  // each picture its own directions
     const LitPicture& picture = pictures[static_cast<std::size_t>(b)];
     const auto ask = [&](Value points, Value directions, Value skip) {
       return ask_light(graph, picture, sizes, points, directions, skip);
     };
-    if (w.mixed > 0 || w.out_of_view > 0 || w.irradiance > 0) {
+    if (w.mixed + w.out_of_view + w.irradiance + w.unseen > 0) {
       const auto rays = [&](const char* name, int channels, Type type = Type::Real) {
         return graph.input(name + std::to_string(b), {1, channels, o.rows, o.samples}, type);
       };
@@ -163,6 +164,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
       mixed.push_back(sizes.li2020 ? li2020_recon(answer.mixed, truth, known)
                                    : radiance_loss(answer.mixed, truth, known_hits(known, answer.hits, picture)));
       far.push_back(radiance_loss(answer.out_of_view, truth, known));
+      unseen.push_back(radiance_loss(answer.out_of_view, truth, multiply(known, answer.hits.u)));
       irradiance.push_back(irradiance_loss(answer.mixed, truth));
     }
     if (w.rerender > 0 && sizes.li2020)
@@ -181,6 +183,7 @@ LightTraining light_training(Graph& graph, const LightSizes& sizes, const LightT
   };
   term("mixed", mixed, w.mixed), term("out_of_view", far, w.out_of_view);
   term("irradiance", irradiance, w.irradiance), term("rerender", rerender, w.rerender);
+  term("unseen", unseen, w.unseen);
   training.losses.insert(training.losses.begin(), {"loss", total});
   if (w.mixed + w.rerender + w.irradiance == 0) training.frozen = {"local"};
   training.parameters = trained_parameters(graph, training.frozen);

@@ -13,6 +13,7 @@ struct LightLossWeights {
   double out_of_view = 1;  // the out-of-view part alone, on all rays
   double rerender = 0.1;   // the picture rendered again, squared error
   double irradiance = 0;   // the mean of each row of rays, both parts mixed
+  double unseen = 0;       // the out-of-view part, each ray weighed by its u: by what Eq. 6 takes of that part
 };
 
 /// How radiance is compared. Hdr: RawNeRF's loss, as in the paper; its optimum is the mean of what may be. Relative:

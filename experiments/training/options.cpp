@@ -123,9 +123,11 @@ LightTrainingOptions light_step_of(const Config& c, const Size& size, const Trai
   step.shade_samples = c.whole("light.shade_samples");
   for (const char* key : {"light.samples", "light.shade_samples"})
     forbid(c.whole(key) % 16 != 0, c, key, fmt::format("{} directions", c.whole(key)), "a multiple of 16");
-  step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender"), c.real("loss.irradiance")};
-  forbid(is_li2020_light(c) && c.real("loss.irradiance") > 0, c, "loss.irradiance",
-         "the light of Li et al. 2020 has no such term", "0 where light.net = li2020");
+  step.weights = {c.real("loss.mixed"), c.real("loss.out_of_view"), c.real("loss.rerender"), c.real("loss.irradiance"),
+                  c.real("loss.unseen")};
+  for (const char* key : {"loss.irradiance", "loss.unseen"})
+    forbid(is_li2020_light(c) && c.real(key) > 0, c, key, "the light of Li et al. 2020 has no such term",
+           "0 where light.net = li2020");
   if (is_li2020_light(c)) {  // it has no such parts, and renders its own cells
     step.weights.out_of_view = step.weights.irradiance = 0;
     step.shade_width = step.shade_height = 0;

@@ -195,6 +195,10 @@ void add_loss_keys(Schema& s) {
 
   s.real("loss.mixed", 1, "light: radiance of rays that hit, both nets mixed by their uncertainty", {0, none});
   s.real("loss.out_of_view", 1, "light: radiance of all rays, the out-of-view net alone", {0, none});
+  s.real("loss.unseen", 0,
+         "light: radiance of the out-of-view net alone, rays weighed by their uncertainty: by how much it is asked for",
+         {0, none})
+      .later();
   s.real("loss.irradiance", 0, "light: Poisson's divergence of the mean radiance of each row of rays, both nets mixed",
          {0, none});
   s.real("loss.rerender", 0.1, "light: squared error of the picture rendered again", {0, none});

@@ -64,6 +64,7 @@ TEST(TrainingOptions, LightsThatTrainButCannotBeAskedAreRefused) {
   refused({"light.frequencies=257"}, "light.frequencies");
   refused({"light.frequencies=103"}, "light.frequencies");
   refused({"light.net=li2020", "loss.irradiance=1"}, "loss.irradiance");
+  refused({"light.net=li2020", "loss.unseen=1"}, "loss.unseen");
   refused({"light.net=li2020", "model.input=imagenet"}, "model.input");
   refused({"light.out_of_view=field", "light.field=[65]"}, "light.field");
   refused({"light.out_of_view=field", "light.field=[8,8,8,8,8]"}, "light.field");

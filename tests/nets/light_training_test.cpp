@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/math/camera.hpp"
@@ -305,6 +306,38 @@ TEST(LightTraining, EveryParameterHasAGradientOrIsFrozen) {
   EXPECT_EQ(frozen({1, 0, 0}), Scopes{});
   EXPECT_EQ(frozen({0, 0, 1}), Scopes{});
   EXPECT_EQ(frozen({0, 1, 0}), Scopes{"local"});
+  EXPECT_EQ(frozen({.mixed = 0, .out_of_view = 0, .rerender = 0, .unseen = 1}), Scopes{"local"});
+}
+
+// What is not seen is the out-of-view part on rays that count by their u.
+TEST(LightTraining, UnseenIsOutOfViewWhereTheUncertaintySaysWhatIsKnown) {
+  Wall wall;
+  std::erase_if(wall.feeds, [](const auto& feed) { return feed.first.starts_with("shade_"); });
+  const auto first_loss = [&](const LightLossWeights& weights) {
+    wall.options.weights = weights;
+    Graph graph;
+    return trained(graph, light_training(graph, small_sizes(), wall.options), wall, 1)[0].at("loss");
+  };
+  const double unseen = first_loss({.mixed = 0, .out_of_view = 0, .rerender = 0, .unseen = 1});
+  EXPECT_NE(unseen, first_loss({.mixed = 0, .out_of_view = 1, .rerender = 0}));
+  double least = 1, most = 0;
+  for (int b = 0; b < wall.options.batch; ++b) {
+    const std::string at = std::to_string(b);
+    Graph graph;
+    std::map<std::string, Tensor> feeds;
+    const auto input = [&](const std::string& name, Type type = Type::Real) {
+      feeds[name] = wall.feeds.at(name);
+      return graph.input(name, wall.feeds.at(name).shape, type);
+    };
+    const SsrtHits hits =
+        ssrt(ssrt_scene(item_of(input("depth"), b)), item_of(input("camera"), b), item_of(input("range"), b),
+             input("directions" + at), {input("points" + at), input("skip" + at, Type::Int)});
+    Tensor& known = wall.feeds["known" + at] = evaluate(graph, {hits.u}, Device::open(), feeds)[0];
+    least = std::min(least, std::ranges::min(known.real)), most = std::max(most, std::ranges::max(known.real));
+  }
+  EXPECT_LT(least, 0.5);
+  EXPECT_EQ(most, 1);
+  EXPECT_EQ(first_loss({.mixed = 0, .out_of_view = 1, .rerender = 0}), unseen);
 }
 
 TEST(LightTraining, WhatHasNoWeightIsNotBuilt) {
