@@ -9,6 +9,7 @@
 #include "experiments/commands/check_report.hpp"
 #include "experiments/commands/check_stability.hpp"
 #include "experiments/commands/cli.hpp"
+#include "experiments/commands/device_verdict.hpp"
 #include "host/io/config_values.hpp"
 #include "host/io/json_file.hpp"
 #include "host/report/progress.hpp"

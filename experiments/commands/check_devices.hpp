@@ -18,11 +18,6 @@ struct DevicesOptions {
   std::filesystem::path report;   // .html or .md; empty: none
 };
 
-/// Every kernel variant that the program was seen to launch, in the tests and by commands (tests/variants.sh), as
-/// text_of(KernelVariant).
-inline constexpr const char* kVariantsName = "checks/variants.txt";
-std::vector<std::string> listed_variants();
-
 /// Each device in a process of its own: drivers crash, and two compilers in one process may be one too many. Prints a
 /// table and "kernels K devices D failed F unexplained U": K variants were run on D devices; F pairs of variant and
 /// device failed, and devices that are refused or lost; U of them without a reproducer in checks/reproducers that shows

@@ -28,19 +28,6 @@ const std::vector<std::string>& shapes() {
   return all;
 }
 
-/// `whose`: the nets'.
-std::string label_of(const std::string& light, const std::string& whose) {
-  if (light == "net+lamps") return whose + ": learned light, lamps fitted";
-  if (light == "net") return whose + ": learned light alone";
-  if (light == "completed+lamps") return whose + ": the photograph, learned light out of view, lamps fitted";
-  if (light == "completed") return whose + ": the photograph, learned light out of view";
-  if (light == "image") return "the photograph where rays hit";
-  if (light == "panorama") return "the photograph at infinity";
-  if (light == "mirrored") return "the photograph mirrored all around";
-  if (light == "mirrored+fit") return "the photograph mirrored, as bright as shading says";
-  if (light == "constant") return "mean colour of the photograph";
-  return light;
-}
 bool is_simple(const ObjectAnswerer& who) { return !is_learned_light(who.render.light); }
 
 class ObjectsStudy : public RoomStudy {
@@ -91,7 +78,7 @@ class ObjectsStudy : public RoomStudy {
   }
 
   std::string label(const std::string& answerer) const {
-    return answerer == kRival ? rival_label(*rival_) : label_of(answerer, own_label());
+    return answerer == kRival ? rival_label(*rival_) : light_label(answerer, own_label());
   }
 
   std::vector<double> rooms(const char* metric, const std::string& maps, const std::string& shape,

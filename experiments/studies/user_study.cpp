@@ -30,23 +30,6 @@ std::vector<Job> jobs() {
   return all;
 }
 
-/// `ours`: nets are those that come with Clerestory.
-std::string label_of(const std::string& light, bool ours) {
-  if (light == "net+lamps") return ours ? "Clerestory: learned light, lamps fitted" : "learned light, lamps fitted";
-  if (light == "net") return "learned light alone";
-  if (light == "completed+lamps") return "the photograph, learned light out of view, lamps fitted";
-  if (light == "completed") return "the photograph, learned light out of view";
-  if (light == "constant+fit") return "one constant, fitted as lamps are";
-  if (light == "constant+lamps") return "mean colour, lamps fitted";
-  if (light == "constant") return "mean colour of the photograph";
-  if (light == "image+lamps") return "the photograph as light, lamps fitted";
-  if (light == "image") return "the photograph as light";
-  if (light == "mirrored+fit") return "the photograph mirrored all around, as bright as shading says";
-  if (light == kUnchanged) return "none: the photograph unchanged";
-  if (light == kOracle) return "oracle: the best constant, which reads the truth";
-  return light;
-}
-
 /// Of a predicted map: `who`: ours or a trivial predictor.
 Finding map_finding(const MapErrorInfo& error, const char* who) { return {error.key, "maps", who}; }
 const Finding kScale{"scale", "maps", "ours"}, kSeconds{"seconds", "render"}, kBall{"ball"};
@@ -106,7 +89,11 @@ class UserStudy : public RoomStudy {
     return rooms.empty() ? Cell() : Cell(over_rooms(rooms));
   }
 
-  std::string label(const std::string& light) const { return label_of(light, config_.text("study.method").empty()); }
+  std::string label(const std::string& light) const {
+    if (light == kUnchanged) return "none: the photograph unchanged";
+    if (light == kOracle) return "oracle: the best constant, which reads the truth";
+    return light_label(light, own_label());
+  }
   std::vector<std::string> rows() const {
     std::vector<std::string> lights = config_.texts("user.lights");
     lights.push_back(kUnchanged);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 
 #include "host/error.hpp"
 #include "nets/constant_light.hpp"
@@ -40,6 +41,27 @@ std::string light_of(const StudyLight& study, const RenderSettings& base) {
 }
 
 }  // namespace
+
+std::string light_label(const std::string& name, const std::string& whose) {
+  static const std::map<std::string, std::string> known{
+      {"net", "learned light"},
+      {"completed", "the photograph, learned light out of view"},
+      {"out_of_view", "learned light out of view"},
+      {"li2020", "learned light"},
+      {"image", "the photograph as light"},
+      {"panorama", "the photograph at infinity"},
+      {"mirrored", "the photograph mirrored all around"},
+      {"constant", "mean colour of the photograph"},
+  };
+  const StudyLight study = study_light(name);
+  const std::string weights = name.substr(std::min(name.find(' '), name.size()));
+  if (study.light == "constant" && study.fitted == "fit") return "one constant, fitted as lamps are" + weights;
+  return (is_learned_light(study.light) ? whose + ": " : "") + known.at(study.light) +
+         (study.fitted == "lamps" ? ", lamps fitted"
+          : study.fitted == "fit" ? ", as bright as shading says"
+                                  : "") +
+         weights;
+}
 
 bool nets_answer(const RenderSettings& base, const std::string& name) {
   const std::string light = light_of(study_light(name), base);

@@ -17,6 +17,9 @@ struct StudyLight {
 };
 /// Throws usage_error on another name.
 StudyLight study_light(const std::string& name);
+/// What tables call a light so named; learned light is that of `whose` nets. Throws as study_light(), and
+/// std::out_of_range on no name of light_names().
+std::string light_label(const std::string& name, const std::string& whose);
 /// Whether base.nets answer for the light so named; true of lights that are not learned.
 bool nets_answer(const RenderSettings& base, const std::string& name);
 /// `base` under a light so named. Throws what study_light() throws.

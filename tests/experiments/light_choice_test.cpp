@@ -43,6 +43,10 @@ TEST(StudyLights, SayWhatIsFittedAndHowItIsWeighed) {
   EXPECT_EQ(study_light("image+lamps").fit.floor, RenderSettings().fit.floor);
   EXPECT_EQ(study_light("constant+fit").fit.floor, kConstantFit.floor);
   for (const char* name : {"image+fit", "panorama+fit", "mirrored+fit"}) EXPECT_EQ(study_light(name).fitted, "fit");
+  EXPECT_EQ(light_label("net+lamps 0.5,1", "Ours"), "Ours: learned light, lamps fitted 0.5,1");
+  EXPECT_EQ(light_label("constant+fit", "Ours"), "one constant, fitted as lamps are");
+  for (const std::string& light : light_names())
+    EXPECT_EQ(light_label(light, "Ours").starts_with("Ours: "), is_learned_light(light)) << light;
   const StudyLight weighted = study_light("constant+fit 0.25,3");
   EXPECT_EQ(weighted.light, "constant");
   EXPECT_EQ(weighted.fitted, "fit");
