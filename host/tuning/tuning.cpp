@@ -1,14 +1,17 @@
 #include "host/tuning/tuning.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <mutex>
 #include <set>
+#include <thread>
 
 #include "host/cl/disk_cache.hpp"
 #include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
 #include "host/io/json_file.hpp"
+#include "host/report/file_lock.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -130,6 +133,22 @@ std::vector<Tuning> read_tunings(const fs::path& file) {
   return tunings;
 }
 
+namespace {
+
+/// A lock that others hold for the time it takes to write a file. Throws AtWork where that is seconds.
+FileLock lock_soon(const fs::path& path) {
+  for (int tries = 1;; ++tries) {
+    try {
+      return FileLock(path);
+    } catch (const AtWork&) {
+      if (tries == 100) throw;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+}
+
+}  // namespace
+
 std::string tuning_json(const Tuning& tuning) {
   // Drivers may name themselves in any encoding.
   return json_text(json_of(tuning));
@@ -138,12 +157,13 @@ std::string tuning_json(const Tuning& tuning) {
 void keep_tuning(const Tuning& tuning) {
   const fs::path file = tuning_file();
   if (file.empty()) throw usage_error("no place for what was measured", "HOME", "", "a folder, or XDG_DATA_HOME");
+  make_directories(file.parent_path());
+  const FileLock lock = lock_soon(fs::path(file) += ".lock");  // two devices may be tuned at once
   std::vector<Tuning> tunings = read_tunings(file);
   std::erase_if(tunings, [&](const Tuning& other) { return other.device == tuning.device; });
   tunings.push_back(tuning);
   Json list = Json::array();
   for (const Tuning& each : tunings) list.push_back(json_of(each));
-  make_directories(file.parent_path());
   write_file(file, json_text(Json{{"tunings", list}}) + "\n");
 }
 
