@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
@@ -179,6 +180,28 @@ TEST_F(Generate, LightIsScaledLikeThePicture) {
     }
   }
   EXPECT_GT(probes, 2u);
+}
+
+TEST_F(Generate, EmissionAndVarianceAreInThePicturesUnit) {
+  GenerateOptions o = small("a");
+  o.rooms.count = 1, o.rooms.boxes = true, o.views.spp = 64;
+  generate(test_device(), o);
+  const Room same = make_box_room(room_seed(o, 0));
+  TraceScene scene(test_device(), same.scene);
+  const auto total = [](const Image& image) { return std::accumulate(image.data.begin(), image.data.end(), 0.0); };
+  for (const std::string id : {"000", "001"}) {
+    const fs::path room = o.out / room_name(o, 0);
+    const CameraFile camera = read_camera(view_file(room, id, "camera", "json"));
+    const double exposure = *camera.exposure;
+    const Image emission = read_image(view_file(room, id, "emission")), emitted = scene.maps(camera.camera).emission;
+    for (std::size_t i = 0; i < emission.data.size(); ++i)
+      ASSERT_NEAR(emission.data[i], exposure * emitted.data[i], 0x1p-11 * exposure * emitted.data[i]) << i;
+    // Of other random numbers: as large, but for what noise does to it.
+    const double stated = total(read_image(view_file(room, id, "variance"))),
+                 again = total(scene.picture(camera.camera, o.views.spp, 99).variance);
+    const double off = std::abs(std::log(stated / (exposure * exposure * again))), unit = std::abs(std::log(exposure));
+    EXPECT_LT(off, unit / 2) << "an exposure of " << exposure << " too much or too little";
+  }
 }
 
 TEST_F(Generate, WithoutLightThereIsNone) {

@@ -293,6 +293,23 @@ TEST(Path, DroppedSamplesAreLeftOutOfTheMean) {
   if (first.sample > 0) {
     EXPECT_EQ(drops(first.sample).count, 0);
   }
+  // So is one of a picture's later passes.
+  World rarely;
+  Shapes few(rarely, glm::mat4(1), Random(1));
+  few.quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, few.material(plain(glm::vec3(0.8f), 1)));
+  few.quad({-0.02f, 1, -3}, {0, 1, -3}, {0, 1, 3}, {-0.02f, 1, 3}, 0,
+           few.emitter({glm::vec3(std::numeric_limits<float>::max()), false}));
+  TraceScene narrow(test_device(), rarely);
+  Camera one = Camera::from_fov(1, 1, 1);
+  one.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+  std::uint32_t seed = 1;
+  const auto dropped_of = [&](int spp) { return narrow.picture(one, spp, seed, 1, 0).dropped; };
+  while (dropped_of(64).count > 0) ++seed;
+  const DroppedSamples late = dropped_of(6400);
+  ASSERT_GT(late.count, 1);
+  ASSERT_GE(late.sample, 64);
+  EXPECT_EQ(dropped_of(late.sample).count, 0);
+  EXPECT_EQ(dropped_of(late.sample + 1).count, 1);
   // Nothing kept: no light, and no NaN.
   query.seed = 0;
   while (drops(1).count == 0) ++query.seed;
