@@ -207,7 +207,7 @@ const std::vector<Stage>& stages() {
 
 void add_times(HtmlReport& page, const Provenance& provenance) {
   Table table;
-  table.columns = {{"stage", "", Best::None, 3}, {"time", "s", Best::None, 3}};
+  table.columns = {{"stage"}, {"time", "s"}};
   const auto add = [&](const std::string& name, double seconds) { table.add({name, Measure{seconds, 0, 1}}); };
   double together = 0;
   for (const Stage& stage : stages()) {

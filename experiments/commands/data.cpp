@@ -45,8 +45,7 @@ Table quantities_table(const std::vector<DataCheck>& checks) {
   Table table;
   table.title = "Pixels: 10th, 50th and 90th percentile";
   table.note = "Steps are between a valid pixel and its right neighbour. That of depth is of its logarithm.";
-  for (const char* name : {"quantity", "folder", "10 %", "50 %", "90 %"})
-    table.columns.push_back({name, "", Best::None, 3});
+  for (const char* name : {"quantity", "folder", "10 %", "50 %", "90 %"}) table.columns.push_back({name});
   for (int q = 0; q < kMapQuantities; ++q) {
     const MapQuantityInfo& what = info(static_cast<MapQuantity>(q));
     const std::string name = *what.unit ? fmt::format("{} ({})", what.name, what.unit) : what.name;

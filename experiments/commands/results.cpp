@@ -52,10 +52,7 @@ std::string state_of(const CatalogueEntry& entry) {
 
 void list(const ResultsArguments& a) {
   Table table;
-  table.columns = {{"result", "", Best::None, 3},
-                   {"minutes", "", Best::None, 3},
-                   {"state", "", Best::None, 3},
-                   {"what", "", Best::None, 3}};
+  table.columns = {{"result"}, {"minutes"}, {"state"}, {"what"}};
   for (const CatalogueEntry& entry : catalogue(a.tree)) {
     if (a.stale && entry.current()) continue;
     if (a.names) std::printf("%s\n", entry.name.c_str());

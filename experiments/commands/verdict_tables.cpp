@@ -65,10 +65,9 @@ Table devices_table(const Json& all) {
       "Errors of float in epsilons (1.2e-7) of the largest number of an output: of values from a reference in plain "
       "C++ "
       "and from the same kernel in double, of gradients from those in double; the worst of all kernels that are right.";
-  for (const char* name : {"device", "driver", "state", "kernels", "in double"})
-    table.columns.push_back({name, "", Best::None, 3});
-  for (const char* name : {"worst value", "worst gradient"}) table.columns.push_back({name, "epsilon", Best::None, 3});
-  for (const char* name : {"failed", "explained"}) table.columns.push_back({name, "", Best::None, 3});
+  for (const char* name : {"device", "driver", "state", "kernels", "in double"}) table.columns.push_back({name});
+  for (const char* name : {"worst value", "worst gradient"}) table.columns.push_back({name, "epsilon"});
+  for (const char* name : {"failed", "explained"}) table.columns.push_back({name});
   for (const Json& verdict : all.at("devices")) {
     long doubles = 0, explained = 0;
     for (const Json& kernel : verdict.at("kernels")) doubles += kernel.at("in_double").get<bool>();
@@ -88,12 +87,12 @@ Table kernels_table(const Json& all) {
   Table table;
   table.title = "Kernels";
   table.note = "Of each device: error of the value / of the gradient in epsilons; - : nothing to compare.";
-  table.columns.push_back({"kernel and defines", "", Best::None, 3});
+  table.columns.push_back({"kernel and defines"});
   std::map<std::string, std::vector<Cell>> rows;
   std::size_t column = 0;
   for (const Json& verdict : all.at("devices")) {
     if (verdict.at("kernels").empty()) continue;
-    table.columns.push_back({label_of(verdict), "epsilon", Best::None, 3});
+    table.columns.push_back({label_of(verdict), "epsilon"});
     ++column;
     for (const Json& kernel : verdict.at("kernels")) {
       std::vector<Cell>& row = rows[kernel.at("kernel")];
@@ -117,7 +116,7 @@ Table kernels_table(const Json& all) {
 Table failures_table(const Json& all) {
   Table table;
   table.title = "What failed";
-  for (const char* name : {"device", "kernel", "fault", "shown by"}) table.columns.push_back({name, "", Best::None, 3});
+  for (const char* name : {"device", "kernel", "fault", "shown by"}) table.columns.push_back({name});
   for (const Json& verdict : all.at("devices"))
     for (const Json& failure : verdict.at("failures"))
       table.add({label_of(verdict), failure.at("kernel").get<std::string>(), failure.at("fault").get<std::string>(),

@@ -60,8 +60,7 @@ Table edge_table(const std::vector<EdgeErrors>& views) {
       "edges: all "
       "other pixels of that map. Predicted maps are brought to this size as `invert` does.",
       views.front().width, views.front().height, kReach);
-  table.columns = {
-      {"map", "", Best::None, 3}, {"along edges", "", Best::Lowest, 4}, {"away from edges", "", Best::Lowest, 4}};
+  table.columns = {{"map"}, {"along edges", "", Best::Lowest, 4}, {"away from edges", "", Best::Lowest, 4}};
   for (std::size_t m = 0; m < map_error_count; ++m) {
     const MapErrorInfo& error = info(static_cast<MapError>(m));
     table.add({fmt::format("{}, {}", error.name, error.unit), mean_cell(views, &EdgeErrors::along, m),

@@ -107,12 +107,7 @@ class EdgeStudy : public RoomStudy {
         found().rooms(), rooms_.file.filename().string(), config_.whole("data.width"), config_.whole("data.height"),
         config_.whole("data.spp"), config_.whole("edges.reach"), 100 * over_rooms(kShareOfPixels).mean,
         config_.whole("edges.small_width"));
-    table.columns = {{"map", "", Best::None, 3},
-                     {kOurs.label, "", Best::None, 3},
-                     {kJoint.label, "", Best::None, 3},
-                     {kNearest.label, "", Best::None, 3},
-                     {"predicted over joint", "", Best::None, 3},
-                     {"rest", "", Best::None, 3}};
+    table.columns = {{"map"}, {kOurs.label}, {kJoint.label}, {kNearest.label}, {"predicted over joint"}, {"rest"}};
     for (int m = 0; m < map_error_count; ++m) {
       const auto error = static_cast<MapError>(m);
       const Measure ours = over_rooms(finding(error, kBand, kOurs)), joint = over_rooms(finding(error, kBand, kJoint));

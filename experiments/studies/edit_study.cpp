@@ -144,15 +144,15 @@ class EditStudy : public RoomStudy {
     table.note =
         "Photograph and truth have one tracer seed: what an edit does not change has no noise, but in the render "
         "alone.";
-    table.columns = {{"edit", "", Best::None, 3},
-                     {"picture", "", Best::None, 3},
-                     {"relMSE", "eps 0.01, rooms", Best::None, 3},
-                     {"median", "relMSE, rooms", Best::None, 3},
+    table.columns = {{"edit"},
+                     {"picture"},
+                     {"relMSE", "eps 0.01, rooms"},
+                     {"median", "relMSE, rooms"},
                      {"spread", "over seeds", Best::None, 2},
                      {"PSNR", "dB, rooms", Best::None, 4},
-                     {"closer than the photograph", "rooms, relMSE", Best::None, 3},
-                     {"of", "rooms", Best::None, 3},
-                     {"time", "s a view", Best::None, 3}};
+                     {"closer than the photograph", "rooms, relMSE"},
+                     {"of", "rooms"},
+                     {"time", "s a view"}};
     std::vector<std::string> nowhere;
     for (const EditCase& edit : edit_cases()) {
       const std::vector<double> photo = means(values({"relmse", region, kPhotograph, edit.key}));

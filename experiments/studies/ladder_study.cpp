@@ -110,14 +110,14 @@ class LadderStudy : public RoomStudy {
         "relMSE without the noise of layer "
         "and reference, but for the best constant's, and PSNR with it; the re-render is what lamps were fitted to",
         found().rooms(), config_.integer("ladder.spp"), config_.integer("ladder.seeds"));
-    table.columns = {{"links", "", Best::None, 3},
-                     {"re-render relMSE", "eps 0.01, no noise", Best::None, 3},
-                     {"change", "relMSE", Best::None, 3},
+    table.columns = {{"links"},
+                     {"re-render relMSE", "eps 0.01, no noise"},
+                     {"change", "relMSE"},
                      {"PSNR", "dB", Best::None, 4},
-                     {"balls relMSE", "eps 0.01, no noise", Best::None, 3},
-                     {"change", "relMSE", Best::None, 3},
+                     {"balls relMSE", "eps 0.01, no noise"},
+                     {"change", "relMSE"},
                      {"PSNR", "dB", Best::None, 4},
-                     {"time", "s a re-render", Best::None, 3}};
+                     {"time", "s a re-render"}};
     const std::string first = rungs().front().key;
     add_row(table, "all predicted", first, "");
     for (const char* alone : {"hits", "in view", "out of view", "maps"})
@@ -141,15 +141,14 @@ class LadderStudy : public RoomStudy {
   Table balls_table() const {
     Table table;
     table.title = "The same by ball";
-    table.columns = {{"links", "", Best::None, 3}};
+    table.columns = {{"links"}};
     std::vector<std::string> keys;
     for (const Rung& rung : rungs()) keys.push_back(rung.key);
     keys.push_back(kWithBall);
     for (const bool truth : {true, false})
       for (const std::string& light : plain_lights()) keys.push_back(plain_key(light, truth));
     for (const std::string& ball : balls())
-      for (const char* what : {"relMSE", "change", "PSNR"})
-        table.columns.push_back({ball + " " + what, "", Best::None, 3});
+      for (const char* what : {"relMSE", "change", "PSNR"}) table.columns.push_back({ball + " " + what});
     for (const std::string& key : keys) {
       std::vector<Cell> row{key};
       const bool changes = key != rungs().front().key && key.find("maps") == std::string::npos;
@@ -163,11 +162,11 @@ class LadderStudy : public RoomStudy {
   Table bar_table() const {
     Table table;
     table.title = "Re-render with true maps and predicted light: what it must reach";
-    table.columns = {{"figure", "", Best::None, 3},
+    table.columns = {{"figure"},
                      {"mean over rooms", "", Best::None, 4},
                      {"median over rooms", "", Best::None, 4},
-                     {"bar", "", Best::None, 3},
-                     {"mean reaches it", "", Best::None, 3}};
+                     {"bar"},
+                     {"mean reaches it"}};
     const std::string constant = plain_key("constant", true);
     for (const auto& [key, light] :
          {std::pair<std::string, std::string>{"maps", "nets alone"}, {plain_key("net+lamps", true), "with lamps"}}) {

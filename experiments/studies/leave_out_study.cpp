@@ -151,11 +151,9 @@ class LeaveOutStudy : public RoomStudy {
         "0.01) between the two pictures at equal seeds",
         scenes(), rooms_.file.filename().string(), config_.integer("data.width"), config_.integer("data.height"),
         config_.integer("leave_out.spp"), config_.integer("study.seeds"));
-    table.columns = {{"scene", "", Best::None, 3},           {"metal", "%", Best::None, 3},
-                     {"least roughness", "", Best::None, 3}, {"most", "", Best::None, 3},
-                     {"rays that hit", "%", Best::None, 3},  {"lamps", "", Best::None, 3},
-                     {"everything", "s", Best::None, 3},     {"left out", "s", Best::None, 3},
-                     {"factor", "", Best::None, 3},          {"error", "root relMSE", Best::None, 2}};
+    table.columns = {
+        {"scene"}, {"metal", "%"},      {"least roughness"}, {"most"},   {"rays that hit", "%"},
+        {"lamps"}, {"everything", "s"}, {"left out", "s"},   {"factor"}, {"error", "root relMSE", Best::None, 2}};
     for (std::size_t i = 0; i < scenes(); ++i) {
       const char* name = scene_kinds()[i].name;
       const std::vector<double> whole = seeds_of("seconds", kNone, name), less = seeds_of("seconds", kAll, name);
@@ -174,8 +172,8 @@ class LeaveOutStudy : public RoomStudy {
         "spread. Error as above. What a scene gives no reason to leave out is not shown";
     table.columns = {{"scene", ""},
                      {"left out", ""},
-                     {"saved", "s", Best::None, 3},
-                     {"of the re-render", "%", Best::None, 3},
+                     {"saved", "s"},
+                     {"of the re-render", "%"},
                      {"error", "root relMSE", Best::None, 2},
                      {"bits", ""}};
     for (std::size_t i = 0; i < scenes(); ++i)

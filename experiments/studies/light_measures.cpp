@@ -29,10 +29,9 @@ void clamp_picture(Image& picture) {
 }
 
 void add_cost_columns(Table& table) {
-  table.columns.insert(table.columns.end(), {{"steps", "", Best::None, 4},
-                                             {"step", "s", Best::None, 3},
-                                             {"in view", "s/M rays", Best::None, 3},
-                                             {"out of view", "s/M rays", Best::None, 3}});
+  table.columns.insert(
+      table.columns.end(),
+      {{"steps", "", Best::None, 4}, {"step", "s"}, {"in view", "s/M rays"}, {"out of view", "s/M rays"}});
 }
 
 void add_row(Table& table, std::vector<Cell> cells, const LightCosts& costs) {
@@ -90,7 +89,7 @@ class Measuring {
     table.title = fmt::format("Incident light on {} views of unseen rooms", s.views);
     // Nets are trained with logarithms and relative errors; the first columns are of what they were not trained with.
     constexpr std::array lowest{kSmape, kRelMse, kLogRmse};
-    table.columns = {{"rays", "", Best::None, 3}, {kShownPsnr.name, kShownPsnr.unit, Best::Highest, kShownPsnr.digits}};
+    table.columns = {{"rays"}, {kShownPsnr.name, kShownPsnr.unit, Best::Highest, kShownPsnr.digits}};
     for (const RadianceFigure& f : lowest) table.columns.push_back({f.name, f.unit, Best::Lowest, f.digits});
     table.columns.push_back({kMedianLog.name, kMedianLog.unit, Best::None, kMedianLog.digits});
     for (const RadianceFigure& f : {kShownPsnr, kSmape, kRelMse, kLogRmse})
@@ -126,10 +125,7 @@ class Measuring {
     }
     Table table;
     table.title = "Log-intensity range of a view's light: ln of 99th over 1st percentile of luminance, each + 0.01";
-    table.columns = {{"range", "nets", Best::None, 3},
-                     {"truth", "", Best::None, 3},
-                     {"photograph", "", Best::None, 3},
-                     {"off by", "mean |nets - truth|", Best::Lowest, 3}};
+    table.columns = {{"range", "nets"}, {"truth"}, {"photograph"}, {"off by", "mean |nets - truth|", Best::Lowest, 3}};
     add_cost_columns(table);
     add_row(table, {mean_cell(nets), mean_cell(truth), mean_cell(photo), mean_cell(off)}, costs_);
     return table;
@@ -162,12 +158,12 @@ class Measuring {
     }
     Table table;
     table.title = fmt::format("Pictures rendered again with true maps, {} samples a pixel, by roughness", options_.spp);
-    table.columns = {{"roughness", "", Best::None, 3},
+    table.columns = {{"roughness"},
                      {kShownPsnr.name, kShownPsnr.unit, Best::Highest, 4},
                      {kSmape.name, kSmape.unit, Best::Lowest, 3},
                      {kRelMse.name, kRelMse.unit, Best::Lowest, 3},
-                     {"views", "", Best::None, 3},
-                     {"time", "s a view", Best::None, 3}};
+                     {"views"},
+                     {"time", "s a view"}};
     add_cost_columns(table);
     for (std::size_t b = 0; b < bins.size(); ++b)
       add_row(table,

@@ -285,9 +285,9 @@ class LightStudy : public RoomStudy {
         "standard "
         "error over rooms",
         setting(), config_.integer("study.seeds"));
-    table.columns = {{"rays", "", Best::None, 3}, {"who answers", "", Best::None, 3}};
+    table.columns = {{"rays"}, {"who answers"}};
     for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
-    table.columns.push_back({"time", "s for a million rays", Best::None, 3});
+    table.columns.push_back({"time", "s for a million rays"});
     for (const Named& kind : ray_kinds())
       for (const Answerer& who : answerers_) {
         std::vector<Cell> row{kind.label, who.label};
@@ -306,10 +306,9 @@ class LightStudy : public RoomStudy {
     table.title =
         "Full less the others: a difference of at most two spreads is none; spread is the larger of that over draws "
         "and the standard error over rooms";
-    table.columns = {{"rays", "", Best::None, 3}, {"full less", "", Best::None, 3}};
+    table.columns = {{"rays"}, {"full less"}};
     for (const RadianceFigure& f : figures)
-      table.columns.insert(table.columns.end(),
-                           {{f.name, "difference", Best::None, 3}, {"full is", "", Best::None, 3}});
+      table.columns.insert(table.columns.end(), {{f.name, "difference"}, {"full is"}});
     for (const Named& kind : ray_kinds())
       for (const Answerer& who : answerers_) {
         if (who.key == "net" || found().room_means({kRelMse.key, kind.key, "net"}).empty()) continue;
@@ -330,9 +329,8 @@ class LightStudy : public RoomStudy {
         "Incident light by the distance of a ray's origin from the nearest surface, {}: on surfaces mean and deviation "
         "over rooms, at free probes over probes",
         setting());
-    table.columns = {{"distance", "m", Best::None, 3},    {"probes", "", Best::None, 4},
-                     {"who answers", "", Best::None, 3},  {"relMSE", "eps 0.01", Best::None, 3},
-                     {"relMSE", "median", Best::None, 3}, {"log-RGB RMSE", "", Best::None, 3}};
+    table.columns = {{"distance", "m"},      {"probes", "", Best::None, 4}, {"who answers"},
+                     {"relMSE", "eps 0.01"}, {"relMSE", "median"},          {"log-RGB RMSE"}};
     for (const Answerer& who : answerers_) {
       const std::vector<double> relmse = found().room_means({kRelMse.key, "surface", who.key});
       if (relmse.empty()) continue;
@@ -407,11 +405,10 @@ class LightStudy : public RoomStudy {
   Table probe_table() const {
     Table table;
     table.title = fmt::format("Panoramas at free probes, {}: mean over rooms ± its standard error", setting());
-    table.columns = {{"who answers", "", Best::None, 3}};
+    table.columns = {{"who answers"}};
     for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
     table.columns.insert(table.columns.end(),
-                         {{"angle of RGB", "degrees", Best::None, 3},
-                          {"log-intensity range", "ln of 99th over 1st percentile", Best::None, 3}});
+                         {{"angle of RGB", "degrees"}, {"log-intensity range", "ln of 99th over 1st percentile"}});
     const auto rooms = [&](const std::string& metric, const std::string& who) {
       std::vector<std::vector<double>> means;
       for (const double m : found().room_means({metric, "probes", who})) means.push_back({m});
@@ -441,11 +438,11 @@ class LightStudy : public RoomStudy {
         "Share of the way in relMSE that the nets go from the better of two simple answers, the clipped photograph as "
         "light and its mean colour, to the truth's own variance, {}",
         setting());
-    table.columns = {{"directions", "", Best::None, 3},
+    table.columns = {{"directions"},
                      {"views", "", Best::None, 4},
-                     {"share", "median", Best::None, 3},
-                     {"share", "25 % of views below", Best::None, 3},
-                     {"share", "75 % of views below", Best::None, 3}};
+                     {"share", "median"},
+                     {"share", "25 % of views below"},
+                     {"share", "75 % of views below"}};
     for (const Named& kind : ray_kinds()) {
       const std::vector<double> shares = found().finite_items(way_of(kind.key));
       if (shares.empty()) continue;

@@ -39,11 +39,11 @@ RunTables measure_maps(const std::filesystem::path& run, const MapMeasuring& opt
   Table table;
   table.title = fmt::format("Maps of {} views of unseen rooms and of {} photographs", outcome.views.size(),
                             outcome.frames.size());
-  table.columns = {{"map", "", Best::None, 3},
+  table.columns = {{"map"},
                    {"error", "", Best::Lowest, 4},
                    {"ratio", "to the best trivial answer", Best::Lowest, 3},
                    {"steps", "", Best::None, 4},
-                   {"step", "s", Best::None, 3}};
+                   {"step", "s"}};
   const auto add = [&](const std::string& name, const Cell& error, double ratio) {
     table.add({name, error, std::isfinite(ratio) ? Cell(Measure{ratio}) : Cell(), Measure{steps},
                std::isfinite(seconds) ? Cell(Measure{seconds}) : Cell()});

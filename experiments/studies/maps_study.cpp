@@ -117,11 +117,8 @@ class MapsStudy : public RoomStudy {
                   lacking();
     less.title = own_label() + "'s error less the others', room by room";
     less.note = conditions() + " Below 0 ours is better; the verdict is none where the interval holds 0." + lacking();
-    errors.columns = {{"maps", "", Best::None, 3}};
-    less.columns = {{"map", "", Best::None, 3},
-                    {"less", "", Best::None, 3},
-                    {"difference", "", Best::None, 3},
-                    {"ours is", "", Best::None, 3}};
+    errors.columns = {{"maps"}};
+    less.columns = {{"map"}, {"less"}, {"difference"}, {"ours is"}};
     for (int m = 0; m < map_error_count; ++m)
       errors.columns.push_back(
           {info(static_cast<MapError>(m)).name, info(static_cast<MapError>(m)).unit, Best::None, 3});

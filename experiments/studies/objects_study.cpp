@@ -110,11 +110,15 @@ class ObjectsStudy : public RoomStudy {
                  " ±: half the interval of 95 % by a bootstrap over rooms. Gradient energy: of log radiance, over the "
                  "truth's, geometric mean and that interval; 1 is right, below 0.5 is blur." +
                  lacking();
-    table.columns = {{"maps", "", Best::None, 3},          {"object", "", Best::None, 3},
-                     {"light", "", Best::None, 3},         {"PSNR as shown", "dB", Best::None, 3},
-                     {"SMAPE", "eps 0.01", Best::None, 3}, {"gradient energy", "times the truth's", Best::None, 2},
-                     {"from", "95 %", Best::None, 2},      {"up to", "95 %", Best::None, 2},
-                     {"rooms", "", Best::None, 3}};
+    table.columns = {{"maps"},
+                     {"object"},
+                     {"light"},
+                     {"PSNR as shown", "dB"},
+                     {"SMAPE", "eps 0.01"},
+                     {"gradient energy", "times the truth's", Best::None, 2},
+                     {"from", "95 %", Best::None, 2},
+                     {"up to", "95 %", Best::None, 2},
+                     {"rooms"}};
     for (const std::string& maps : {kPredictedMaps, kTrueMaps})
       for (const std::string& shape : options_.shapes)
         for (const ObjectAnswerer& who : options_.answerers) {
@@ -155,14 +159,14 @@ class ObjectsStudy : public RoomStudy {
                      "energy {:g} to {:g} times the truth's. ",
                      kBlur, kNoise) +
                  conditions() + lacking();
-    table.columns = {{"maps", "", Best::None, 3},
-                     {"object", "", Best::None, 3},
-                     {"light", "", Best::None, 3},
-                     {"less", "", Best::None, 3},
-                     {"PSNR", "dB", Best::None, 3},
-                     {"it is", "", Best::None, 3},
+    table.columns = {{"maps"},
+                     {"object"},
+                     {"light"},
+                     {"less"},
+                     {"PSNR", "dB"},
+                     {"it is"},
                      {"gradient energy", "times the truth's", Best::None, 2},
-                     {"the bar", "", Best::None, 3}};
+                     {"the bar"}};
     for (const std::string& maps : {kPredictedMaps, kTrueMaps})
       for (const std::string& shape : options_.shapes) {
         const std::optional<std::string> simple = best_simple(maps, shape);

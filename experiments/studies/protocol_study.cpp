@@ -159,9 +159,8 @@ class ProtocolStudy : public StudyRun {
 
   Table rooms_table() const {
     Table table{"Our rooms by the same paper's script", {{"method", "", Best::None}}, {}, conditions()};
-    for (const char* map : {"albedo", "normals", "roughness", "metallic"})
-      table.columns.push_back({map, "MSE", Best::None, 3});
-    table.columns.push_back({"depth", "log MSE", Best::None, 3});
+    for (const char* map : {"albedo", "normals", "roughness", "metallic"}) table.columns.push_back({map, "MSE"});
+    table.columns.push_back({"depth", "log MSE"});
     for (const Answerer& who : answerers_) {
       std::vector<Cell> row{who.label};
       for (const char* metric : {"albedo_mse", "normal_mse", "roughness_mse", "metallic_mse", "depth_log_mse"})
@@ -178,7 +177,7 @@ class ProtocolStudy : public StudyRun {
          {"error", "", Best::None},
          {"less", "", Best::None},
          {"pictures", "", Best::None, 4},
-         {"difference", "", Best::None, 3},
+         {"difference"},
          {"ours is", "", Best::None}},
         {},
         "Below 0 ours is better; the verdict is none where the interval holds 0. Pictures: those of which both have "

@@ -121,16 +121,16 @@ Table room_differences(const Texts& keys, const std::vector<SweptPoint>& points)
       "Errors of the last weights, mean over rooms ± deviation over seeds; difference to the first row's training on "
       "the same rooms, and the interval of 95 % of it: a bootstrap over rooms, which both share, and Welch's t over "
       "the seeds of each. Lower is better; none: the interval holds 0.";
-  for (const std::string& key : keys) table.columns.push_back({key, "", Best::None, 3});
+  for (const std::string& key : keys) table.columns.push_back({key});
   const std::string to = points.empty() ? "" : fmt::format("to {}", fmt::join(points[0].values, " "));
-  table.columns.insert(table.columns.end(), {{"list", "", Best::None, 3},
-                                             {"error", "", Best::None, 3},
+  table.columns.insert(table.columns.end(), {{"list"},
+                                             {"error"},
                                              {"rooms", "", Best::None, 4},
                                              {"mean", "", Best::None, 4},
                                              {"difference", to, Best::None, 3},
-                                             {"from", "95 %", Best::None, 3},
-                                             {"up to", "95 %", Best::None, 3},
-                                             {"verdict", "", Best::None, 3}});
+                                             {"from", "95 %"},
+                                             {"up to", "95 %"},
+                                             {"verdict"}});
   Comparison(points).fill(table);
   return table;
 }

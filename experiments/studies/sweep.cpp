@@ -190,8 +190,8 @@ Table stacked(const std::string& name, const Texts& keys, const std::vector<Swep
     }
   }
   for (const std::string& key : keys)
-    if (!is_seed(key)) out.columns.push_back({key, "", Best::None, 3});
-  if (counted) out.columns.push_back({"runs", "", Best::None, 3});
+    if (!is_seed(key)) out.columns.push_back({key});
+  if (counted) out.columns.push_back({"runs"});
   out.columns.insert(out.columns.end(), columns.begin(), columns.end());
 
   for (const SweptPoint& point : points) {
@@ -219,8 +219,8 @@ Table stacked(const std::string& name, const Texts& keys, const std::vector<Swep
 Table list_of(const Texts& keys, const std::vector<SweptRun>& runs) {
   Table table;
   table.title = "Runs";
-  for (const std::string& key : keys) table.columns.push_back({key, "", Best::None, 3});
-  table.columns.insert(table.columns.end(), {{"state", "", Best::None, 3}, {"run", "", Best::None, 3}});
+  for (const std::string& key : keys) table.columns.push_back({key});
+  table.columns.insert(table.columns.end(), {{"state"}, {"run"}});
   for (const SweptRun& run : runs) {
     std::vector<Cell> row(run.values.begin(), run.values.end());
     row.emplace_back(run.failure.empty() ? "done" : (run.elsewhere ? "at work: " : "failed: ") + run.failure);

@@ -120,15 +120,15 @@ class TargetStudy : public RoomStudy {
         found().rooms(), rooms_.file.filename().string(), config_.text("target.light"), settings_.sampler,
         config_.text("target.points"), config_.integer("data.width"), config_.integer("data.height"),
         config_.integer("study.seeds"), config_.integer("target.truth_spp"));
-    table.columns = {{"asked for", "", Best::None, 3},
-                     {"measured by itself", "root relMSE", Best::None, 3},
-                     {"true", "root relMSE", Best::None, 3},
-                     {"true / measured", "median", Best::None, 3},
-                     {"true / measured", "largest of a room", Best::None, 3},
-                     {"samples", "a pixel, median", Best::None, 3},
-                     {"samples", "least room", Best::None, 3},
-                     {"samples", "most", Best::None, 3},
-                     {"time", "s, median", Best::None, 3}};
+    table.columns = {{"asked for"},
+                     {"measured by itself", "root relMSE"},
+                     {"true", "root relMSE"},
+                     {"true / measured", "median"},
+                     {"true / measured", "largest of a room"},
+                     {"samples", "a pixel, median"},
+                     {"samples", "least room"},
+                     {"samples", "most"},
+                     {"time", "s, median"}};
     for (const Row& row : rows()) {
       const std::vector<double> is = of_rooms(row, "relmse", true), said = of_rooms(row, "measured", true),
                                 spp = of_rooms(row, "spp", false), seconds = of_rooms(row, "seconds", false);

@@ -54,11 +54,11 @@ Table training_curve(const std::filesystem::path& run) {
   table.note =
       "Ratio: geometric mean over errors of the ratio to the best trivial answer. Seconds are the device's: on a CPU "
       "processor time over its cores, and judging does not count.";
-  table.columns = {{"at step", "", Best::None, 3},
-                   {kList, "", Best::None, 3},
+  table.columns = {{"at step"},
+                   {kList},
                    {"steps", "", Best::None, 4},
                    {kSeconds, "s", Best::None, 4},
-                   {kRatio, "to the best trivial answers", Best::None, 3}};
+                   {kRatio, "to the best trivial answers"}};
   for (const ErrorName& name : error_names(leg.kind)) table.columns.push_back({name.name, name.unit, Best::None, 4});
   for (const HistoryPoint& p : leg.curve) {
     const std::string at = &p == &leg.curve.back() ? "end" : fmt::format("{}", p.step);

@@ -130,15 +130,15 @@ class TruthStudy : public RoomStudy {
     const int batches = config_.whole("truth.batches");
     Table table;
     table.title = fmt::format("light = truth against the tracer: {:.2f} % of values are expected within", 100 * level);
-    table.columns = {{"room", "", Best::None, 3},
+    table.columns = {{"room"},
                      {"pixels", "", Best::None, 6},
                      {"emitters left out: within", "%", Best::None, 4},
-                     {"difference", "%, standard error", Best::None, 3},
-                     {"z", "", Best::None, 3},
+                     {"difference", "%, standard error"},
+                     {"z"},
                      {"with emitters: within", "%", Best::None, 4},
                      {"by stated errors", "%", Best::None, 4},
-                     {"difference", "%, standard error", Best::None, 3},
-                     {"z", "", Best::None, 3}};
+                     {"difference", "%, standard error"},
+                     {"z"}};
     const auto add = [&](const std::string& name, const Agreement& a, const Agreement& b, double stated) {
       table.add({name, Measure{a.pixels}, Measure{100 * a.share()}, Measure{100 * a.difference, 100 * a.error, batches},
                  Measure{a.z()}, Measure{100 * b.share()}, Measure{100 * stated},
@@ -164,10 +164,7 @@ class TruthStudy : public RoomStudy {
     Table table;
     table.title =
         fmt::format("Lights, {} samples a pixel: mean and deviation over rooms", config_.integer("truth.light_spp"));
-    table.columns = {{"light", "", Best::None, 3},
-                     {"relMSE", "eps 0.01", Best::None, 3},
-                     {"PSNR", "dB", Best::None, 4},
-                     {"time", "s a view", Best::None, 3}};
+    table.columns = {{"light"}, {"relMSE", "eps 0.01"}, {"PSNR", "dB", Best::None, 4}, {"time", "s a view"}};
     for (const LightRow& row : light_rows()) {
       std::vector<double> of[3];
       for (std::size_t r = 0; r < found().rooms(); ++r) {

@@ -140,12 +140,9 @@ class UncertaintyStudy : public RoomStudy {
     Table table;
     table.title = fmt::format("The constant of u = tanh(constant delta), {}: mean over views, deviation over {} draws",
                               setting(), config_.integer("study.seeds"));
-    table.columns = {{"constant", "", Best::None, 4},
-                     {"relMSE, hits", "eps 0.01", Best::None, 3},
-                     {"relMSE, all rays", "eps 0.01", Best::None, 3},
-                     {"log-RGB RMSE, hits", "", Best::None, 3},
-                     {"log-RGB RMSE, all rays", "", Best::None, 3},
-                     {"u off the share of false hits", "mean over hits", Best::None, 3}};
+    table.columns = {{"constant", "", Best::None, 4},  {"relMSE, hits", "eps 0.01"},
+                     {"relMSE, all rays", "eps 0.01"}, {"log-RGB RMSE, hits"},
+                     {"log-RGB RMSE, all rays"},       {"u off the share of false hits", "mean over hits"}};
     for (const std::int64_t k : config_.integers("uncertainty.constants")) {
       const auto errors = [&](const RadianceFigure& f, const char* rays) {
         return measure_or_nothing(seed_means(error_finding(f.key, rays, k)));
@@ -162,9 +159,7 @@ class UncertaintyStudy : public RoomStudy {
         "u as a detector of false hits, {}: a hit is real when the first surface that the tracer meets lies within {} "
         "footprints of the pixel; mean over views, deviation over draws",
         setting(), config_.real("uncertainty.footprints"));
-    table.columns = {{"rays that hit", "share", Best::None, 3},
-                     {"of these false", "share", Best::None, 3},
-                     {"AUC", "whatever the constant", Best::None, 3}};
+    table.columns = {{"rays that hit", "share"}, {"of these false", "share"}, {"AUC", "whatever the constant"}};
     table.add({measure_or_nothing(seed_means(kHitShare)), measure_or_nothing(seed_means(kFalseShare)),
                measure_or_nothing(seed_means(kArea))});
     return table;

@@ -121,7 +121,7 @@ class UserStudy : public RoomStudy {
         ". Lamps and the fitted constant are fitted to the picture that the re-render is judged by; air, balls "
         "and the room around them are not. The camera is known; balls stand at the pixel where the truth's stand and "
         "are as large in the picture, whatever the scale of depth.";
-    table.columns = {{"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
+    table.columns = {{"maps"}, {"light"}};
     struct Shown {
       std::string job, column;
       RadianceFigure figure;
@@ -148,9 +148,9 @@ class UserStudy : public RoomStudy {
     Table table;
     table.title = "The same by every measure";
     table.note = conditions() + ".";
-    table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"light", "", Best::None, 3}};
+    table.columns = {{"judged"}, {"maps"}, {"light"}};
     for (const RadianceFigure& f : kRadianceFigures) table.columns.push_back({f.name, f.unit, Best::None, f.digits});
-    table.columns.push_back({"rooms", "", Best::None, 3});
+    table.columns.push_back({"rooms"});
     for (const Job& job : jobs())
       for (const std::string& maps : {kPredictedMaps, kTrueMaps})
         for (const std::string& light : rows()) {
@@ -174,10 +174,10 @@ class UserStudy : public RoomStudy {
         "over "
         "rooms. " +
         conditions() + ".";
-    table.columns = {{"judged", "", Best::None, 3}, {"maps", "", Best::None, 3}, {"less", "", Best::None, 3}};
+    table.columns = {{"judged"}, {"maps"}, {"less"}};
     for (const RadianceFigure& f : {kShownPsnr, kSmape}) {
       table.columns.push_back({f.name, f.unit, Best::None, f.digits});
-      table.columns.push_back({"ours is", "", Best::None, 3});
+      table.columns.push_back({"ours is"});
     }
     for (const Job& job : jobs())
       for (const std::string& maps : {kPredictedMaps, kTrueMaps})
@@ -207,12 +207,12 @@ class UserStudy : public RoomStudy {
     Table table;
     table.title = "Maps predicted from these photographs";
     table.note = "Mean over rooms ± its standard error. " + conditions() + ".";
-    table.columns = {{"map", "", Best::None, 3},
-                     {"error", "", Best::None, 3},
-                     {"predicted", "", Best::None, 3},
-                     {"mean map of the training", "", Best::None, 3},
-                     {"the picture as albedo", "", Best::None, 3},
-                     {"oracle: the view's best constant", "", Best::None, 3}};
+    table.columns = {{"map"},
+                     {"error"},
+                     {"predicted"},
+                     {"mean map of the training"},
+                     {"the picture as albedo"},
+                     {"oracle: the view's best constant"}};
     for (int m = 0; m < map_error_count; ++m) {
       const MapErrorInfo& error = info(static_cast<MapError>(m));
       std::vector<Cell> row{std::string(error.name), std::string(error.unit)};

@@ -27,7 +27,7 @@ enum class Best { None, Lowest, Highest };
 
 struct Column {
   std::string name;
-  std::string unit;        // shown under the name; may be empty
+  std::string unit = {};   // shown under the name
   Best best = Best::None;  // which numbers of this column are set in bold
   int digits = 3;          // significant digits
 };

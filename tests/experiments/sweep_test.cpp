@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 Table error_table(const std::vector<std::pair<std::string, double>>& rows) {
   Table table;
   table.title = "Errors";
-  table.columns = {{"method", "", Best::None, 3}, {"error", "relMSE", Best::Lowest, 3}};
+  table.columns = {{"method"}, {"error", "relMSE", Best::Lowest, 3}};
   for (const auto& [name, error] : rows) table.add({name, Measure{error, 0.125, 4}});
   return table;
 }

@@ -37,7 +37,7 @@ TEST(TableTest, ANoteStandsBelowTheTitle) {
 }
 
 TEST(TableTest, CellsAsText) {
-  const Column column{"x", "", Best::None, 3};
+  const Column column{"x"};
   EXPECT_EQ(cell_text({}, column), "-");
   EXPECT_EQ(cell_text(std::string("a"), column), "a");
   EXPECT_EQ(cell_text(Measure{0.012345, 0, 1}, column), "0.0123");
