@@ -2,15 +2,16 @@
 # Builds Clerestory and takes a real photograph of an office apart: maps, re-render, a mirror ball put into the room.
 # usage: bash experiments/quickstart.sh [PHOTO [invert options]]
 set -euo pipefail
-[ $# -eq 0 ] || set -- "$(realpath -- "$1")" "${@:2}"  # from where it is called
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 install_packages
 build clerestory
+if [ $# -gt 0 ]; then # paths are those of whoever calls
+  run=$("$root/build/clerestory" invert "$@")
+  if [ -d "$run" ]; then echo "The report: $(realpath -- "$run")/report.html"; else echo "$run"; fi
+  exit
+fi
 cd "$root"
 office=assets/real/office
-if [ $# -gt 0 ]; then
-  exec build/clerestory invert "$@"
-fi
 run=runs/invert/office
 for ((n = 2; ; ++n)); do  # a second start leaves the first one's run, and what was made from it, alone
   [ -e "$run" ] || break

@@ -65,6 +65,7 @@ Value hdr_loss(Value prediction, Value truth, Value mask);
 /// and what is relative to the truth have less: light that is right ray by ray in those shades a surface too dark. Its
 /// slope along ln E' is E' - E. That of a squared error relative to E' (RawNeRF's), whose optimum is the mean as well,
 /// is 1 - E / E': where a lamp shines on what was dark so far that is thousands, and one such row outweighs a batch.
+/// Rays of a tile are drawn evenly over angles of elevation and count alike, not by their cosine.
 Value irradiance_loss(Value prediction, Value truth);
 /// <ln((y' + e) / (y + e))^2>_m + <(y' - y)^2 / (y^2 + e)>_m / 4 with e = 0.01; y' at least 0.
 Value relative_loss(Value prediction, Value truth, Value mask);

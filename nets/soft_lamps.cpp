@@ -189,6 +189,9 @@ Problem problem_of(const Explained& e, std::size_t channel, std::size_t unknowns
     const auto seen = static_cast<double>(photo[i]), lit = static_cast<double>(e.radiance[channel * n + i]);
     const double weight = weight_of_pixel(seen, whole / count, weights);
     const float* shares = e.shares.data() + (i * 3 + channel) * unknowns;
+    // The layer drops such samples; one would take all lamps away.
+    if (!std::isfinite(lit) || !std::all_of(shares, shares + unknowns, [](float x) { return std::isfinite(x); }))
+      continue;
     for (std::size_t k = 0; k < unknowns; ++k) p.rows.push_back(weight * static_cast<double>(shares[k]));
     p.target.push_back(weight * (seen - lit));
     dark += std::max(0.0, seen - lit);

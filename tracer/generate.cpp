@@ -247,6 +247,7 @@ void write_radiance(const fs::path& path, const Image& image) {
   write_exr(path, image, fits_half(image) ? ExrType::Half : ExrType::Float);
 }
 
+constexpr std::uint64_t kPictureStream = 0x5eedu;   // of a room's random numbers
 constexpr std::uint32_t kLightStream = 0x119475u;   // parts light's random numbers from the picture's
 constexpr std::uint32_t kStereoStream = 0x57e4e0u;  // and those of the second camera
 // A view has some nineteen texels of environment maps for one of a probe, which is looked at on its own.
@@ -263,8 +264,7 @@ class RoomWriter {
     const fs::path folder = options_.out / standing_->name;
     const std::string id = view_id(view);
     const Camera& camera = standing_->cameras[static_cast<std::size_t>(view)];
-    const std::uint32_t seed =
-        static_cast<std::uint32_t>(Random::mix(standing_->seed ^ (0x5eedu + static_cast<std::uint64_t>(view))));
+    const std::uint32_t seed = Random(standing_->seed).fork(kPictureStream).seed(static_cast<std::uint64_t>(view));
     const float most = most_indirect(camera, seed);
     TracePicture picture = scene_.picture(camera, options_.views.spp, seed, kMaxDepth, kLightSamples, most);
     note(picture.dropped, id, seed, summary);

@@ -206,7 +206,8 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
   const Buffer on_device = upload(view), out = allocate(pixels * kSampleSize);
   const Kernel trace = kernel("trace_view");
   const Range range = form_.range(static_cast<std::size_t>(camera.width), static_cast<std::size_t>(camera.height));
-  std::vector<double> sums(pixels * 6, 0.0);
+  // Mean, and squared differences from it, of the passes so far (Chan et al. 1983).
+  std::vector<double> means(pixels * 3, 0.0), squares(pixels * 3, 0.0);
   std::vector<long> kept(pixels, 0);
   TracePicture picture;
   for (int first = 0; first < spp; first += kPass) {
@@ -221,8 +222,16 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
     else
       picture.dropped.count += dropped.count;
     for (std::size_t i = 0; i < pixels; ++i) {
-      for (std::size_t c = 0; c < 6; ++c) sums[i * 6 + c] += static_cast<double>(pass[i * kSampleSize + c]);
-      kept[i] += count - static_cast<long>(pass[i * kSampleSize + 6]);
+      const float* s = &pass[i * kSampleSize];
+      const long more = count - static_cast<long>(s[6]), all = kept[i] + more;
+      if (more == 0) continue;
+      const double share = static_cast<double>(more) / static_cast<double>(all);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double off = static_cast<double>(s[c]) / static_cast<double>(more) - means[i * 3 + c];
+        means[i * 3 + c] += share * off;
+        squares[i * 3 + c] += static_cast<double>(s[3 + c]) + off * off * share * static_cast<double>(kept[i]);
+      }
+      kept[i] = all;
     }
   }
   picture.mean = Image(camera.width, camera.height, 3);
@@ -230,10 +239,8 @@ TracePicture TraceScene::picture(const Camera& camera, int spp, std::uint32_t se
   for (std::size_t i = 0; i < pixels; ++i) {
     const double n = static_cast<double>(kept[i]);
     for (std::size_t c = 0; c < 3; ++c) {
-      const double mean = n > 0 ? sums[i * 6 + c] / n : 0;
-      const double spread = n > 1 ? std::max(0.0, sums[i * 6 + 3 + c] / n - mean * mean) / (n - 1) : 0;
-      picture.mean.data[c * pixels + i] = static_cast<float>(mean);
-      picture.variance.data[c * pixels + i] = static_cast<float>(spread);
+      picture.mean.data[c * pixels + i] = static_cast<float>(means[i * 3 + c]);
+      picture.variance.data[c * pixels + i] = n > 1 ? static_cast<float>(squares[i * 3 + c] / n / (n - 1)) : 0.f;
     }
   }
   return picture;

@@ -30,6 +30,7 @@ struct StabilityCase {
   bool inside = true;  // the documented domain; what lies outside has to be finite and counted, no more
   std::function<Evaluations(const Device&, Precision)> evaluate = {};
   double most = INFINITY;  // that a value may be
+  bool black = false;      // the right answer is 0 everywhere
 
   std::string label() const { return group + "/" + name; }
 };

@@ -344,6 +344,12 @@ std::string edit(const EditOptions& options) {
   say(fmt::format("edit: {} in {:.1f} % of the picture, {:.1f} s: {}", values_text(options.change), 100 * done.shown,
                   seconds, (out / "composite.png").string()));
   say("edit: bounces that follow it: " + bounces_text(done.bounces));
+  if (dropped > 0) {
+    double rays = 0;
+    for (const EditBounce& b : done.bounces) rays += b.rays;
+    say(fmt::format("edit: {:.0f} samples of {:.2f} million were not finite and count as nothing", dropped,
+                    rays * 1e-6));
+  }
   nlohmann::ordered_json json{{"composite", (out / "composite.exr").string()},
                               {"edited", done.shown},
                               {"changed", changed},

@@ -99,19 +99,22 @@ std::pair<Camera, std::string> choose_camera(const InvertOptions& options, const
     if (std::string note = other_proportions(camera, width, height); !note.empty()) notes.push_back(std::move(note));
     return camera.resized(width, height);
   };
+  const auto of_file = [&](const CameraFile& file, const std::filesystem::path& name) {
+    notes.push_back(name.string());
+    const Camera camera = resized(file.camera);
+    if (!file.has_pose) notes.push_back("no camera_to_world in the file, a level camera is assumed");
+    if (file.integer_centres) notes.push_back("an RGB-D file: half a pixel is added to cx and cy");
+    if (file.distortion) notes.push_back("lens distortion is known but not removed");
+    return camera;
+  };
   Camera camera;
   if (!options.camera.empty()) {
-    const CameraFile file = read_camera(options.camera);
-    notes.push_back(options.camera.string());
-    camera = resized(file.camera);
-    if (!file.has_pose) notes.push_back("no camera_to_world in the file, a level camera is assumed");
-    if (file.distortion) notes.push_back("lens distortion is known but not removed");
+    camera = of_file(read_camera(options.camera), options.camera);
   } else if (options.fov) {
     camera = Camera::from_fov(width, height, options.fov);
     notes = {fmt::format("--fov {:g}", *options.fov), "a level camera is assumed"};
   } else if (given.camera) {
-    notes.push_back(options.gbuffer.string());
-    camera = resized(*given.camera);
+    camera = of_file(*given.camera, options.gbuffer);
   } else if (const double fov = fov_of(photo); fov >= kLeastFov && fov <= kMostFov) {
     camera = Camera::from_fov(width, height, fov);
     notes = {fmt::format("{:.1f} degrees across, as the photograph's EXIF says of a picture that is not cropped", fov),

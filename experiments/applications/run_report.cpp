@@ -139,6 +139,15 @@ std::string share(double part, double whole) {
   return percent < 0.01 ? "less than 0.01 %" : fmt::format("{:.3g} %", percent);
 }
 
+/// Of a re-render: what of it comes from the photograph it stands beside.
+std::string light_caption(const Provenance& provenance) {
+  const std::string light = fact(provenance, "light");
+  const bool learned = light.starts_with("net") || light.starts_with("out_of_view") || light.starts_with("li2020");
+  if (light.empty() || learned) return "";
+  return " Its light is taken from the photograph itself (" + light +
+         "), so that it is no judgement of the maps alone.";
+}
+
 /// What became of the rays, in sentences.
 std::string rays_text(const Scene& scene, const Provenance& provenance) {
   const double rays = figure(provenance, "rays");
@@ -309,7 +318,8 @@ void write_run_report(const fs::path& folder) {
     page.compare(
         "Photograph", scene.photo, "Re-render", rerender->radiance,
         "The re-render is made from maps, camera and light by Monte Carlo. It holds reflected light only: lamps "
-        "and windows are dark in it.");
+        "and windows are dark in it." +
+            light_caption(provenance));
   }
   add_insertions(page, results.insertions, scene, folder);
   add_edits(page, results.edits, scene, folder);

@@ -13,7 +13,9 @@ namespace clerestory {
 void add_report_command(CommandLine& line) {
   const auto run = std::make_shared<std::filesystem::path>();
   line.add("report", "Make report.html again from the files of a run, with what was made from it")
-      .argument("RUN", "A folder that `invert`, `edit`, `train` or `run` made", *run)
+      .argument("RUN",
+                "A folder that `invert`, `edit`, `train` or `run` made; a sweep has its report.html beside its tables",
+                *run)
       .common({Common::Quiet})
       .notes("Prints where the report lies.")
       .run([run](const CommonOptions&) {

@@ -501,7 +501,7 @@ class ClerestoryBSDF(mi.BSDF):
         distance = dr.norm(si.p - origin)  # a sensor's rays begin on its near plane, so si.t is less
         off = si.p + distance * towards_viewer - origin
         if axis is not None:
-            spread = spread * dr.abs(dr.dot(axis, towards_viewer))
+            spread = spread * dr.power(dr.abs(dr.dot(axis, towards_viewer)), 1.5)
         tilt = dr.rsqrt(dr.maximum(dr.abs(dr.dot(si.n, towards_viewer)), 0.01))
         return dr.select(dr.squared_norm(off) < dr.square(1e-4 + 1e-5 * distance), spread * distance * tilt, 0)
 

@@ -53,9 +53,9 @@ StudyRun::StudyRun(const Config& config, const std::vector<std::string>& command
     : config_(config),
       rooms_(rooms_of(read_room_list(config.text("data.list")), static_cast<std::size_t>(config.integer("data.rooms")),
                       static_cast<std::uint64_t>(config.integer("data.seed")))),
+      device_(Device::open(config.text("run.device"))),
       run_(config.text("run.root"), config.text("run.experiment"), config.text("run.variant"), config,
            static_cast<std::uint64_t>(config.integer("run.seed"))),
-      device_(Device::open(config.text("run.device"))),
       provenance_(begin_provenance(command, device_.fingerprint())) {
   device_.use_gemm(config.text("run.gemm"));
   provenance_.hashes = {{"config", config_hash(config_)}, {"kernels", kernels_hash()}};
@@ -71,10 +71,15 @@ std::string StudyRun::run() {
     return run_.path().string();
   }
   catch_interrupts();
-  choose_method();
-  go_on();
-  measure();
-  conclude();
+  try {
+    choose_method();
+    go_on();
+    measure();
+    conclude();
+  } catch (const Error& error) {
+    run_.fail(error, !records_.empty());
+    throw;
+  }
   provenance_.figures["minutes"] = metrics_->seconds() / 60;
   provenance_.ended = utc_now();
   keep_provenance();

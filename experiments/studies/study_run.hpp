@@ -69,8 +69,8 @@ class StudyRun {
 
   Config config_;
   RoomList rooms_;
-  RunDirectory run_;
   Device device_;
+  RunDirectory run_;
   Provenance provenance_;
   std::vector<MetricRecord> records_;  // of this run, and of those that were interrupted before
 

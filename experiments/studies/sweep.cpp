@@ -71,6 +71,14 @@ std::string description(const Texts& keys, const SweptRun& run) {
   return fmt::format("{}", fmt::join(pairs, " "));
 }
 
+/// Of all that failed, where it is one kind: what the sweep then ends with.
+ErrorKind kind_of_failures(const std::vector<SweptRun>& runs) {
+  std::set<ErrorKind> kinds;
+  for (const SweptRun& run : runs)
+    if (!run.failure.empty() && !run.elsewhere) kinds.insert(run.failed_by);
+  return kinds.size() == 1 ? *kinds.begin() : ErrorKind::Failed;
+}
+
 void run_one(const SweepTask& task, const Config& config, SweptRun& run) {
   run.failure.clear(), run.elsewhere = false;
   try {
@@ -81,8 +89,9 @@ void run_one(const SweepTask& task, const Config& config, SweptRun& run) {
     say("sweep: this run is left to another process: " + run.failure);
   } catch (const std::exception& e) {
     const auto* error = dynamic_cast<const Error*>(&e);
-    if (error && error->kind() == ErrorKind::Interrupted) throw;
-    run.failure = e.what();
+    // Without a device no other run comes to anything either.
+    if (error && (error->kind() == ErrorKind::Interrupted || error->kind() == ErrorKind::Device)) throw;
+    run.failure = e.what(), run.failed_by = error ? error->kind() : ErrorKind::Failed;
     say("sweep: this run failed: " + run.failure);
   }
 }
@@ -365,7 +374,8 @@ fs::path run_sweep(const fs::path& config, const Schema& schema, const Texts& wo
   const auto elsewhere = std::ranges::count_if(plan.runs, &SweptRun::elsewhere);
   const auto failed =
       std::ranges::count_if(plan.runs, [](const SweptRun& run) { return !run.failure.empty(); }) - elsewhere;
-  if (failed > 0) throw Error(ErrorKind::Failed, fmt::format("{} of {} runs failed", failed, count), folder.string());
+  if (failed > 0)
+    throw Error(kind_of_failures(plan.runs), fmt::format("{} of {} runs failed", failed, count), folder.string());
   if (elsewhere > 0)
     throw Error(ErrorKind::Interrupted,
                 fmt::format("other processes are at work on {} of {} runs, the same command goes on from here",

@@ -50,7 +50,8 @@ struct SweptRun {
   std::filesystem::path folder;
   std::string failure;  // empty: it is done
   RunTables tables;
-  bool elsewhere = false;  // it is not failed: another process is at work on it
+  bool elsewhere = false;                   // it is not failed: another process is at work on it
+  ErrorKind failed_by = ErrorKind::Failed;  // what kind of failure
 };
 
 /// Tables over all runs: those of one name below each other, the swept values in front. Runs that differ only in keys

@@ -1,6 +1,7 @@
 #include "experiments/studies/training_study.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <set>
 
@@ -50,7 +51,12 @@ GenerateOptions rooms_of(const Config& c, const std::string& split) {
   return o;
 }
 
+/// Runs of one study that begin at once, on several machines say, find them made by the first.
 void make_rooms(const Config& config) {
+  const fs::path data = own_path(config.text("ablation.data"));
+  make_directories(data.parent_path());
+  const FileLock lock = wait_for_lock(data.parent_path() / ("." + data.filename().string() + ".lock"),
+                                      std::numeric_limits<double>::max());
   const Device device = Device::open(config.text("run.device"));
   for (const char* split : {"train", "test"}) {
     GenerateOptions options = rooms_of(config, split);

@@ -21,6 +21,7 @@
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
 #include "host/stopwatch.hpp"
+#include "host/tuning/tuning.hpp"
 
 namespace clerestory {
 namespace {
@@ -48,6 +49,7 @@ std::vector<std::string> settings_of(const Config& config) {
 }
 
 constexpr const char* kMapsFact = "hash of the maps' weights";
+constexpr const char *kGemmFact = "matrix products", *kChangedFact = "changed after step ";
 
 struct WholeCheckpoint {
   std::string path;
@@ -60,7 +62,6 @@ class Trainer {
       : options_(training_options(config)),
         config_(config),
         run_(options_.run.root, options_.run.experiment, options_.run.variant, config, options_.run.seed),
-        fresh_(!std::filesystem::exists(run_ / "log.txt")),
         command_(command) {}
 
   TrainingOutcome run();
@@ -87,8 +88,10 @@ class Trainer {
   void check_maps_before() const;
   /// Throws usage_error where the weights that this run began with have become others.
   void check_init_before() const;
-  /// What an earlier try read that this one does not, and when it began.
+  /// What an earlier try read that this one does not, when it began, and what had changed since then before.
   void take_over_provenance();
+  /// Says and records what steps from here on have that those before had not: another device, kernels, products.
+  void note_changes();
   void resume_or_begin();
   /// The file of an encoder alone that a leg starts from: an imported one, or lite's; empty where there is none.
   std::filesystem::path encoder_to_begin_with() const;
@@ -137,7 +140,6 @@ class Trainer {
   TrainingOptions options_;
   const Config& config_;
   RunDirectory run_;
-  bool fresh_;  // nothing was here before
   std::vector<std::string> command_;
   Provenance provenance_;
   std::optional<Provenance> before_;  // of an earlier try
@@ -173,10 +175,7 @@ TrainingOutcome Trainer::run() {
     finish();
   } catch (const Error& e) {
     task_.reset();  // no thread makes rooms in the folder any more
-    if (e.kind() == ErrorKind::Usage && fresh_ && !run_.resumable())
-      remove_tree(run_.path());  // bad input leaves nothing behind
-    else if (e.kind() != ErrorKind::Interrupted)
-      run_.fail(e.what());
+    run_.fail(e, run_.resumable());
     if (e.kind() == ErrorKind::Device) say_what_stays();
     throw;
   }
@@ -201,6 +200,7 @@ void Trainer::prepare() {
   provenance_ = begin_provenance(command_, device.fingerprint());
   provenance_.seeds["run.seed"] = options_.run.seed;
   provenance_.hashes["kernels"] = kernels_hash();
+  provenance_.facts[kGemmFact] = device.gemm() == "auto" ? preferred_gemm(device) : device.gemm();
   if (device.info().cpu) provenance_.facts["tile"] = device.tile().name;
   states_.trained = std::make_shared<States>(device);
   states_.judged = options_.train.average > 0 ? std::make_shared<States>(device) : states_.trained;
@@ -269,9 +269,27 @@ void Trainer::take_over_provenance() {
   if (!before_) return;
   provenance_.started = before_->started;
   provenance_.hashes.merge(before_->hashes);
+  for (const auto& [name, fact] : before_->facts)
+    if (name.starts_with(kChangedFact)) provenance_.facts[name] = fact;
   for (const FileRecord& input : before_->inputs)
     if (std::ranges::find(provenance_.inputs, input.path, &FileRecord::path) == provenance_.inputs.end())
       provenance_.inputs.push_back(input);
+}
+
+void Trainer::note_changes() {
+  if (!before_) return;
+  std::vector<std::string> changes;
+  const auto compare = [&](const char* what, const std::string& then, const std::string& now) {
+    if (!then.empty() && then != now) changes.push_back(fmt::format("{} {} in place of {}", what, now, then));
+  };
+  const auto kernels = before_->hashes.find("kernels");
+  compare("device", before_->device, provenance_.device);
+  compare("kernels", kernels == before_->hashes.end() ? "" : kernels->second, provenance_.hashes["kernels"]);
+  compare("matrix products", fact_before(kGemmFact).value_or(""), provenance_.facts[kGemmFact]);
+  if (changes.empty()) return;
+  const std::string text = fmt::format("{}", fmt::join(changes, "; "));
+  run_.log("goes on otherwise than it began: " + text);
+  provenance_.facts[fmt::format("{}{}", kChangedFact, progress_.step)] = text;
 }
 
 std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
@@ -320,6 +338,7 @@ void Trainer::resume_or_begin() {
     check_init_before();
     take_over_provenance();
     progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_.trained, identity());
+    note_changes();
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
     check_best();
   } else {
@@ -344,6 +363,13 @@ void Trainer::resume_or_begin() {
                            initial.moment_steps > 0
                                ? "with the second moments of its gradients"
                                : "without second moments of all parameters: Adam finds them anew"));
+      const Size& size = options_.model.size;
+      if (const Leg* last = earlier.legs.empty() ? nullptr : &earlier.legs.back();
+          last && (last->width != size.width || last->height != size.height))
+        run_.log(
+            fmt::format("they were trained at {}x{}; this leg's views have {}x{}, and so will pictures that its "
+                        "weights are shown (model.width, model.height)",
+                        last->width, last->height, size.width, size.height));
     }
     begin_averages(*states_.trained);
     begin_leg(earlier, init);

@@ -77,8 +77,7 @@ void metres_to_millimetres(Image& depth);
 struct GBuffer {
   std::optional<Image> albedo, normal, depth, material;  // 3, 3, 1, 3 channels
   std::optional<Image> mask;                             // of a view
-  std::optional<Camera> camera;
-  bool camera_has_pose = false;
+  std::optional<CameraFile> camera;
 };
 /// Absent files stay empty, but at least one map must be there; all have one size. Checks ranges: albedo, roughness and
 /// metallic in [0, 1] (to 1e-3, then clamped), depth not negative, everything finite. Throws usage_error naming the

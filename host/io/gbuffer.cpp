@@ -91,9 +91,8 @@ GBuffer read_folder(const fs::path& folder, bool camera) {
   if (!maps.albedo && !maps.normal && !maps.depth && !maps.material)
     throw usage_error("holds no map", folder.string(), {}, "albedo.exr, normal.exr, depth.exr or material.exr");
   if (const fs::path path = folder / "camera.json"; camera && fs::exists(path)) {
-    const CameraFile file = read_camera(path);
-    reader.check_size(file.camera.width, file.camera.height, path);
-    maps.camera = file.camera, maps.camera_has_pose = file.has_pose;
+    maps.camera = read_camera(path);
+    reader.check_size(maps.camera->camera.width, maps.camera->camera.height, path);
   }
   return maps;
 }
@@ -112,7 +111,10 @@ GBuffer from_view(const fs::path& path, bool camera) {
   GBuffer maps;
   maps.albedo = std::move(view.albedo), maps.normal = std::move(view.normal), maps.depth = std::move(view.depth);
   maps.material = std::move(view.material), maps.mask = std::move(view.mask);
-  maps.camera = view.camera, maps.camera_has_pose = view.camera.has_value();
+  if (view.camera) {
+    CameraFile& known = maps.camera.emplace();
+    known.camera = *view.camera, known.has_pose = true;
+  }
   return maps;
 }
 

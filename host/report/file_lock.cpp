@@ -15,7 +15,9 @@
 #include <utility>
 
 #include "host/io/files.hpp"
+#include "host/report/progress.hpp"
 #include "host/report/provenance.hpp"
+#include "host/stopwatch.hpp"
 
 namespace clerestory {
 namespace fs = std::filesystem;
@@ -99,6 +101,19 @@ FileLock::~FileLock() {
 }
 
 FileLock::FileLock(FileLock&& other) noexcept : file_(std::exchange(other.file_, -1)), path_(std::move(other.path_)) {}
+
+FileLock wait_for_lock(const fs::path& path, double seconds) {
+  const Stopwatch watch;
+  for (;;) {
+    try {
+      return FileLock(path);
+    } catch (const AtWork&) {
+      if (watch.seconds() > seconds) throw;
+    }
+    stop_if_interrupted(path.string());
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
 
 bool is_left_lock(const fs::path& file) {
   std::error_code error;

@@ -33,6 +33,10 @@ class FileLock {
   std::filesystem::path path_;
 };
 
+/// The lock for writing as soon as nobody else holds the file. Throws AtWork when that takes longer than `seconds`, and
+/// ErrorKind::Interrupted.
+FileLock wait_for_lock(const std::filesystem::path& path, double seconds);
+
 /// Whether a file is what such a lock leaves when its holder is killed: empty, or with a holder's name and no more.
 bool is_left_lock(const std::filesystem::path& file);
 

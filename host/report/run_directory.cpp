@@ -52,7 +52,7 @@ void check_same_config(const fs::path& file, const Config& config) {
     hash = config_hash(parse_config(read_file(file, kMostConfig, true), file.string(), config.schema()));
   } catch (const Error& error) {
     throw usage_error("this run was made with a config that this program does not read: " + std::string(error.what()),
-                      file.string(), {}, "another output folder, or a restart of the run");
+                      file.string(), {}, "another output folder, or this one removed");
   }
   if (hash != config_hash(config))
     throw usage_error("this folder belongs to another config", file.string(), hash, config_hash(config));
@@ -69,13 +69,14 @@ fs::path RunDirectory::path_of(const fs::path& root, const std::string& experime
 RunDirectory::RunDirectory(const fs::path& root, const std::string& experiment, const std::string& variant,
                            const Config& config, std::uint64_t seed, bool restart)
     : path_(path_of(root, experiment, variant, config, seed)) {
-  make_directories(path_);
+  made_.emplace(path_);
   lock_.emplace(lock_of(path_), LockKind::Write, path_);
   if (restart)
     for (const auto& entry : fs::directory_iterator(path_))
       if (entry.path() != lock_of(path_)) remove_tree(entry.path());
   const fs::path resolved = path_ / "config.resolved.toml";
-  if (fs::exists(resolved)) check_same_config(resolved, config);
+  fresh_ = !fs::exists(resolved);
+  if (!fresh_) check_same_config(resolved, config);
   make_directories(path_ / "checkpoints");
   make_directories(path_ / "artifacts");
   if (!done()) write_file(resolved, config_toml(config));
@@ -122,8 +123,12 @@ void RunDirectory::finish() const {
   write_file(path_ / "DONE", utc_now() + "\n");
 }
 
-void RunDirectory::fail(const std::string& message) const {
-  write_file(path_ / "FAILED", utc_now() + " " + message + "\n");
+void RunDirectory::fail(const Error& error, bool results) const {
+  if (error.kind() == ErrorKind::Interrupted) return;
+  if (error.kind() == ErrorKind::Usage && fresh_ && !results)
+    remove_tree(path_);
+  else
+    write_file(path_ / "FAILED", utc_now() + " " + error.what() + "\n");
 }
 
 }  // namespace clerestory

@@ -7,6 +7,7 @@
 
 #include "host/io/config.hpp"
 #include "host/report/file_lock.hpp"
+#include "host/report/new_folders.hpp"
 #include "host/report/provenance.hpp"
 
 namespace clerestory {
@@ -51,11 +52,15 @@ class RunDirectory {
   /// One line into log.txt with the time, and to stderr unless quiet.
   void log(const std::string& line) const;
 
-  void finish() const;                          // DONE
-  void fail(const std::string& message) const;  // FAILED, with the message
+  void finish() const;  // DONE
+  /// What becomes of a run that ends by `error`. An interrupted one goes on; bad input leaves nothing of a run that was
+  /// not here before and has no `results`; any other gets FAILED, with the message.
+  void fail(const Error& error, bool results) const;
 
  private:
   std::filesystem::path path_;
+  std::optional<NewFolders> made_;  // nothing but empty folders: none
+  bool fresh_ = false;              // nothing was here before
   std::optional<FileLock> lock_;
 };
 

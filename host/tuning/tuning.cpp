@@ -1,11 +1,9 @@
 #include "host/tuning/tuning.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <mutex>
 #include <set>
-#include <thread>
 
 #include "host/cl/disk_cache.hpp"
 #include "host/io/data_files.hpp"
@@ -133,22 +131,6 @@ std::vector<Tuning> read_tunings(const fs::path& file) {
   return tunings;
 }
 
-namespace {
-
-/// A lock that others hold for the time it takes to write a file. Throws AtWork where that is seconds.
-FileLock lock_soon(const fs::path& path) {
-  for (int tries = 1;; ++tries) {
-    try {
-      return FileLock(path);
-    } catch (const AtWork&) {
-      if (tries == 100) throw;
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-  }
-}
-
-}  // namespace
-
 std::string tuning_json(const Tuning& tuning) {
   // Drivers may name themselves in any encoding.
   return json_text(json_of(tuning));
@@ -158,7 +140,7 @@ void keep_tuning(const Tuning& tuning) {
   const fs::path file = tuning_file();
   if (file.empty()) throw usage_error("no place for what was measured", "HOME", "", "a folder, or XDG_DATA_HOME");
   make_directories(file.parent_path());
-  const FileLock lock = lock_soon(fs::path(file) += ".lock");  // two devices may be tuned at once
+  const FileLock lock = wait_for_lock(fs::path(file) += ".lock", 10);  // two devices may be tuned at once
   std::vector<Tuning> tunings = read_tunings(file);
   std::erase_if(tunings, [&](const Tuning& other) { return other.device == tuning.device; });
   tunings.push_back(tuning);

@@ -28,7 +28,7 @@ static inline ShellCell shell_cell(real3 origin, real3 d, real radius, int last,
   c.met = t > R(0) || last;
   const int left = (int)floor(x);
   c.across = x - (real)left;
-  c.column = left < 0 ? left + columns : min(left, columns - 1);
+  c.column = clamp(left < 0 ? left + columns : left, 0, columns - 1);  // of what is not a number too
   c.row = clamp((int)floor(y), 0, rows - 2);
   c.down = clamp(y - (real)c.row, R(0), R(1));
   return c;

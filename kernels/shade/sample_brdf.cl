@@ -271,7 +271,8 @@ kernel void sample_brdf_adjoint(MAP_ARGS, IN(d_weight),
     const reals to_density = LOAD(AT(d_lobe, 0) + ray);
     asked += fabs(to_share.x) + fabs(to_share.y) + fabs(to_share.z) + fabs(to_density);
 #endif
-    const ints valid = inside & rays.drawn & IS(rays.density > R(0)) & IS(wi.z > R(0)) & IS(asked > R(0));
+    const ints not_asked = IS(asked <= R(0));  // NaN is asked for
+    const ints valid = inside & rays.drawn & IS(rays.density > R(0)) & IS(wi.z > R(0)) & ~not_asked;
 
     const reals across = half_way.x * half_way.x + half_way.y * half_way.y, hz = half_way.z, h2 = across + hz * hz;
     const reals q = R(1) / (across + a2 * hz * hz);

@@ -162,29 +162,35 @@ static real3 path_radiance(const Scene *s, Hit hit, const Surface *begin, real3 
   return radiance;
 }
 
-// Samples first .. first + count - 1 of a ray: sums and sums of squares of r, g, b, samples dropped as not finite, and
-// the first of these (-1). out: 8 numbers.
+// Samples first .. first + count - 1 of a ray. out, 8 numbers: of r, g, b the sums, then the sums of squared differences
+// from the mean of those that are kept; samples dropped as not finite, and the first of these (-1). Both sums are of
+// differences from the first sample kept, or a lamp without noise would show some; the former is compensated (Kahan
+// 1965), for a probe may have a hundred thousand samples.
 static void trace_samples(const Scene *s, real3 o, real3 d, real t_min, uint seed, uint pixel, int first, int count,
                           const PathOptions *options, global real *out) {
   const Hit hit = nearest_hit(&s->bvh, o, d, t_min, FAR);
   Surface begin;  // every sample scatters there
   if (hit.triangle >= 0) begin = surface_at(s, hit, o, d, options->spread);
-  real3 sum = (real3)(R(0)), squares = (real3)(R(0));
+  real3 origin = (real3)(R(0)), sum = origin, lost = origin, squares = origin;
   int dropped = 0, first_dropped = -1;
   for (int i = 0; i < count; ++i) {
     Key key;
     key.seed = seed, key.pixel = pixel, key.sample = (uint)(first + i);
     const real3 l = path_radiance(s, hit, &begin, o, d, key, options);
     if (isfinite(l.x + l.y + l.z)) {
-      sum += l;
-      squares += l * l;
+      if (dropped == i) origin = l;
+      const real3 off = l - origin, more = off - lost, larger = sum + more;
+      lost = (larger - sum) - more, sum = larger;
+      squares += off * off;
     } else {
       if (dropped == 0) first_dropped = first + i;
       ++dropped;
     }
   }
-  out[0] = sum.x, out[1] = sum.y, out[2] = sum.z;
-  out[3] = squares.x, out[4] = squares.y, out[5] = squares.z;
+  const real kept = (real)(count - dropped);
+  const real3 all = kept * origin + sum, spread = fmax(squares - sum * (sum / fmax(kept, R(1))), R(0));
+  out[0] = all.x, out[1] = all.y, out[2] = all.z;
+  out[3] = spread.x, out[4] = spread.y, out[5] = spread.z;
   out[6] = (real)dropped, out[7] = (real)first_dropped;
 }
 
@@ -201,8 +207,11 @@ static inline real3 pose_inverse_direction(global const real *p, real3 v) {
                  p[2] * v.x + p[6] * v.y + p[10] * v.z);
 }
 
-// Width of a pixel one metre along its ray (z = -1), metres.
-static inline real pixel_spread(Camera c, real3 ray) { return rsqrt(c.fx * c.fy * dot3(ray, ray)); }
+// Width of a pixel one metre along its ray (z = -1), metres: the root of its solid angle, 1 / (fx fy |ray|^3).
+static inline real pixel_spread(Camera c, real3 ray) {
+  const real r2 = dot3(ray, ray);
+  return rsqrt(c.fx * c.fy * r2 * sqrt(r2));
+}
 
 // view: fx, fy, cx, cy, then a pose. out: {height, width, 8} as trace_samples writes it.
 kernel void trace_view(SCENE_ARGUMENTS, global const real *view, const int width, const int height, const uint seed,

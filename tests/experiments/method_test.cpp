@@ -218,7 +218,9 @@ TEST_F(MethodStudies, RefuseWhatItIsNot) {
   const auto refused = [&](const std::string& kind, const std::vector<std::string>& more) {
     return message_of([&] { ran(kind, more); }, ErrorKind::Usage);
   };
-  EXPECT_THAT(refused("light", {"study.method=li2021"}), AllOf(HasSubstr("study.method"), HasSubstr("li2021")));
+  EXPECT_THAT(refused("light", {"study.method=li2021", "run.experiment=refused"}),
+              AllOf(HasSubstr("study.method"), HasSubstr("li2021")));
+  EXPECT_FALSE(fs::exists(folder_ / "runs/refused")) << "a run that never began";
   EXPECT_THAT(refused("light", {"light.weights=" + li()}),
               AllOf(HasSubstr("light.weights"), HasSubstr("a method names these weights as well")));
   EXPECT_THAT(refused("user", {"maps.weights=x"}), HasSubstr("maps.weights"));

@@ -106,7 +106,7 @@ TEST_F(RunDirectoryReport, NamesNoFolderOfTheComputer) {
   table.add({std::string("failed: /srv/room/000")});
   std::ofstream(run_->artifact("a.table.json")) << table_json(table);
   run_->log("starts from /srv/nets/weights.safetensors (2 hours)");
-  run_->fail("/srv/rooms/000_im.exr: cannot be read");
+  run_->fail(usage_error("/srv/rooms/000_im.exr: cannot be read"), true);
   const std::string html = report();
   for (const char* part : {"train = [&quot;rooms&quot;]", "net (a.toml, weights)", "of rooms", "failed: 000",
                            "starts from weights.safetensors (2 hours)", "000_im.exr: cannot be read"})
@@ -136,7 +136,7 @@ TEST_F(RunDirectoryReport, HostileArtifactsAreShownAndNotRun) {
   table.add({script});
   std::ofstream(run_->artifact("t.table.json")) << table_json(table);
   run_->log(script);
-  run_->fail(script);
+  run_->fail(usage_error(script), true);
 
   const std::string html = report();
   for (const char* part : {"<script>alert", "<img src=x", "onload='alert", "<b>\"", "</svg><script"})
@@ -148,7 +148,7 @@ TEST_F(RunDirectoryReport, HostileArtifactsAreShownAndNotRun) {
 TEST_F(RunDirectoryReport, UnfinishedRunsHaveOneToo) {
   write_provenance(*run_ / "provenance.json", begin_provenance({"clerestory", "train"}));
   EXPECT_THAT(report(), HasSubstr("not finished"));
-  run_->fail("disk full");
+  run_->fail(usage_error("disk full"), true);
   EXPECT_THAT(report(), HasSubstr("disk full"));
   EXPECT_THAT(report(), Not(HasSubstr("Curves")));
 }

@@ -125,9 +125,9 @@ Schema schema() {
 /// A sweep whose runs only note that they ran.
 struct Sweep : testing::Test {
   ScratchFolder folder{"clerestory-sweep"};
-  std::vector<std::string> ran;                          // "width/seed", in order
-  std::string fails;                                     // the one that throws
-  bool interrupts = false;                               // it throws Interrupted
+  std::vector<std::string> ran;  // "width/seed", in order
+  std::string fails;             // the one that throws
+  ErrorKind fails_by = ErrorKind::Usage;
   std::map<std::string, std::function<void()>> besides;  // what else happens while a run is made
 
   void SetUp() override {
@@ -155,8 +155,7 @@ struct Sweep : testing::Test {
       ran.push_back(fmt::format("{}{}/{}", c.text("run.variant") == "main" ? "" : c.text("run.variant") + ":",
                                 c.integer("model.width"), c.integer("run.seed")));
       if (const auto other = besides.find(ran.back()); other != besides.end()) other->second();
-      if (ran.back() == fails)
-        throw Error(interrupts ? ErrorKind::Interrupted : ErrorKind::Usage, "the rope broke", "here");
+      if (ran.back() == fails) throw Error(fails_by, "the rope broke", "here");
       write_file(directory.artifact("errors.table.json"),
                  table_json(error_table({{"ours", static_cast<double>(c.integer("model.width"))}})));
       directory.finish();
@@ -234,10 +233,16 @@ TEST_F(Sweep, RunsThatReadOtherContentsOfOneFileAreNoTable) {
   EXPECT_THAT(std::string(e.what()), testing::AllOf(HasSubstr("nets/light.safetensors"), HasSubstr(runs[1])));
 }
 
+TEST_F(Sweep, ALostDeviceEndsIt) {
+  fails = "4/1", fails_by = ErrorKind::Device;
+  EXPECT_EQ(error_of({"model.width=4,9", "run.seed=0,1"}).kind(), ErrorKind::Device);
+  EXPECT_THAT(ran, ElementsAre("4/0", "4/1"));
+}
+
 TEST_F(Sweep, OneFailureLetsTheOthersGoOnAndIsTriedAgain) {
   fails = "4/1";
   const Error e = error_of({"model.width=4,9", "run.seed=0,1"});
-  EXPECT_EQ(e.kind(), ErrorKind::Failed);
+  EXPECT_EQ(e.kind(), ErrorKind::Usage) << "what all that failed did by";
   EXPECT_THAT(std::string(e.what()), HasSubstr("1 of 4 runs failed"));
   EXPECT_THAT(ran, ElementsAre("4/0", "4/1", "9/0", "9/1"));
   fs::path place;
@@ -251,7 +256,7 @@ TEST_F(Sweep, OneFailureLetsTheOthersGoOnAndIsTriedAgain) {
 }
 
 TEST_F(Sweep, AnInterruptedOneGoesOn) {
-  fails = "9/0", interrupts = true;
+  fails = "9/0", fails_by = ErrorKind::Interrupted;
   EXPECT_EQ(error_of({"model.width=4,9,16"}).kind(), ErrorKind::Interrupted);
   EXPECT_THAT(ran, ElementsAre("4/0", "9/0"));
   fails = "";

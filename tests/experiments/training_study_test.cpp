@@ -279,7 +279,7 @@ TEST_F(TinyAblation, TrainsJudgesComparesAndSkipsWhatIsDone) {
     run();
     FAIL() << "a broken variant went unseen";
   } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), ErrorKind::Failed);
+    EXPECT_EQ(e.kind(), ErrorKind::Usage) << "all that failed did by it";
     EXPECT_THAT(e.what(), HasSubstr("2 of 6 runs failed"));
   }
   const auto times = trained();
@@ -444,8 +444,8 @@ TEST_F(TinyAblation, MistakesAreFoundBeforeRoomsAreMade) {
     return std::string();
   };
   const std::string elsewhere = "ablation.data=" + (folder / "elsewhere").string();
-  EXPECT_THAT(message({elsewhere, "model.kind=maps"}), HasSubstr("ablation.measures: are tables of the light"));
-  EXPECT_THAT(message({elsewhere, "ablation.measures=[edges]"}), HasSubstr("ablation.measures: are tables of maps"));
+  EXPECT_THAT(message({elsewhere, "model.kind=maps"}), HasSubstr("are tables of the light (found range, rerender"));
+  EXPECT_THAT(message({elsewhere, "ablation.measures=[edges]"}), HasSubstr("are tables of maps (found edges"));
   EXPECT_THAT(message({elsewhere, "ablation.judged_scale=2"}), HasSubstr("1 where model.kind = light"));
   EXPECT_THAT(message({elsewhere, "light.widht=3"}), HasSubstr("nearest known one is light.width"));
   EXPECT_THAT(message({elsewhere, "train.steps=0"}), HasSubstr("the run has no end"));

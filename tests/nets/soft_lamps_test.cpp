@@ -95,6 +95,17 @@ TEST(SoftLamps, WhatEmitsIsNotExplained) {
   for (std::size_t k = 0; k < a.lamps.size(); ++k) EXPECT_EQ(a.lamps[k].radiance, b.lamps[k].radiance);
 }
 
+// What the layer drops.
+TEST(SoftLamps, OnePixelThatIsNoNumberTakesNoLampAway) {
+  Scene scene = lit_corner();
+  const LampFit whole = fit_lamps(device(), scene, under_constant(16));
+  for (std::size_t i = 0; i < scene.photo.pixels(); i += 7) scene.material.plane(1)[i] = std::nanf("");
+  const LampFit without = fit_lamps(device(), scene, under_constant(16));
+  ASSERT_FALSE(without.lamps.empty());
+  EXPECT_LT(without.after, 0.5 * without.before);
+  EXPECT_NEAR(without.after, whole.after, 0.5 * whole.after);
+}
+
 TEST(SoftLamps, AreFittedWithTheSamplerAndTheSurfacesThatRender) {
   const Scene scene = lit_corner();
   const LampFit usual = fit_lamps(device(), scene, under_constant(64));

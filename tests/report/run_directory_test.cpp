@@ -47,6 +47,18 @@ TEST_F(RunDirectoryTest, NameAndContents) {
   EXPECT_FALSE(open({}, true).done()) << "a restart starts from nothing";
 }
 
+TEST_F(RunDirectoryTest, BadInputLeavesNothingOfARunThatIsNew) {
+  open().fail(usage_error("no such file"), false);
+  EXPECT_TRUE(names_in(folder_).empty()) << "nor the folders above it";
+  open().fail(Error(ErrorKind::Interrupted, "Ctrl-C"), false);
+  EXPECT_FALSE(fs::exists(open() / "FAILED"));
+  open().fail(usage_error("no such file"), false);
+  EXPECT_TRUE(fs::exists(open() / "FAILED")) << "it was here before";
+  const RunDirectory other = open({"width=3"});
+  other.fail(usage_error("a second file is damaged"), true);
+  EXPECT_TRUE(fs::exists(other / "FAILED")) << "it has results";
+}
+
 TEST_F(RunDirectoryTest, ResumeCutsBackToTheCheckpoint) {
   const RunDirectory run = open();
   put(run.checkpoint_path(10), "a");
@@ -58,7 +70,7 @@ TEST_F(RunDirectoryTest, ResumeCutsBackToTheCheckpoint) {
     MetricsWriter writer(run.metrics_path());
     for (int step = 1; step <= 35; ++step) writer.write(step, {{"loss", 1}});
   }
-  run.fail("out of memory");
+  run.fail(usage_error("out of memory"), true);
   EXPECT_NE(text_of(run / "FAILED").find("out of memory"), std::string::npos);
   ASSERT_TRUE(run.resumable());
   EXPECT_EQ(run.latest_checkpoint()->step, 30);

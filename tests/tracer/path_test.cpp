@@ -236,6 +236,26 @@ TEST(Path, PicturesAndRadianceEqualAnIndependentPathTracer) {
   }
 }
 
+// A lamp that is seen has no noise: neither many samples nor squares of large numbers make any.
+TEST(Path, WhatHasNoNoiseHasNoVarianceAndIsAsBrightAsItIs) {
+  for (const float radiance : {0.1f, 0.7f, 100.f}) {
+    World world;
+    Shapes shapes(world, glm::mat4(1), Random(1));
+    shapes.quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}, shapes.material(plain(glm::vec3(0.8f), 1)),
+                shapes.emitter({glm::vec3(radiance), false}));
+    TraceScene scene(test_device(), world);
+    RadianceQuery query;
+    query.light_samples = 0, query.max_depth = 0, query.spp = 65536;
+    const glm::vec3 eye(0, 0.5f, 0), down(0, -1, 0);
+    EXPECT_FLOAT_EQ(scene.radiance(repeated(eye, 1), repeated(down, 1), query)[0], radiance);
+    Camera camera = Camera::from_fov(1, 1, 1);
+    camera.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+    const TracePicture picture = scene.picture(camera, 1000, 3, 0, 0);
+    EXPECT_FLOAT_EQ(picture.mean.data[0], radiance);
+    EXPECT_LT(picture.variance.data[0], std::pow(radiance * 0x1p-24f, 2)) << "but for the roundings of a pass's mean";
+  }
+}
+
 /// A floor of which one half sees a lamp of radiance 1, the other one that the sum over channels cannot hold.
 TEST(Path, DroppedSamplesAreLeftOutOfTheMean) {
   World world;

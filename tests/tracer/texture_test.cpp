@@ -229,7 +229,7 @@ TEST(Texture, MapsShowTheFormulaAtThePixelsFootprint) {
         const double depth = 2 / (1 + 0.4 * ray.x);  // z = -2 + 0.4 x
         const Vec3 at = depth * ray, normal = Vec3(-0.4, 0, 1) / std::sqrt(1.16);
         const double cosine = glm::dot(normal, -glm::normalize(ray));
-        const double footprint = depth / std::sqrt(camera.fx * camera.fy * cosine);
+        const double footprint = depth / std::sqrt(camera.fx * camera.fy * cosine * glm::length(ray));
         const std::array<double, 5> expected = formula({at.x, at.y, -2}, footprint);
         if (maps.triangle[static_cast<std::size_t>(y * camera.width + x)] < 0) continue;
         // Sixteen roundings of corners up to 4 m away.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "host/math/panorama.hpp"
 #include "tests/ops/test_device.hpp"
 #include "tests/roundings.hpp"
@@ -42,6 +44,12 @@ TEST(Shells, SeamIsCrossedAndPolesAreConstant) {
   EXPECT_NEAR(found.at(0, 1, 0, 1), 0, kOfPlace);
   EXPECT_NEAR(found.at(0, 1, 0, 2), 7, kOfPlace);
   EXPECT_NEAR(found.at(0, 0, 0, 3), found.at(0, 0, 0, 1), kOfPlace);
+}
+
+// Its column would lie gigabytes before the map.
+TEST(Shells, ADirectionThatIsNoNumberReadsNothingElse) {
+  const Tensor found = looked_up({{NAN, 0, -1}, {0, 1, 0}}, 8, 16);
+  EXPECT_NEAR(found.at(0, 1, 0, 1), 0, kOfPlace);
 }
 
 TEST(Shells, WhatDoesNotFitIsRefused) {

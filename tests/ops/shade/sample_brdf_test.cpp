@@ -259,6 +259,27 @@ TEST(SampleBrdf, GradientsInFloatAreThoseInDoubleDownToTheNarrowestLobe) {
     }
 }
 
+TEST(SampleBrdf, ACotangentThatIsNoNumberIsNotHidden) {
+  const Tensors t = same_twice(0.5);
+  Graph graph;
+  Values v;
+  for (const auto& [name, tensor] : t) v[name] = graph.input(name, tensor.shape);
+  const BrdfSamples drawn =
+      sample_brdf(v["depth"], v["camera"], {v["albedo"], v["normal"], v["material"]},
+                  {v["e_albedo"], v["e_normal"], v["e_material"]}, kRows, 16, {.points = Points::Independent});
+  Tensor cotangent({1, 3, kRows, 16}, 1);
+  for (int s = 0; s < 16; ++s) cotangent.at(0, 0, 1, s) = NAN;  // all rays of the second row
+  const Value albedo =
+      gradient(std::vector{drawn.weight}, std::vector{graph.constant(cotangent)}, std::vector{v["e_albedo"]})[0];
+  for (const Precision precision : {Precision::Single, Precision::Double}) {
+    const Tensor g = evaluate(graph, {albedo}, test_device(precision), t, {.precision = precision})[0];
+    for (int row = 0; row < kRows; ++row) {
+      const int picture = row / kPlane, pixel = row % kPlane;
+      EXPECT_EQ(std::isnan(g.at(picture, 0, pixel / kWidth, pixel % kWidth)), row == 1) << row;
+    }
+  }
+}
+
 TEST(SampleBrdf, NamesAndLimits) {
   EXPECT_EQ(sampler_of("grid8x16"), Sampler::Grid8x16);
   EXPECT_EQ(points_of("sobol"), Points::Sobol);
