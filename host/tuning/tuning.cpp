@@ -9,7 +9,6 @@
 #include "host/io/data_files.hpp"
 #include "host/io/files.hpp"
 #include "host/io/json_file.hpp"
-#include "host/report/file_lock.hpp"
 #include "host/report/progress.hpp"
 
 namespace clerestory {
@@ -139,13 +138,12 @@ std::string tuning_json(const Tuning& tuning) {
 void keep_tuning(const Tuning& tuning) {
   const fs::path file = tuning_file();
   if (file.empty()) throw usage_error("no place for what was measured", "HOME", "", "a folder, or XDG_DATA_HOME");
-  make_directories(file.parent_path());
-  const FileLock lock = wait_for_lock(fs::path(file) += ".lock", 10);  // two devices may be tuned at once
   std::vector<Tuning> tunings = read_tunings(file);
   std::erase_if(tunings, [&](const Tuning& other) { return other.device == tuning.device; });
   tunings.push_back(tuning);
   Json list = Json::array();
   for (const Tuning& each : tunings) list.push_back(json_of(each));
+  make_directories(file.parent_path());
   write_file(file, json_text(Json{{"tunings", list}}) + "\n");
 }
 

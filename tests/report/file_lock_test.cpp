@@ -4,6 +4,7 @@
 #include <sys/file.h>
 
 #include <atomic>
+#include <chrono>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -110,6 +111,20 @@ TEST_F(FileLockTest, WhatAKilledHolderLeavesIsKnown) {
     EXPECT_FALSE(is_left_lock(path())) << other;
   }
   EXPECT_FALSE(is_left_lock(folder_ / "none")) << "there is none";
+}
+
+TEST_F(FileLockTest, WhoWaitsHasItWhenTheOtherIsDone) {
+  std::optional<FileLock> other(path());
+  EXPECT_THROW(wait_for_lock(path(), 0.1), AtWork);
+  std::atomic<bool> released = false;
+  std::thread gives_it_back([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    released = true, other.reset();
+  });
+  const FileLock mine = wait_for_lock(path(), 60);
+  EXPECT_TRUE(released);
+  gives_it_back.join();
+  EXPECT_FALSE(can(LockKind::Read));
 }
 
 TEST_F(FileLockTest, MovedLocksAreHeldOnce) {

@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <thread>
-
 #include "tests/cl/environment.hpp"
 #include "tests/message_of.hpp"
 
@@ -54,17 +52,6 @@ TEST_F(TuningFile, AnotherTuningOfADeviceTakesItsPlaceAndLeavesOthers) {
   keep_tuning(entry("packed"));
   EXPECT_EQ(read_tunings(tuning_file()).size(), 2u);
   EXPECT_EQ(tuning_in_use(device)->tuning.gemm, "packed");
-}
-
-TEST_F(TuningFile, OfDevicesThatAreTunedAtOnceNoneIsLost) {
-  std::vector<std::thread> tuners;
-  for (int t = 0; t < 4; ++t)
-    tuners.emplace_back([this, t] {
-      Tuning of_device = entry("packed");
-      for (int i = 0; i < 4; ++i) of_device.device = fmt::format("device {} of {}", i, t), keep_tuning(of_device);
-    });
-  for (std::thread& tuner : tuners) tuner.join();
-  EXPECT_EQ(read_tunings(tuning_file()).size(), 16u);
 }
 
 TEST_F(TuningFile, AutoFollowsIt) {
