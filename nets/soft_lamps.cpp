@@ -1,7 +1,9 @@
 #include "nets/soft_lamps.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "host/math/panorama.hpp"
 #include "host/math/statistics.hpp"
@@ -127,7 +129,16 @@ Explained explain(Device& device, const Scene& scene, RenderSettings settings, c
   Explained e{coarse(scene.photo), Image(camera.width, camera.height, 1), executor.fetch_floats(alone),
               executor.fetch_floats(shares)};
   const std::vector<float> status = executor.fetch_floats(drawn.status);
-  for (std::size_t i = 0; i < e.pixels(); ++i) e.counts.data[i] = status[i] == 0 && material.plane(2)[i] == 0;
+  // What the layer drops says nothing: one such pixel would take all lamps away.
+  const auto finite = [](std::span<const float> values) {
+    return std::ranges::all_of(values, [](float x) { return std::isfinite(x); });
+  };
+  const std::size_t of_pixel = 3 * lamps.size();
+  for (std::size_t i = 0; i < e.pixels(); ++i) {
+    const std::array<float, 3> lit{e.radiance[i], e.radiance[e.pixels() + i], e.radiance[2 * e.pixels() + i]};
+    e.counts.data[i] = status[i] == 0 && material.plane(2)[i] == 0 && finite(lit) &&
+                       finite(std::span(e.shares).subspan(i * of_pixel, of_pixel));
+  }
   return e;
 }
 
@@ -189,9 +200,6 @@ Problem problem_of(const Explained& e, std::size_t channel, std::size_t unknowns
     const auto seen = static_cast<double>(photo[i]), lit = static_cast<double>(e.radiance[channel * n + i]);
     const double weight = weight_of_pixel(seen, whole / count, weights);
     const float* shares = e.shares.data() + (i * 3 + channel) * unknowns;
-    // The layer drops such samples; one would take all lamps away.
-    if (!std::isfinite(lit) || !std::all_of(shares, shares + unknowns, [](float x) { return std::isfinite(x); }))
-      continue;
     for (std::size_t k = 0; k < unknowns; ++k) p.rows.push_back(weight * static_cast<double>(shares[k]));
     p.target.push_back(weight * (seen - lit));
     dark += std::max(0.0, seen - lit);

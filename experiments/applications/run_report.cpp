@@ -143,6 +143,8 @@ std::string share(double part, double whole) {
 std::string light_caption(const Provenance& provenance) {
   const std::string light = fact(provenance, "light");
   const bool learned = light.starts_with("net") || light.starts_with("out_of_view") || light.starts_with("li2020");
+  if (provenance.facts.contains("lamps") && !fact(provenance, "lamps").starts_with("none"))
+    return " Lamps were fitted to the photograph, so that it is no judgement of the maps alone.";
   if (light.empty() || learned) return "";
   return " Its light is taken from the photograph itself (" + light +
          "), so that it is no judgement of the maps alone.";

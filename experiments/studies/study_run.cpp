@@ -71,13 +71,16 @@ std::string StudyRun::run() {
     return run_.path().string();
   }
   catch_interrupts();
+  bool goes_on = false;
   try {
     choose_method();
     go_on();
+    goes_on = true;
     measure();
     conclude();
   } catch (const Error& error) {
-    run_.fail(error, !records_.empty());
+    // What was found before is as good as it was if this process may not go on from it.
+    if (goes_on || records_.empty()) run_.fail(error, !records_.empty());
     throw;
   }
   provenance_.figures["minutes"] = metrics_->seconds() / 60;
@@ -122,6 +125,7 @@ void StudyRun::go_on() {
   use(rooms_.file);
   if (!rooms_.described.empty()) use(rooms_.described);
   metrics_.emplace(run_.metrics_path());
+  remove_tree(run_ / "FAILED");
 }
 
 void StudyRun::use(const fs::path& file) {

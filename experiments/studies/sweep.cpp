@@ -89,8 +89,7 @@ void run_one(const SweepTask& task, const Config& config, SweptRun& run) {
     say("sweep: this run is left to another process: " + run.failure);
   } catch (const std::exception& e) {
     const auto* error = dynamic_cast<const Error*>(&e);
-    // Without a device no other run comes to anything either.
-    if (error && (error->kind() == ErrorKind::Interrupted || error->kind() == ErrorKind::Device)) throw;
+    if (error && error->kind() == ErrorKind::Interrupted) throw;
     run.failure = e.what(), run.failed_by = error ? error->kind() : ErrorKind::Failed;
     say("sweep: this run failed: " + run.failure);
   }

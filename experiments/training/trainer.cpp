@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -88,7 +90,7 @@ class Trainer {
   void check_maps_before() const;
   /// Throws usage_error where the weights that this run began with have become others.
   void check_init_before() const;
-  /// What an earlier try read that this one does not, when it began, and what had changed since then before.
+  /// What an earlier try read that this one does not, and when it began.
   void take_over_provenance();
   /// Says and records what steps from here on have that those before had not: another device, kernels, products.
   void note_changes();
@@ -269,8 +271,6 @@ void Trainer::take_over_provenance() {
   if (!before_) return;
   provenance_.started = before_->started;
   provenance_.hashes.merge(before_->hashes);
-  for (const auto& [name, fact] : before_->facts)
-    if (name.starts_with(kChangedFact)) provenance_.facts[name] = fact;
   for (const FileRecord& input : before_->inputs)
     if (std::ranges::find(provenance_.inputs, input.path, &FileRecord::path) == provenance_.inputs.end())
       provenance_.inputs.push_back(input);
@@ -278,6 +278,9 @@ void Trainer::take_over_provenance() {
 
 void Trainer::note_changes() {
   if (!before_) return;
+  for (const auto& [name, fact] : before_->facts)  // of steps that are kept
+    if (name.starts_with(kChangedFact) && std::atoll(name.c_str() + std::strlen(kChangedFact)) < progress_.step)
+      provenance_.facts[name] = fact;
   std::vector<std::string> changes;
   const auto compare = [&](const char* what, const std::string& then, const std::string& now) {
     if (!then.empty() && then != now) changes.push_back(fmt::format("{} {} in place of {}", what, now, then));

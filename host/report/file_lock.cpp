@@ -104,11 +104,13 @@ FileLock::FileLock(FileLock&& other) noexcept : file_(std::exchange(other.file_,
 
 FileLock wait_for_lock(const fs::path& path, double seconds) {
   const Stopwatch watch;
+  bool said = false;
   for (;;) {
     try {
       return FileLock(path);
-    } catch (const AtWork&) {
+    } catch (const AtWork& other) {
       if (watch.seconds() > seconds) throw;
+      if (!std::exchange(said, true)) say(std::string("waits: ") + other.what());
     }
     stop_if_interrupted(path.string());
     std::this_thread::sleep_for(std::chrono::milliseconds(50));

@@ -34,6 +34,7 @@ void expect_table(const Table& table) {
   }
   for (const std::size_t row : {0, 1, 4, 7}) EXPECT_DOUBLE_EQ(number(row, 5), number(row, 2) / number(4, 2));
   for (const std::size_t row : {4, 7}) EXPECT_GE(number(row, 1), 2);
+  // Glossy pixels of one small room are too few to tell.
   EXPECT_GT(number(5, 3), number(2, 3)) << "independent points have more error than Sobol's";
 }
 

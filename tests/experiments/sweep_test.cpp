@@ -233,10 +233,10 @@ TEST_F(Sweep, RunsThatReadOtherContentsOfOneFileAreNoTable) {
   EXPECT_THAT(std::string(e.what()), testing::AllOf(HasSubstr("nets/light.safetensors"), HasSubstr(runs[1])));
 }
 
-TEST_F(Sweep, ALostDeviceEndsIt) {
+TEST_F(Sweep, ANetTooLargeForTheDeviceLetsTheOthersGoOnAndSaysWhatKindOfFailureItWas) {
   fails = "4/1", fails_by = ErrorKind::Device;
   EXPECT_EQ(error_of({"model.width=4,9", "run.seed=0,1"}).kind(), ErrorKind::Device);
-  EXPECT_THAT(ran, ElementsAre("4/0", "4/1"));
+  EXPECT_THAT(ran, ElementsAre("4/0", "4/1", "9/0", "9/1"));
 }
 
 TEST_F(Sweep, OneFailureLetsTheOthersGoOnAndIsTriedAgain) {

@@ -104,6 +104,7 @@ TEST(SoftLamps, OnePixelThatIsNoNumberTakesNoLampAway) {
   ASSERT_FALSE(without.lamps.empty());
   EXPECT_LT(without.after, 0.5 * without.before);
   EXPECT_NEAR(without.after, whole.after, 0.5 * whole.after);
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(without.missing[c], whole.missing[c], 0.05 * whole.missing[c]);
 }
 
 TEST(SoftLamps, AreFittedWithTheSamplerAndTheSurfacesThatRender) {
