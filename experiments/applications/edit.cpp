@@ -307,8 +307,8 @@ std::string edit(const EditOptions& options) {
     if (done.composite.data[i] != scene.photo.data[i]) differs[i % differs.size()] = true;
   const double changed = static_cast<double>(std::count(differs.begin(), differs.end(), true)) / pixels;
   const double flagged = static_cast<double>(std::count(done.with.emitted.begin(), done.with.emitted.end(), true));
-  double dropped = 0;
-  for (const EditBounce& b : done.bounces) dropped += b.dropped;
+  double dropped = 0, rays = 0;
+  for (const EditBounce& b : done.bounces) dropped += b.dropped, rays += b.rays;
   provenance.seeds["render"] = options.render.seed;
   provenance.inputs.insert(provenance.inputs.begin(),
                            {record_file(options.run / "photo.exr"), record_file(options.mask)});
@@ -344,12 +344,9 @@ std::string edit(const EditOptions& options) {
   say(fmt::format("edit: {} in {:.1f} % of the picture, {:.1f} s: {}", values_text(options.change), 100 * done.shown,
                   seconds, (out / "composite.png").string()));
   say("edit: bounces that follow it: " + bounces_text(done.bounces));
-  if (dropped > 0) {
-    double rays = 0;
-    for (const EditBounce& b : done.bounces) rays += b.rays;
+  if (dropped > 0)
     say(fmt::format("edit: {:.0f} samples of {:.2f} million were not finite and count as nothing", dropped,
                     rays * 1e-6));
-  }
   nlohmann::ordered_json json{{"composite", (out / "composite.exr").string()},
                               {"edited", done.shown},
                               {"changed", changed},

@@ -54,9 +54,10 @@ std::string light_label(const std::string& name, const std::string& whose) {
       {"constant", "mean colour of the photograph"},
   };
   const StudyLight study = study_light(name);
+  const std::string owner = is_learned_light(study.light) ? whose + ": " : "";
   const std::string weights = name.substr(std::min(name.find(' '), name.size()));
   if (study.light == "constant" && study.fitted == "fit") return "one constant, fitted as lamps are" + weights;
-  return (is_learned_light(study.light) ? whose + ": " : "") + known.at(study.light) +
+  return owner + known.at(study.light) +
          (study.fitted == "lamps" ? ", lamps fitted"
           : study.fitted == "fit" ? ", as bright as shading says"
                                   : "") +

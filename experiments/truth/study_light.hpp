@@ -17,8 +17,8 @@ struct StudyLight {
 };
 /// Throws usage_error on another name.
 StudyLight study_light(const std::string& name);
-/// What tables call a light so named; learned light is that of `whose` nets. Throws as study_light(), and
-/// std::out_of_range on no name of light_names().
+/// What tables call a light so named; learned light is that of `whose` nets. Throws what study_light() and
+/// is_learned_light() throw.
 std::string light_label(const std::string& name, const std::string& whose);
 /// Whether base.nets answer for the light so named; true of lights that are not learned.
 bool nets_answer(const RenderSettings& base, const std::string& name);

@@ -45,6 +45,7 @@ TEST(StudyLights, SayWhatIsFittedAndHowItIsWeighed) {
   for (const char* name : {"image+fit", "panorama+fit", "mirrored+fit"}) EXPECT_EQ(study_light(name).fitted, "fit");
   EXPECT_EQ(light_label("net+lamps 0.5,1", "Ours"), "Ours: learned light, lamps fitted 0.5,1");
   EXPECT_EQ(light_label("constant+fit", "Ours"), "one constant, fitted as lamps are");
+  EXPECT_THAT(usage_message([] { light_label("moon", "Ours"); }), HasSubstr("moon"));
   for (const std::string& light : light_names())
     EXPECT_EQ(light_label(light, "Ours").starts_with("Ours: "), is_learned_light(light)) << light;
   const StudyLight weighted = study_light("constant+fit 0.25,3");
