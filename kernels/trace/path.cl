@@ -162,16 +162,21 @@ static real3 path_radiance(const Scene *s, Hit hit, const Surface *begin, real3 
   return radiance;
 }
 
+static inline real not_negative(real x) {
+  return x < R(0) ? R(0) : x;  // a NaN stays one
+}
+
 // Samples first .. first + count - 1 of a ray. out, 8 numbers: of r, g, b the sums, then the sums of squared differences
-// from the mean of those that are kept; samples dropped as not finite, and the first of these (-1). Both sums are of
-// differences from the first sample kept, or a lamp without noise would show some; the former is compensated (Kahan
-// 1965), for a probe may have a hundred thousand samples.
+// from the mean of those that are kept; samples dropped as not finite, and the first of these (-1). Sums are compensated
+// (Kahan 1965), for a probe may have a hundred thousand samples. Squares are of differences from the first sample kept,
+// or a lamp without noise would show some.
 static void trace_samples(const Scene *s, real3 o, real3 d, real t_min, uint seed, uint pixel, int first, int count,
                           const PathOptions *options, global real *out) {
   const Hit hit = nearest_hit(&s->bvh, o, d, t_min, FAR);
   Surface begin;  // every sample scatters there
   if (hit.triangle >= 0) begin = surface_at(s, hit, o, d, options->spread);
-  real3 origin = (real3)(R(0)), sum = origin, lost = origin, squares = origin;
+  const real3 none = (real3)(R(0));
+  real3 sum = none, lost = none, origin = none, apart = none, squares = none;
   int dropped = 0, first_dropped = -1;
   for (int i = 0; i < count; ++i) {
     Key key;
@@ -179,18 +184,17 @@ static void trace_samples(const Scene *s, real3 o, real3 d, real t_min, uint see
     const real3 l = path_radiance(s, hit, &begin, o, d, key, options);
     if (isfinite(l.x + l.y + l.z)) {
       if (dropped == i) origin = l;
-      const real3 off = l - origin, more = off - lost, larger = sum + more;
+      const real3 more = l - lost, larger = sum + more, off = l - origin;
       lost = (larger - sum) - more, sum = larger;
-      squares += off * off;
+      apart += off, squares += off * off;
     } else {
       if (dropped == 0) first_dropped = first + i;
       ++dropped;
     }
   }
-  const real kept = (real)(count - dropped);
-  const real3 all = kept * origin + sum, spread = fmax(squares - sum * (sum / fmax(kept, R(1))), R(0));
-  out[0] = all.x, out[1] = all.y, out[2] = all.z;
-  out[3] = spread.x, out[4] = spread.y, out[5] = spread.z;
+  const real3 spread = squares - apart * (apart / fmax((real)(count - dropped), R(1)));
+  out[0] = sum.x, out[1] = sum.y, out[2] = sum.z;
+  out[3] = not_negative(spread.x), out[4] = not_negative(spread.y), out[5] = not_negative(spread.z);
   out[6] = (real)dropped, out[7] = (real)first_dropped;
 }
 

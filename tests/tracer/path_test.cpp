@@ -256,6 +256,32 @@ TEST(Path, WhatHasNoNoiseHasNoVarianceAndIsAsBrightAsItIs) {
   }
 }
 
+// Sums of many samples keep their digits where the first one is a firefly: a mirror a little rough sees a lamp of radiance
+// 0.7, by one of some hundred directions another of 3e4. The picture's passes are summed in double.
+TEST(Path, AFireflyThatComesFirstTakesNoDigitsOfTheOthers) {
+  World world;
+  Shapes shapes(world, glm::mat4(1), Random(1));
+  const int mirror = shapes.material(plain(glm::vec3(1), 0.1f, 1));
+  shapes.quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, mirror);
+  const auto lamp = [&](float low, float high, float radiance) {
+    const int e = shapes.emitter({glm::vec3(radiance), false});
+    shapes.quad({low, 1, -5}, {high, 1, -5}, {high, 1, 5}, {low, 1, 5}, mirror, e);
+  };
+  lamp(-5, 0.2f, 0.7f), lamp(0.2f, 0.3f, 3e4f);
+  TraceScene scene(test_device(), world);
+  const glm::vec3 eye(0, 0.5f, 0), down(0, -1, 0);
+  RadianceQuery query;
+  query.light_samples = 0, query.max_depth = 1, query.spp = 1;
+  const auto seen = [&] { return scene.radiance(repeated(eye, 1), repeated(down, 1), query)[0]; };
+  while (seen() < 1e4f) ASSERT_LT(++query.seed, 100000u);
+  query.spp = 16384;
+  Camera camera = Camera::from_fov(1, 1, 1);
+  camera.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+  const float passes = scene.picture(camera, query.spp, query.seed, 1, 0).mean.data[0];
+  EXPECT_LT(passes, 100) << "few fireflies";
+  EXPECT_NEAR(seen(), passes, 4 * 0x1p-24f * passes);
+}
+
 /// A floor of which one half sees a lamp of radiance 1, the other one that the sum over channels cannot hold.
 TEST(Path, DroppedSamplesAreLeftOutOfTheMean) {
   World world;
