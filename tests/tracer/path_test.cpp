@@ -256,8 +256,8 @@ TEST(Path, WhatHasNoNoiseHasNoVarianceAndIsAsBrightAsItIs) {
   }
 }
 
-// Sums of many samples keep their digits where the first one is a firefly: a mirror a little rough sees a lamp of radiance
-// 0.7, by one of some hundred directions another of 3e4. The picture's passes are summed in double.
+// Sums of many samples keep their digits where the first one is a firefly: a mirror a little rough sees a lamp of
+// radiance 0.7, by one of some hundred directions another of 3e4. The picture's passes are summed in double.
 TEST(Path, AFireflyThatComesFirstTakesNoDigitsOfTheOthers) {
   World world;
   Shapes shapes(world, glm::mat4(1), Random(1));
