@@ -236,6 +236,13 @@ TEST(Path, PicturesAndRadianceEqualAnIndependentPathTracer) {
   }
 }
 
+/// A row of pixels that looks along -y.
+Camera looking_down(const glm::vec3& eye, int width) {
+  Camera camera = Camera::from_fov(width, 1, 1);
+  camera.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+  return camera;
+}
+
 // A lamp that is seen has no noise: neither many samples nor squares of large numbers make any.
 TEST(Path, WhatHasNoNoiseHasNoVarianceAndIsAsBrightAsItIs) {
   for (const float radiance : {0.1f, 0.7f, 100.f}) {
@@ -248,8 +255,7 @@ TEST(Path, WhatHasNoNoiseHasNoVarianceAndIsAsBrightAsItIs) {
     query.light_samples = 0, query.max_depth = 0, query.spp = 65536;
     const glm::vec3 eye(0, 0.5f, 0), down(0, -1, 0);
     EXPECT_FLOAT_EQ(scene.radiance(repeated(eye, 1), repeated(down, 1), query)[0], radiance);
-    Camera camera = Camera::from_fov(1, 1, 1);
-    camera.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+    const Camera camera = looking_down(eye, 1);
     const TracePicture picture = scene.picture(camera, 1000, 3, 0, 0);
     EXPECT_FLOAT_EQ(picture.mean.data[0], radiance);
     EXPECT_LT(picture.variance.data[0], std::pow(radiance * 0x1p-24f, 2)) << "but for the roundings of a pass's mean";
@@ -275,8 +281,7 @@ TEST(Path, AFireflyThatComesFirstTakesNoDigitsOfTheOthers) {
   const auto seen = [&] { return scene.radiance(repeated(eye, 1), repeated(down, 1), query)[0]; };
   while (seen() < 1e4f) ASSERT_LT(++query.seed, 100000u);
   query.spp = 16384;
-  Camera camera = Camera::from_fov(1, 1, 1);
-  camera.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+  const Camera camera = looking_down(eye, 1);
   const float passes = scene.picture(camera, query.spp, query.seed, 1, 0).mean.data[0];
   EXPECT_LT(passes, 100) << "few fireflies";
   EXPECT_NEAR(seen(), passes, 4 * 0x1p-24f * passes);
@@ -318,8 +323,7 @@ TEST(Path, DroppedSamplesAreLeftOutOfTheMean) {
   // The share is of 96,000 samples; its doubt is a sixth of a percent.
   EXPECT_NEAR(sum / rays, expected, kSigmas * std::sqrt(squares) / rays + 0.008 * expected);
 
-  Camera camera = Camera::from_fov(2, 1, 1);
-  camera.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+  const Camera camera = looking_down(eye, 2);
   const TracePicture picture = scene.picture(camera, 20000, 6, 1, 0);
   EXPECT_NEAR(static_cast<double>(picture.dropped.count) / 40000, share,
               kSigmas * std::sqrt(share * (1 - share) * (1 / 40000.0 + 1 / 96000.0)));
@@ -346,8 +350,7 @@ TEST(Path, DroppedSamplesAreLeftOutOfTheMean) {
   few.quad({-0.02f, 1, -3}, {0, 1, -3}, {0, 1, 3}, {-0.02f, 1, 3}, 0,
            few.emitter({glm::vec3(std::numeric_limits<float>::max()), false}));
   TraceScene narrow(test_device(), rarely);
-  Camera one = Camera::from_fov(1, 1, 1);
-  one.set_pose(Mat3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0)), Vec3(eye));
+  const Camera one = looking_down(eye, 1);
   std::uint32_t seed = 1;
   const auto dropped_of = [&](int spp) { return narrow.picture(one, spp, seed, 1, 0).dropped; };
   while (dropped_of(64).count > 0) ++seed;
