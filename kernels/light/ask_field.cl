@@ -17,7 +17,6 @@
 
 #define MOST_WIDTH 64
 #define MOST_LAYERS 5
-#define OPAQUE R(14)
 
 typedef struct {
   int count;

@@ -49,7 +49,7 @@ kernel void ask_mlp(IN(rows), IN_INT(hit), IN(direction), IN(frequencies), IN_IN
   FOR_RAYS(l) {
     const int i = min(first + l, asked - 1), ray = listed ? AT(list, 0)[i] : i;
     global const real *from = AT(direction, 0) + ray;
-    rays[l] = ray, hits[l] = AT(hit, 0)[ray];
+    rays[l] = ray, hits[l] = HIT_OF(ray);
     for (int c = 0; c < 3; ++c) LANE(d + VECTORS * c, l) = from[c * RAY_PLANE];
   }
   GROUP_BARRIER;

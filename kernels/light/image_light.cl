@@ -10,8 +10,6 @@
   const int n = min((first_pixel + p) / (w * h), items - 1); \
   const ulong ray = RAY(p, s);
 
-#define CHANNELS(c) _Pragma("unroll") for (int c = 0; c < 3; ++c)  // or PoCL leaves rays unvectorised
-
 // The photograph's radiance at the pixel that a ray hits, ambient on a miss. hit: pixel y * w + x, or -1.
 kernel void image_light(IN(image), IN(ambient), IN_INT(hit), OUT(radiance), CHUNK_ARGS, const int items, const int w,
                         const int h) {

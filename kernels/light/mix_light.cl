@@ -2,8 +2,6 @@
 // near, far, y {1, 3, pixels, samples}, u {1, 1, pixels, samples} (kernels/lib/chunk.clh).
 #include "lib/chunk.clh"
 
-#define CHANNELS(c) _Pragma("unroll") for (int c = 0; c < 3; ++c)  // or PoCL leaves rays unvectorised
-
 kernel void mix_light(IN(near), IN(far), IN(u), OUT(y), CHUNK_ARGS) {
   RAY_OF_WORK_ITEM
   const real share = AT(u, 0)[ray];

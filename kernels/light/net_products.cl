@@ -7,7 +7,6 @@
 #include "lib/turn.clh"
 #include "light/march.clh"
 
-#define OPAQUE R(14)
 #define RAY_OF_BLOCK(i) (listed ? AT(list, 0)[first + (i)] : first + (i))
 
 // A NaN stays one.
@@ -41,20 +40,22 @@ kernel void encode_directions(IN(direction), IN(frequencies), IN_INT(list), OUT(
 
 // to[c] += rows[pixel that the ray hits][skip + c]; what a miss gets means nothing. Work-item (ray, number).
 kernel void add_rows(IN(rows), IN_INT(hit), IN_INT(list), OUT(work), const int listed, const int first,
-                     const int columns, const int to, const int stride, const int skip) {
+                     const int columns, const int to, const int stride, const int skip, const int samples,
+                     const int sample_capacity) {
   const int i = (int)get_global_id(0), c = (int)get_global_id(1);
   if (i >= columns) return;
-  const int pixel = max(AT(hit, 0)[RAY_OF_BLOCK(i)], 0);
+  const int pixel = max(HIT_OF(RAY_OF_BLOCK(i)), 0);
   AT(work, 0)[to + c * columns + i] += AT(rows, 0)[(ulong)pixel * (ulong)stride + (ulong)(skip + c)];
 }
 
 // The last layer's three numbers to the rays that hit something.
 kernel void put_answers(IN(work), IN_INT(hit), IN_INT(list), OUT(f), const int listed, const int first,
-                        const int columns, const int from, const ulong ray_plane) {
+                        const int columns, const int from, const int samples, const int sample_capacity,
+                        const ulong ray_plane) {
   const int i = (int)get_global_id(0), c = (int)get_global_id(1);
   if (i >= columns) return;
   const int ray = RAY_OF_BLOCK(i);
-  if (AT(hit, 0)[ray] >= 0) AT(f, 0)[c * ray_plane + (ulong)ray] = AT(work, 0)[from + c * columns + i];
+  if (HIT_OF(ray) >= 0) AT(f, 0)[c * ray_plane + (ulong)ray] = AT(work, 0)[from + c * columns + i];
 }
 
 // Where in its piece point k of a ray lies.

@@ -21,16 +21,12 @@
 #ifdef LOBES
 #define RAYS_ARGS IN(points), IN(direction), IN(u), IN(places), IN(specular), IN(lobe), const int lamps
 #define LOBE_OF_RAY(s) lanes_load(AT(lobe, 0) + RAY(p, s), sample_capacity - (s))
-#define SPECULAR_OF_RAY(s) load3(AT(specular, 0) + RAY(p, s), RAY_PLANE, sample_capacity - (s))
+#define SPECULAR_OF_RAY(s) lanes3_load(AT(specular, 0) + RAY(p, s), RAY_PLANE, sample_capacity - (s))
 #else
 #define RAYS_ARGS IN(points), IN(direction), IN(u), IN(places), const int lamps
 #define LOBE_OF_RAY(s) ((lanes)(R(0)))
 #define SPECULAR_OF_RAY(s) ((Lanes3){{(lanes)(R(0)), (lanes)(R(0)), (lanes)(R(0))}})
 #endif
-
-typedef struct {
-  lanes c[3];
-} Lanes3;
 
 // Where rays start, and what follows from that alone: one number for all lanes where the row has one point.
 #ifdef ROW_STARTS
@@ -38,10 +34,6 @@ typedef real starts;
 #else
 typedef lanes starts;
 #endif
-
-static inline Lanes3 load3(global const real *v, ulong plane, int left) {
-  return (Lanes3){{lanes_load(v, left), lanes_load(v + plane, left), lanes_load(v + 2 * plane, left)}};
-}
 
 // Rays as lamps see them: where they start, their unit direction, u where there is a ray, else 0, and how wide a lobe is
 // behind them, 1 / (2 pi d), 0 for one that sees all.
@@ -59,7 +51,7 @@ static inline LitRays lit_rays(global const real *points, global const real *dir
 #else
   for (int c = 0; c < 3; ++c) lit.from[c] = lanes_load(points + c * plane + ray, left);
 #endif
-  const Lanes3 d = load3(direction + ray, plane, left);
+  const Lanes3 d = lanes3_load(direction + ray, plane, left);
   const lanes size = sqrt(d.c[0] * d.c[0] + d.c[1] * d.c[1] + d.c[2] * d.c[2]);
   const lanes_mask is = size > R(0);
   const lanes scale = R(1) / WHERE(is, size, R(1));

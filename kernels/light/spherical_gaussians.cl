@@ -13,19 +13,9 @@
 #include "lib/li2020.clh"
 #include "lib/surface.clh"
 
-#define CHANNELS(c) _Pragma("unroll") for (int c = 0; c < 3; ++c)
-
 // Least exponent that counts, 4e-18 of a lobe's weight. An exponent rounds in parts of itself, so that what is less has
 // fewer digits still, and would soon be subnormal, where a CPU takes some hundred cycles for a product.
 #define LEAST_EXPONENT R(-40)
-
-typedef struct {
-  lanes c[3];
-} Lanes3;
-
-static inline Lanes3 load_vectors(global const real *v, ulong plane, int left) {
-  return (Lanes3){{lanes_load(v, left), lanes_load(v + plane, left), lanes_load(v + 2 * plane, left)}};
-}
 
 static inline lanes_mask is_ray(const Lanes3 d) {
   return d.c[0] * d.c[0] + d.c[1] * d.c[1] + d.c[2] * d.c[2] > R(0);
@@ -52,7 +42,7 @@ kernel void spherical_gaussians(IN(axis), IN(sharpness), IN(weight), IN(directio
   const int p = (int)get_group_id(0);
   FOR_ROW(s, sample_capacity) {
     const int left = sample_capacity - s;
-    const Lanes3 d = load_vectors(AT(direction, 0) + RAY(p, s), RAY_PLANE, left);
+    const Lanes3 d = lanes3_load(AT(direction, 0) + RAY(p, s), RAY_PLANE, left);
     lanes sum[3] = {R(0), R(0), R(0)};
     for (int k = 0; k < lobes; ++k) {
       lanes square = R(0);
@@ -87,8 +77,8 @@ typedef struct {
 
 #define RAY_AND_GRADIENT(s)                                                              \
   const int left = sample_capacity - (s);                                                \
-  const Lanes3 d = load_vectors(AT(direction, 0) + RAY(p, s), RAY_PLANE, left);                 \
-  Lanes3 from = load_vectors(AT(g, 0) + RAY(p, s), RAY_PLANE, left);                            \
+  const Lanes3 d = lanes3_load(AT(direction, 0) + RAY(p, s), RAY_PLANE, left);                 \
+  Lanes3 from = lanes3_load(AT(g, 0) + RAY(p, s), RAY_PLANE, left);                            \
   CHANNELS(c) from.c[c] = lanes_inside(WHERE(is_ray(d), from.c[c], R(0)), samples - (s));
 
 kernel void spherical_gaussians_to_direction(IN(axis), IN(sharpness), IN(weight), IN(direction), IN(g),
@@ -199,7 +189,7 @@ kernel void gaussians_of_points(IN(axis), IN(sharpness), IN(weight), IN(camera),
 #endif
   FOR_ROW(s, sample_capacity) {
     const int left = sample_capacity - s;
-    const Lanes3 d = load_vectors(AT(direction, 0) + RAY(p, s), RAY_PLANE, left);
+    const Lanes3 d = lanes3_load(AT(direction, 0) + RAY(p, s), RAY_PLANE, left);
 #ifndef ROW_STARTS
     int cells[LANES];
     for (int l = 0; l < LANES; ++l) {

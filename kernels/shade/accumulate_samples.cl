@@ -8,7 +8,6 @@
 #include "lib/chunk.clh"
 #include "lib/lanes.clh"
 
-#define CHANNELS(c) _Pragma("unroll") for (int c = 0; c < 3; ++c)  // or PoCL leaves rays unvectorised
 #if LANES == 16
 #define LOAD(p) vload16(0, p)
 #define HITS(p) convert_real16(-(vload16(0, p) >= 0))

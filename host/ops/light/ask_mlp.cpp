@@ -71,11 +71,13 @@ struct AskMlpOp : NotDifferentiable {
   void launch_products(Launch& l) const {
     clear_output(l);
     const TensorView &y = l.out(), &list = l.in(listed ? 4 : 1);
-    const int asked = asked_rays(l, ray_tile(l, y.shape), listed ? &l.in(5) : nullptr);
-    for (int first = 0; first < asked; first += kBlock) launch_block(l, list, first, std::min(kBlock, asked - first));
+    const RayTile t = ray_tile(l, y.shape);
+    const int asked = asked_rays(l, t, listed ? &l.in(5) : nullptr);
+    for (int first = 0; first < asked; first += kBlock)
+      launch_block(l, t, list, first, std::min(kBlock, asked - first));
   }
 
-  void launch_block(Launch& l, const TensorView& list, int first, int rays) const {
+  void launch_block(Launch& l, const RayTile& t, const TensorView& list, int first, int rays) const {
     const int width = l.in(first_layer()).shape.n, waves = l.in(3).shape.n, is_listed = listed;
     const auto plane = static_cast<std::uint64_t>(l.out().shape.plane());
     const auto range = [&](int rows) { return Range::of2(size(rays), size(rows)); };
@@ -90,7 +92,7 @@ struct AskMlpOp : NotDifferentiable {
       begin_layer(l, l.in(at + hidden + reads), to, hidden ? &from : nullptr, rays);
       if (reads) {
         l.run(kNetProducts, "add_rows", range(width), l.in(0), l.in(1), list, l.workspace, is_listed, first, rays,
-              to.at, l.in(0).shape.w, hidden ? width : 0);
+              to.at, l.in(0).shape.w, hidden ? width : 0, t.samples, t.sample_capacity);
         add_product(l, l.in(at + hidden), along, to, rays);
       }
       if (hidden) add_product(l, l.in(at), from, to, rays);
@@ -98,7 +100,7 @@ struct AskMlpOp : NotDifferentiable {
       std::swap(from, to);
     }
     l.run(kNetProducts, "put_answers", range(3), l.workspace, l.in(1), list, l.out(), is_listed, first, rays, from.at,
-          plane);
+          t.samples, t.sample_capacity, plane);
   }
 
   /// Of all rays: how many are listed is known on the device only.

@@ -95,6 +95,21 @@ TEST(AskMlp, ARayIsAskedAlone) {
       for (int s = 0; s < 16; ++s) EXPECT_EQ(got.at(0, c, p, s), p < 4 ? all.at(0, c, p + 2, s + 16) : 0);
 }
 
+// Beyond the chunk's samples nobody wrote what is hit: a number that no picture holds is not looked up there.
+TEST(AskMlp, ASampleBeyondTheChunkLooksUpNothing) {
+  const Mlp m{.again = 1};
+  Tensors inputs = mlp_inputs(m, 3, 32);
+  Net clean(inputs);
+  const Tensor all = clean.run({ask(m, clean.values, {})}, inputs, Precision::Single)[0];
+  for (int p = 0; p < 3; ++p)
+    for (int s = 16; s < 32; ++s) inputs.at("hit").integer[static_cast<std::size_t>(p * 32 + s)] = 1 << 30;
+  Net net(inputs);
+  const Tensor got = net.run({ask(m, net.values, {})}, inputs, Precision::Single, {0, 3, 0, 16})[0];
+  for (int c = 0; c < 3; ++c)
+    for (int p = 0; p < 3; ++p)
+      for (int s = 0; s < 32; ++s) EXPECT_EQ(got.at(0, c, p, s), s < 16 ? all.at(0, c, p, s) : 0);
+}
+
 TEST(AskMlp, AnEmptyListGivesZeros) {
   const Mlp m;
   const Tensors inputs = mlp_inputs(m, 3, 16);
