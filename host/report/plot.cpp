@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "host/error.hpp"
 #include "host/io/files.hpp"
@@ -120,13 +121,20 @@ std::string script_of(const Plot& plot) {
   return script + commands + "\n";
 }
 
+/// A tic's name is a format to gnuplot.
+std::string quoted_tic(const std::string& text) {
+  std::string format;
+  for (const char c : text) format.append(c == '%' ? 2 : 1, c);
+  return quoted(std::as_const(format));  // std::quoted would take another
+}
+
 constexpr int kRowHeight = 20, kAroundRows = 90;  // pixels: of a row of a dot plot, and of title and axis
 
 std::string script_of(const DotPlot& plot) {
   std::string rows, data;
   for (std::size_t i = 0; i < plot.dots.size(); ++i) {
     const auto& [label, value, error] = plot.dots[i];
-    rows += fmt::format("{}{} {}", i ? ", " : "", quoted(label), i);
+    rows += fmt::format("{}{} {}", i ? ", " : "", quoted_tic(label), i);
     if (!std::isfinite(value) || (plot.log_x && value <= 0)) continue;
     const double e = std::isfinite(error) ? error : 0;
     const double low = plot.log_x ? std::max(value - e, value * kLeastOfBar) : value - e;

@@ -72,9 +72,9 @@ TEST_F(PlotTest, UnfitDataIsRefused) {
 }
 
 TEST_F(PlotTest, DotsStandInRowsUnderTheirNames) {
-  const DotPlot plot{"Errors", "relMSE", true, {{"ours", 0.1, 0.02}, {"it's `date`", 3, 0}, {"none", NAN, 0}}};
+  const DotPlot plot{"Errors", "relMSE", true, {{"ours", 0.1, 0.02}, {"it's `date`", 3, 0}, {"-6 %, none", NAN, 0}}};
   const std::string svg = plot_svg(plot);
-  for (const char* part : {"<title>Errors</title>", ">ours<", "`date`", ">none<", "relMSE"})
+  for (const char* part : {"<title>Errors</title>", ">ours<", "`date`", ">-6 %, none<", "relMSE"})
     EXPECT_NE(svg.find(part), std::string::npos) << part;
   EXPECT_THROW(plot_svg(DotPlot{"Errors", "", true, {{"a", 0, 0}}}), Error) << "a log axis does not show 0";
 }
