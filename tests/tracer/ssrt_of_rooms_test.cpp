@@ -20,25 +20,15 @@ constexpr double kOff = 1e-4;  // metres before a surface: depth in float is wro
 
 Tensor tensor_of(const Image& image) { return Tensor({1, image.channels, image.height, image.width}, image.data); }
 
-Vec3 vector_of(const std::vector<float>& planar, std::size_t i) {
-  const std::size_t rays = planar.size() / 3;
-  return {planar[i], planar[i + rays], planar[i + 2 * rays]};
-}
-
-void put(std::vector<float>& planar, std::size_t i, const Vec3& v) {
-  for (std::size_t c = 0; c < 3; ++c) planar[c * (planar.size() / 3) + i] = static_cast<float>(v[static_cast<int>(c)]);
-}
-
 /// Rays from what each pixel sees, over its surface in all directions alike. Ray i is sample i % kSamples of its pixel.
 struct RoomRays {
-  std::vector<float> points, along;  // planar, world
+  std::vector<Vec3> points, along;  // world
   Tensor directions;
 };
 
 RoomRays rays_of(const Camera& camera, const TraceMaps& maps) {
   const auto pixels = static_cast<int>(maps.depth.pixels());
   RoomRays rays{{}, {}, Tensor({1, 3, pixels, kSamples})};
-  rays.points.resize(rays.directions.real.size()), rays.along.resize(rays.points.size());
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
   for (int i = 0; i < pixels * kSamples; ++i) {
@@ -48,8 +38,8 @@ RoomRays rays_of(const Camera& camera, const TraceMaps& maps) {
     d = glm::normalize(glm::dot(d, n) < 0 ? -d : d);
     for (int c = 0; c < 3; ++c) rays.directions.at(0, c, pixel, i % kSamples) = d[c];
     const Vec3 surface = camera.unproject(x + 0.5, y + 0.5, maps.depth.at(0, y, x));
-    put(rays.points, static_cast<std::size_t>(i), camera.to_world(surface + kOff * n));
-    put(rays.along, static_cast<std::size_t>(i), camera.direction_to_world(d));
+    rays.points.push_back(camera.to_world(surface + kOff * n));
+    rays.along.push_back(camera.direction_to_world(d));
   }
   return rays;
 }
@@ -89,13 +79,13 @@ Outcome outcome_of(int width, int height) {
   camera.set_pose(Mat3(glm::rotate(glm::dmat4(1), 0.5, glm::dvec3(0, 1, 0))), {1.2, 1.4, 1.6});
   const TraceMaps maps = room.maps(camera);
   const RoomRays rays = rays_of(camera, maps);
-  const std::vector<TraceHit> truth = room.hits(rays.points, rays.along, 0, 1e9f);
+  const std::vector<TraceHit> truth = room.hits(planar(rays.points), planar(rays.along), 0, 1e9f);
   const std::vector<Tensor> got = screen_hits(camera, maps, rays);
   double shown = 0, hidden = 0;
   Outcome sum;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     EXPECT_GE(truth[i].triangle, 0) << "the room is closed";
-    const Vec3 point = camera.to_camera(vector_of(rays.points, i) + double{truth[i].t} * vector_of(rays.along, i));
+    const Vec3 point = camera.to_camera(rays.points[i] + double{truth[i].t} * rays.along[i]);
     const int pixel = got[0].integer[i];
     const bool sure = pixel >= 0 && got[1].real[i] < std::atanh(0.1) / 10;
     if (const auto place = seen_at(camera, maps.depth, point)) {
