@@ -17,8 +17,6 @@ namespace {
 
 constexpr int kDirections = 128;
 
-Value clamp_to_unit(Value x) { return affine(relu(affine(relu(x), -1, 1)), -1, 1); }
-
 /// At least `floor`.
 Value at_least(Value x, double floor) { return affine(relu(affine(x, 1, -floor)), 1, floor); }
 

@@ -45,8 +45,6 @@ Value log_error(Value prediction, Value truth, double floor) {
 
 Value absolute(Value x) { return add(relu(x), relu(scale(x, -1))); }
 
-Value clamp_to_unit(Value x) { return affine(relu(affine(relu(x), -1, 1)), -1, 1); }
-
 MapTerms li2020_terms(const Maps& maps, const MapTargets& truth) {
   const Value aligned = least_squares_scale(detach(maps.albedo), truth.albedo, truth.albedo_mask);
   const Value albedo = clamp_to_unit(multiply(maps.albedo, aligned));

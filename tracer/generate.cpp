@@ -80,7 +80,7 @@ fs::path assets_folder(const GenerateOptions& o) { return o.rooms.assets.empty()
 
 /// What a folder's views depend on; a run with other values must not mix its views in. Without light its keys are left
 /// out, as in folders made before there was any.
-json recipe(const GenerateOptions& o) {
+json recipe(const GenerateOptions& o, const std::string& assets_hash = {}) {
   json all{{"format", 1},
            {"views", o.views.count},
            {"width", o.views.width},
@@ -96,7 +96,7 @@ json recipe(const GenerateOptions& o) {
   if (o.baseline) all["stereo_baseline"] = *o.baseline;
   if (!o.rooms.seeds.empty()) all["room_seeds"] = o.rooms.seeds;
   if (!o.rooms.from.empty()) all["from_rooms"] = file_hash(o.rooms.from);
-  if (!o.rooms.boxes) all[kAssets] = hash_of_assets(assets_folder(o));
+  if (!o.rooms.boxes) all[kAssets] = assets_hash.empty() ? hash_of_assets(assets_folder(o)) : assets_hash;
   // Left out where cameras are level and across the room, as in folders made before there were others.
   if (o.views.handling.roll > 0) all["roll"] = o.views.handling.roll;
   if (o.views.handling.close_ups > 0) all["close_ups"] = o.views.handling.close_ups;
@@ -107,9 +107,9 @@ json recipe(const GenerateOptions& o) {
 }
 
 /// What stands in the folder under a name that would be written.
-std::string in_the_way(const GenerateOptions& o) {
+std::string in_the_way(const GenerateOptions& o, const std::vector<std::string>& rooms) {
   std::vector<std::string> names{"train.txt", "val.txt", "test.txt"};
-  for (int i = 0; i < o.rooms.count; ++i) names.push_back(room_name(o, i));
+  names.insert(names.end(), rooms.begin(), rooms.end());
   const auto found = std::ranges::find_if(names, [&](const std::string& name) { return fs::exists(o.out / name); });
   return found == names.end() ? "" : *found;
 }
@@ -123,11 +123,12 @@ std::string other_than(const json& one, const json& other) {
   return text.empty() ? "nothing of it" : text;
 }
 
-void claim_folder(const GenerateOptions& o) {
+/// `rooms`: their names.
+void claim_folder(const GenerateOptions& o, const std::vector<std::string>& rooms) {
   make_directories(o.out);
   const fs::path file = o.out / "generate.json";
   // In this order: another shard may claim the folder meanwhile, and it writes generate.json first.
-  if (const std::string name = in_the_way(o); !name.empty() && !fs::exists(file))
+  if (const std::string name = in_the_way(o, rooms); !name.empty() && !fs::exists(file))
     throw usage_error("the folder holds another data set", o.out.string(), name,
                       "a new folder, or one with generate.json");
   json wanted = recipe(o);
@@ -401,7 +402,9 @@ std::filesystem::path default_assets() {
                     text_of(places));
 }
 
-std::string recipe_text(const GenerateOptions& options) { return recipe(options).dump(2) + "\n"; }
+std::string recipe_text(const GenerateOptions& options, const std::string& assets_hash) {
+  return recipe(options, assets_hash).dump(2) + "\n";
+}
 
 std::string room_name(const GenerateOptions& options, int index) {
   return fmt::format("{}room-s{}-{:05}", options.rooms.setting == Setting::HeldOut ? "held-out-" : "",
@@ -478,6 +481,12 @@ struct RoomMaker::State {
     }
   }
 
+  std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    for (int i = 0; i < options.rooms.count; ++i) all.push_back(source.name(i));
+    return all;
+  }
+
   int own_rooms() const {
     return (options.rooms.count - options.rooms.shard + options.rooms.shards - 1) / options.rooms.shards;
   }
@@ -492,7 +501,7 @@ void RoomMaker::make(int index, GenerateSummary& summary) { state_->make(index, 
 GenerateSummary generate(const Device& device, const GenerateOptions& asked) {
   RoomMaker::State maker(device, asked);
   const GenerateOptions& options = maker.options;
-  claim_folder(options);
+  claim_folder(options, maker.names());
   write_lists(options, maker.source);
   GenerateSummary summary;
   for (int index = options.rooms.shard; index < options.rooms.count; index += options.rooms.shards)

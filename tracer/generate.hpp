@@ -106,7 +106,7 @@ class RoomMaker {
 RoomFile describe_rooms(const Device& device, const GenerateOptions& options);
 
 /// The text of the generate.json that such options give, those of a file of rooms with its setting and seed 0.
-std::string recipe_text(const GenerateOptions& options);
+std::string recipe_text(const GenerateOptions& options, const std::string& assets_hash = {});
 
 /// The folder of panoramas and models: CLERESTORY_ASSETS, else `assets` where data_places() says.
 /// Throws usage_error when there is none.

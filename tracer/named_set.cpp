@@ -88,8 +88,9 @@ std::string shown(const json& object, const std::string& key) {
   return object.contains(key) ? brief(object[key]) : "nothing";
 }
 
-void check_recipe(const fs::path& file, const GenerateOptions& options, const SayProblem& problem) {
-  const json found = read_json_object(file), wanted = json::parse(recipe_text(options));
+void check_recipe(const fs::path& file, const GenerateOptions& options, const std::string& assets,
+                  const SayProblem& problem) {
+  const json found = read_json_object(file), wanted = json::parse(recipe_text(options, assets));
   std::set<std::string> keys;
   for (const json* object : {&found, &wanted})
     for (const auto& [key, value] : object->items()) keys.insert(key);
@@ -108,16 +109,32 @@ void compare(const std::vector<std::string>& found, const std::vector<std::strin
     if (!needs.contains(name)) differs(name, false);
 }
 
+/// Runs a check; what cannot be read is a problem of its file.
+bool checked(const SayProblem& problem, const std::function<void()>& check) {
+  try {
+    check();
+    return true;
+  } catch (const Error& e) {
+    if (e.kind() != ErrorKind::Usage) throw;
+    problem(e.where(), e.reason());
+    return false;
+  }
+}
+
 void check_views(const Manifest& manifest, const fs::path& room, const SayProblem& problem) {
   std::vector<std::string> ids;
   for (int view = 0; view < manifest.views.count; ++view) ids.push_back(view_id(view));
   compare(list_views(room), ids, [&](const std::string& id, bool missing) {
     problem(view_file(room, id, "im"), missing ? "the view is missing" : "the view is none of the set");
   });
-  if (!manifest.light.wanted) return;
-  for (const std::string& id : ids)
-    for (const fs::path& file : {view_file(room, id, "envmap"), view_file(room, id, "probes", "json")})
-      if (!fs::exists(file)) problem(file, "the view's light is missing");
+  for (const std::string& id : ids) {
+    checked(problem, [&] { read_camera(view_file(room, id, "camera", "json")); });
+    checked(problem, [&] { read_map(view_file(room, id, "emission"), 3); });
+    checked(problem, [&] { read_map(view_file(room, id, "variance"), 3); });
+    if (!manifest.light.wanted) continue;
+    checked(problem, [&] { read_envmaps(room, id, manifest.views.width, manifest.views.height); });
+    checked(problem, [&] { read_probes(room, id); });
+  }
 }
 
 void check_means(const ViewMeans& wanted, const fs::path& room, const std::string& id, bool light,
@@ -130,18 +147,6 @@ void check_means(const ViewMeans& wanted, const fs::path& room, const std::strin
       problem(view_file(room, id, files[k]),
               fmt::format("the mean of {} is {:.6g}; expected {:.6g} to within {:.3g}",
                           key_of(static_cast<ViewMean>(k)), found[k].value, wanted[k].value, wanted[k].within));
-}
-
-/// Runs a check; what cannot be read is a problem of its file.
-bool checked(const SayProblem& problem, const std::function<void()>& check) {
-  try {
-    check();
-    return true;
-  } catch (const Error& e) {
-    if (e.kind() != ErrorKind::Usage) throw;
-    problem(e.where(), e.reason());
-    return false;
-  }
 }
 
 }  // namespace
@@ -205,13 +210,17 @@ ViewMeans measure_view(const fs::path& room, const std::string& id, bool light) 
 }
 
 void check_split(const Manifest& manifest, const SetSplit& split, const fs::path& dir, int rooms,
-                 const SayProblem& problem) {
+                 const SayProblem& say) {
+  std::set<std::pair<fs::path, std::string>> said;  // two checks may read one file
+  const SayProblem problem = [&](const fs::path& file, const std::string& what) {
+    if (said.emplace(file, what).second) say(file, what);
+  };
   const GenerateOptions options = options_of(manifest, split, dir);
   checked(problem, [&] {
     const std::string found = hash_of(read_room_file(options.rooms.from));
     if (found != split.rooms_hash)
       problem(options.rooms.from, fmt::format("other rooms, of hash {}; expected {}", found, split.rooms_hash));
-    check_recipe(options.out / "generate.json", options, problem);
+    check_recipe(options.out / "generate.json", options, manifest.assets_hash, problem);
   });
   std::vector<std::string> names, listed;
   for (int i = 0; i < std::min(rooms, split.rooms); ++i) names.push_back(room_name(naming_of(split), i));

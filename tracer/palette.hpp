@@ -88,6 +88,19 @@ class Palette {
   bool stone_only() const { return content_ == Content::HeldOut; }
   /// The class as it is.
   Material made(MaterialClass kind);
+  Material made_wall_paint();
+  Material made_gloss_paint();
+  Material made_wood();
+  Material made_tile();
+  Material made_stone();
+  Material made_fabric();
+  Material made_leather();
+  Material made_plastic();
+  Material made_ceramic();
+  Material made_metal();
+  Material made_carpet();
+  Material made_paper();
+  Material made_concrete();
   /// Another look of the class, where the draw says so and it has one.
   bool further(MaterialClass kind, Material& m);
   /// How glossy, worn and stained this one is.
@@ -101,7 +114,6 @@ class Palette {
   glm::vec3 any_color();
   glm::vec3 paint_color();
   glm::vec3 strong_color();
-  Material made_wood();
   Material vinyl();
   Material brick();
   Material planks(const Material& wood);

@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kFormat = 2;
+constexpr int kMostSteps = 256;  // of a round part: its triangles grow with their square
 constexpr std::size_t kMaterialReals = sizeof(Material) / sizeof(float), kPoseReals = 12, kCameraReals = 20;
 
 /// Rows of `reals` numbers, stored field by field: a field's values are alike, and pack well.
@@ -179,7 +180,7 @@ class Rooms {
     const auto count = static_cast<std::size_t>(c_.numbers_of_part[i]);
     const bool mesh = p.kind == PartKind::Mesh, round = p.kind >= PartKind::Cushion && !mesh;
     if (!has_its_numbers(p.kind, count) || p.material < 0 || p.material >= materials || p.emitter < -1 ||
-        p.emitter >= emitters || (round && (p.steps < 1 || p.steps > 4096)) ||
+        p.emitter >= emitters || (round && (p.steps < 1 || p.steps > kMostSteps)) ||
         mesh != (c_.model[i] >= 0 && c_.model[i] < whole(c_.models.size())))
       from_.fail("a part makes no sense", fmt::format("{} in {}", i, room), "a kind, its numbers, material and model");
     const auto first = c_.numbers.begin() + static_cast<std::ptrdiff_t>(number_);
@@ -275,7 +276,7 @@ std::vector<Camera> RoomDescription::views(int count, int width, int height) con
   std::vector<Camera> views;
   for (int v = 0; v < count; ++v) {
     const Camera& camera = cameras[static_cast<std::size_t>(v)];
-    if (camera.width * height != camera.height * width)
+    if (std::int64_t{camera.width} * height != std::int64_t{camera.height} * width)
       throw usage_error("of another shape than the views of the file", name, fmt::format("{}x{}", width, height),
                         fmt::format("a multiple of {}x{}", camera.width, camera.height));
     views.push_back(camera.resized(width, height));

@@ -200,9 +200,11 @@ class View {
     s.middle = r.between(-kPi, kPi), s.half = r.between(0.08f, 0.5f);
     // What is near reaches higher up and farther down.
     const float near = r.unit() * r.unit();
-    s.top = r.between(0.05f, 0.2f) + near * r.between(0.3f, 0.9f), s.foot = -(0.03f + 0.6f * near);
+    const float far_top = r.between(0.05f, 0.2f), rise = r.between(0.3f, 0.9f);  // a draw a statement: order is fixed
+    s.top = far_top + near * rise, s.foot = -(0.03f + 0.6f * near);
     const float value = r.between(0.1f, 0.55f);
-    s.color = glm::vec3(1, r.between(0.7f, 1), r.between(0.45f, 1)) * value;
+    const float blue = r.between(0.45f, 1), green = r.between(0.7f, 1);
+    s.color = glm::vec3(1, green, blue) * value;
     s.floors = static_cast<float>(r.whole(2, 7)), s.columns = static_cast<float>(r.whole(2, 9)), s.key = r.bits();
     standing_.push_back(s);
   }
@@ -212,7 +214,8 @@ class View {
     const float near = r.unit() * r.unit();
     s.top = r.between(0.05f, 0.2f) + 0.7f * near, s.foot = -(0.02f + 0.45f * near);
     s.half = (s.top - s.foot) * r.between(0.3f, 0.65f);
-    s.color = glm::vec3(r.between(0.03f, 0.12f), r.between(0.07f, 0.16f), r.between(0.02f, 0.05f));
+    const float blue = r.between(0.02f, 0.05f), green = r.between(0.07f, 0.16f), red = r.between(0.03f, 0.12f);
+    s.color = glm::vec3(red, green, blue);
     standing_.push_back(s);
   }
 

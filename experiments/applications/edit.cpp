@@ -241,8 +241,10 @@ EditedScene apply_edit(const Scene& scene, const Image& mask, const MaterialEdit
     throw usage_error("the mask is empty", "--mask", "no pixel above one half", "at least one");
   const std::size_t n = scene.photo.pixels();
   EditedScene with{scene, std::vector<bool>(n, false), std::vector<bool>(n, false)};
+  bool any = false;
   for (std::size_t i = 0; i < n; ++i) {
     if (!(mask.data[i] > 0 && scene.depth.data[i] > 0)) continue;
+    any = true;
     bool differs = false;
     const auto set = [&differs](float& to, double value) {
       differs = differs || to != static_cast<float>(value);
@@ -256,6 +258,8 @@ EditedScene apply_edit(const Scene& scene, const Image& mask, const MaterialEdit
     set(flag, 0);
     with.edited[i] = differs;
   }
+  if (!any)
+    throw usage_error("there is no depth at any pixel of the mask", "--mask", "no surface", "at least one surface");
   return with;
 }
 

@@ -40,15 +40,14 @@ std::string flops_text(double flops) {
 }  // namespace
 
 InvertWork invert_work(Device& device, const std::string& preset, int width, int height, const PredictRequest& request,
-                       const std::string& light, double rays) {
+                       const AskedLight& light) {
   const Size size = net_size(width, height, preset == "paper" ? 320 : 160);
   InvertWork work;
   work.maps = maps_flops(device, preset, size, request);
-  if (rays == 0 || !is_learned_light(light) || light == "li2020") return work;
-  const LightSizes sizes = light_sizes(preset);
-  work.encoders = encoders_flops(device, sizes, size);
-  if (light == "net") work.in_view = rays * in_view_flops(sizes.in_view);
-  work.out_of_view = rays * out_of_view_flops(sizes.out_of_view);
+  if (light.rays == 0 || !is_learned_light(light.name) || light.name == "li2020") return work;
+  work.encoders = encoders_flops(device, light.net, size);
+  if (light.name == "net") work.in_view = light.rays * in_view_flops(light.net.in_view);
+  work.out_of_view = light.rays * out_of_view_flops(light.net.out_of_view);
   return work;
 }
 

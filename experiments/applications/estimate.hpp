@@ -18,10 +18,17 @@ struct InvertWork {
   double all() const { return maps + encoders + in_view + out_of_view; }
 };
 
-/// Nets of a preset at their own size (longer side 320 for paper, 160 for compact) on a picture of width x height, and
-/// `rays` rays under `light` (0: none are asked).
+/// The light that rays ask.
+struct AskedLight {
+  std::string name;  // of --light
+  LightSizes net;    // where it is learned
+  double rays = 0;
+};
+
+/// Maps' net of a preset at its own size (longer side 320 for paper, 160 for compact) on a picture of width x height,
+/// and the light's.
 InvertWork invert_work(Device& device, const std::string& preset, int width, int height, const PredictRequest& request,
-                       const std::string& light, double rays);
+                       const AskedLight& light);
 
 /// "maps 12.0 GFLOP, light 3.0 GFLOP once and at most 116.0 TFLOP for rays (...): 580 s at the measured peak of 200
 /// GFLOP/s, which no kernel reaches".

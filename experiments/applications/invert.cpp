@@ -16,6 +16,7 @@
 #include "experiments/applications/run_report.hpp"
 #include "experiments/applications/samples_record.hpp"
 #include "experiments/weights/shipped.hpp"
+#include "experiments/weights/weights.hpp"
 #include "host/cl/ceilings.hpp"
 #include "host/cl/tile.hpp"
 #include "host/error.hpp"
@@ -141,6 +142,8 @@ void check_known(const KnownDepth& known, const Image& photo) {
     throw usage_error("not a distance", "--known", fmt::format("{:g}", known.metres), "metres above 0");
 }
 
+constexpr double kLeastRoom = 0.01, kMostRoom = 1e3;  // metres, from a doll's house to a hall
+
 /// Metres from relative depth, and where the scale came from.
 std::string scale_depth(const InvertOptions& options, Image& depth, const Prediction& prediction) {
   const double p99 = scene_scale(depth.data, "predicted depth");
@@ -159,6 +162,10 @@ std::string scale_depth(const InvertOptions& options, Image& depth, const Predic
     factor = prediction.scene_scale / p99;
     how = fmt::format("{}, {}; --known X,Y,METRES sets it", kPredictedScale, prediction.off_by);
   }
+  if ((options.known || options.depth_scale) && !(factor * p99 >= kLeastRoom && factor * p99 <= kMostRoom))
+    throw usage_error("no room is as deep as that", options.known ? "--known" : "--depth-scale",
+                      fmt::format("{:g} m at the 99th percentile", factor * p99),
+                      fmt::format("{:g} to {:g} metres", kLeastRoom, kMostRoom));
   for (float& d : depth.data) d = static_cast<float>(d * factor);
   return fmt::format("{:.2f} m at the 99th percentile, {}", factor * p99, how);
 }
@@ -350,8 +357,10 @@ class Inversion {
   void tell_estimate(const PredictRequest& request) {
     const Image& image = photo_.image;
     const double rays = rerenders() ? static_cast<double>(image.pixels()) * render_spec(options_.render).spp : 0;
-    const InvertWork work =
-        invert_work(*device_, options_.preset, image.width, image.height, request, options_.render.light, rays);
+    AskedLight light{options_.render.light, {}, rays};
+    if (rays > 0 && is_learned_light(light.name))
+      light.net = read_light_sizes(light_or_shipped(options_.lit_by.weights));
+    const InvertWork work = invert_work(*device_, options_.preset, image.width, image.height, request, light);
     say("estimate: " + describe(work, measure_ceilings(*device_).fma_gflops));
   }
 

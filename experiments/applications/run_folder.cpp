@@ -57,12 +57,6 @@ std::vector<FolderLock> lock_both(const fs::path& run, const fs::path& folder) {
 
 }  // namespace
 
-Image channel(const Image& image, int c) {
-  Image one(image.width, image.height, 1);
-  std::copy(image.plane(c), image.plane(c) + image.pixels(), one.data.begin());
-  return one;
-}
-
 void write_run(const fs::path& folder, const Scene& scene, const std::optional<Rerender>& rerender) {
   write_camera(folder / "camera.json", scene.camera);
   std::vector<std::future<void>> files;  // written side by side: packing them takes longer than the disk
@@ -180,8 +174,9 @@ void ResultFiles::commit(Provenance& provenance) const {
     provenance.outputs.push_back(record_file(staged(file)));
     provenance.outputs.back().path = file.filename().string();
   }
+  write_provenance(staged(record_), provenance);  // all are written before the first is in its place
   for (const fs::path& file : results_) fs::rename(staged(file), file);
-  write_provenance(record_, provenance);
+  fs::rename(staged(record_), record_);
 }
 
 }  // namespace clerestory

@@ -22,9 +22,6 @@ struct Rerender {
   Image uncertainty;     // 1: mean u of the pixel's rays
 };
 
-/// One channel of an image, as an image.
-Image channel(const Image& image, int c);
-
 /// Writes the maps of `scene` that are not empty, the re-render, camera.json and PNG previews into `folder`.
 void write_run(const std::filesystem::path& folder, const Scene& scene, const std::optional<Rerender>& rerender);
 

@@ -59,6 +59,15 @@ void read_list(Options& options) {
   options.rooms = options.rooms.value_or(all);
 }
 
+Image of_sheet(const GenerateOptions& o, const fs::path& file) {
+  const Image picture = read_image(file);
+  if (picture.width != o.views.width || picture.height != o.views.height)
+    throw usage_error("another size than the other views", file.string(),
+                      fmt::format("{}x{}", picture.width, picture.height),
+                      fmt::format("{}x{}", o.views.width, o.views.height));
+  return show_radiance(picture);
+}
+
 /// One PNG of all pictures that the folder has of these rooms: rooms below each other, as square as it gets.
 void write_sheet(const GenerateOptions& o, const fs::path& file) {
   std::vector<Image> pictures;
@@ -66,7 +75,7 @@ void write_sheet(const GenerateOptions& o, const fs::path& file) {
     if (!fs::exists(o.out / fmt::format("{}.txt", split))) continue;
     for (const std::string& room : list_rooms(o.out, split))
       for (const std::string& view : list_views(o.out / room))
-        pictures.push_back(show_radiance(read_image(view_file(o.out / room, view, "im"))));
+        pictures.push_back(of_sheet(o, view_file(o.out / room, view, "im")));
   }
   if (pictures.empty()) throw usage_error("no view is there to be shown", "--sheet", o.out.string());
   const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));

@@ -25,7 +25,7 @@ struct WeightsArguments {
 };
 
 void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
-  const TensorFile file = read_safetensors(arguments.file);
+  const TensorFile file = read_safetensors(found_data(arguments.file));
   std::size_t numbers = 0;
   nlohmann::ordered_json out;
   std::string text, not_finite_text;
@@ -46,7 +46,7 @@ void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
   out["numbers"] = numbers;
   out["checksums"] = file.checksummed;
   text += fmt::format("\n{} tensors, {} numbers, {} bytes\n", file.tensors.size(), numbers,
-                      std::filesystem::file_size(arguments.file));
+                      std::filesystem::file_size(found_data(arguments.file)));
   text += file.checksummed ? "checksums agree\n" : "no checksums: damage to this file would not be found\n";
   text += not_finite_text;
   if (!common.json || !common.json->empty()) std::fputs(terminal_text(text).c_str(), stdout);
@@ -63,12 +63,13 @@ void export_maps(const WeightsArguments& arguments, Device device) {
   if (arguments.gain)
     throw usage_error("a gain is of the light out of view, and these are weights of maps", "--gain",
                       fmt::format("{}", *arguments.gain), "none");
-  const LoadedWeights loaded = load_weights(arguments.file, std::move(device));
-  if (loaded.history.legs.empty()) throw usage_error("the file says nothing of its training", arguments.file.string());
+  const LoadedWeights loaded = load_weights(found_data(arguments.file), std::move(device));
+  if (loaded.history.legs.empty())
+    throw usage_error("the file says nothing of its training", found_data(arguments.file).string());
   const std::filesystem::path folder = arguments.out.has_parent_path() ? arguments.out.parent_path() : ".";
   make_directories(folder);
   check_weights_folder(folder, {arguments.out});
-  write_maps(arguments.out, loaded, read_moments(arguments.file));
+  write_maps(arguments.out, loaded, read_moments(found_data(arguments.file)));
   std::printf("%s\n%s\n", arguments.out.c_str(), write_folder_card(folder, arguments.out).c_str());
 }
 
@@ -86,26 +87,27 @@ void export_light(const WeightsArguments& arguments, Device device) {
   if (arguments.out.extension() == ".safetensors")
     throw usage_error("the light's weights are two files, and OUT the folder for both", "OUT", arguments.out.string(),
                       "a folder such as nets/weights");
-  const LoadedLight loaded = load_light(arguments.file, std::move(device));
+  const LoadedLight loaded = load_light(found_data(arguments.file), std::move(device));
   const double gain = gain_of(arguments, loaded.net);
   make_directories(arguments.out);
   check_weights_folder(arguments.out, weights_files(arguments.out));
   write_light(arguments.out, *loaded.states, loaded.history,
               {loaded.preset, light_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
-               light_states(loaded.net), read_moments(arguments.file), gain});
+               light_states(loaded.net), read_moments(found_data(arguments.file)), gain});
   for (const std::filesystem::path& file : weights_files(arguments.out)) std::printf("%s\n", file.c_str());
   std::printf("%s\n", write_folder_card(arguments.out, arguments.out / "maps.safetensors").c_str());
 }
 
 void export_weights(const WeightsArguments& arguments, const CommonOptions& common) {
-  const bool light = read_history(weights_files(arguments.file)[0]).kind() == "light";
+  const bool light = read_history(weights_files(found_data(arguments.file))[0]).kind() == "light";
   (light ? export_light : export_maps)(arguments, Device::open(common.device));
 }
 
 void average(const WeightsArguments& arguments, const CommonOptions& common) {
   if (std::filesystem::exists(arguments.out))
     throw usage_error("is there already", "OUT", arguments.out.string(), "a new file");
-  const std::vector<std::filesystem::path> files(arguments.files.begin(), arguments.files.end());
+  std::vector<std::filesystem::path> files;
+  for (const std::string& file : arguments.files) files.push_back(found_data(file));
   const LoadedWeights mean = average_weights(files, Device::open(common.device));
   if (arguments.out.has_parent_path()) make_directories(arguments.out.parent_path());
   write_maps(arguments.out, mean, read_moments(files.back()));
@@ -116,7 +118,7 @@ void average(const WeightsArguments& arguments, const CommonOptions& common) {
 void import_weights(const WeightsArguments& arguments, const CommonOptions& common) {
   if (std::filesystem::exists(arguments.out) && !is_imported(arguments.out))
     throw usage_error("is there already, and no import wrote it", arguments.out.string(), "", "another name");
-  const ImportedNet imported = import_net(arguments.file);
+  const ImportedNet imported = import_net(found_data(arguments.file));
   if (arguments.out.has_parent_path()) make_directories(arguments.out.parent_path());
   write_safetensors(arguments.out, imported.file);
   std::size_t numbers = 0;
@@ -132,10 +134,12 @@ void import_weights(const WeightsArguments& arguments, const CommonOptions& comm
 }
 
 void write_features(const WeightsArguments& arguments, const CommonOptions& common) {
+  if (std::filesystem::exists(arguments.out))
+    throw usage_error("is there already", "OUT", arguments.out.string(), "a new file");
   const Photo photo = read_photo(found_data(arguments.picture));
   Device device = Device::open(common.device);
   device.use_gemm(common.gemm);
-  write_safetensors(arguments.out, imported_features(arguments.file, photo.image, device));
+  write_safetensors(arguments.out, imported_features(found_data(arguments.file), photo.image, device));
   std::printf("%s\n", arguments.out.c_str());
 }
 

@@ -7,6 +7,7 @@
 #include "experiments/evaluation/whdr.hpp"
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
+#include "host/io/image.hpp"
 #include "host/io/openrooms.hpp"
 #include "host/io/resize.hpp"
 
@@ -38,12 +39,6 @@ struct SmallView {
     }
   }
 };
-
-Image channel(const Image& image, int which) {
-  Image out(image.width, image.height, 1);
-  std::copy_n(image.plane(which), out.data.size(), out.data.begin());
-  return out;
-}
 
 Image multiplied(Image image, double factor) {
   scale(image.data, factor);

@@ -50,7 +50,8 @@ RadianceError KnownRays::best_constant(const Used& used) const {
   return error;
 }
 
-/// Between two neighbouring truths every term is concave in the answer, so the least sum is at a truth.
+/// The least sum is at a truth: between two neighbouring ones terms of truths above fall, with slopes that shrink more
+/// slowly than those of the terms that rise, so the sum may turn from rising to falling there, but not back.
 double KnownRays::best_by_smape(std::size_t channel, const Used& used) const {
   constexpr int candidates = 256;
   double best = 0, least = std::numeric_limits<double>::infinity();

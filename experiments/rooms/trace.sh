@@ -12,6 +12,7 @@ cd "$root"
 install_packages
 build clerestory
 rooms=("${@:1:1}")
+declare -A most=([training]=200 [held_out]=100 [seen]=64 [training_2]=64 [held_out_2]=64 [training_3]=32)
 view=(--size 160x120 --spp 64) folder=data/judge_light # light lies at the pixels of its view
 [[ " $* " != *" --no-light "* ]] || view=(--size 320x240 --spp 16) folder=data/judge
 for list in training held_out seen training_2 held_out_2 training_3; do
@@ -19,6 +20,8 @@ for list in training held_out seen training_2 held_out_2 training_3; do
   [ $list != seen ] || split=train # these rooms are among those that a leg learns from
   clamp=0
   [[ $list != *_[23] ]] || clamp=1 # photographs have no fireflies
+  count=("${rooms[@]}")
+  [ ${#rooms[@]} -eq 0 ] || [ "${rooms[0]}" -le ${most[$list]} ] || count=(${most[$list]})
   build/clerestory generate --from-rooms experiments/rooms/judge_$list.rooms --out $folder/$list --split $split \
-    "${view[@]}" --clamp $clamp "${rooms[@]/#/--rooms=}" "${@:2}"
+    "${view[@]}" --clamp $clamp "${count[@]/#/--rooms=}" "${@:2}"
 done

@@ -149,7 +149,7 @@ class EditStudy : public RoomStudy {
                      {"relMSE", "eps 0.01, rooms"},
                      {"median", "relMSE, rooms"},
                      {"spread", "over seeds", Best::None, 2},
-                     {"PSNR", "dB, rooms", Best::None, 4},
+                     {"PSNR", "dB, linear, clipped at 1, rooms", Best::None, 4},
                      {"closer than the photograph", "rooms, relMSE"},
                      {"of", "rooms"},
                      {"time", "s a view"}};

@@ -23,8 +23,9 @@ std::optional<Difference> interval_over(const std::vector<double>& rooms) {
 }
 
 Cell with_interval(const std::vector<double>& rooms) {
-  if (const auto all = roomwise_difference(rooms, std::vector<double>(rooms.size(), 0.0))) return all->difference;
-  return {};
+  const auto all = roomwise_difference(rooms, std::vector<double>(rooms.size(), 0.0));
+  if (!all) return {};
+  return all->interval ? half_width(*all->interval, static_cast<std::size_t>(all->rooms)) : Measure{all->mean};
 }
 
 std::optional<RoomwiseDifference> roomwise_difference(const std::vector<double>& mine,
@@ -33,9 +34,24 @@ std::optional<RoomwiseDifference> roomwise_difference(const std::vector<double>&
   for (std::size_t r = 0; r < mine.size(); ++r)
     if (std::isfinite(mine[r]) && std::isfinite(other[r])) a.push_back(mine[r]), b.push_back(other[r]);
   if (a.empty()) return {};
-  if (a.size() == 1) return RoomwiseDifference{{a[0] - b[0]}, "one room"};
+  if (a.size() == 1) return RoomwiseDifference{a[0] - b[0], {}, 1, "one room"};
   const Difference d = paired_bootstrap({a}, {b}, kSeed);
-  return RoomwiseDifference{half_width(d, a.size()), d.low > 0 ? "higher" : d.high < 0 ? "lower" : "none"};
+  return RoomwiseDifference{d.mean, d, static_cast<int>(a.size()),
+                            d.low > 0    ? "higher"
+                            : d.high < 0 ? "lower"
+                                         : "none"};
+}
+
+void add_difference_columns(Table& table, const std::string& unit, const std::string& verdict) {
+  for (const Column& column :
+       {Column{"difference", unit}, Column{"from", "95 %"}, Column{"up to", "95 %"}, Column{verdict}})
+    table.columns.push_back(column);
+}
+
+void add_difference(std::vector<Cell>& row, const RoomwiseDifference& of) {
+  const auto& ends = of.interval;
+  row.insert(row.end(), {Measure{of.mean}, ends ? Cell(Measure{ends->low}) : Cell(),
+                         ends ? Cell(Measure{ends->high}) : Cell(), of.verdict});
 }
 
 }  // namespace clerestory

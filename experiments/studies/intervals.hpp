@@ -15,11 +15,17 @@ std::optional<Difference> interval_over(const std::vector<double>& rooms);
 /// left out.
 Cell with_interval(const std::vector<double>& rooms);
 
-/// One answer less another, room by room; rooms where either is not finite are left out.
+/// One answer less another, room by room; rooms where either is not finite are left out. Intervals of few rooms lean to
+/// one side, so a table shows their ends, not a half width.
 struct RoomwiseDifference {
-  Measure difference;   // mean ± half the interval
+  double mean = 0;
+  std::optional<Difference> interval;  // none of one room
+  int rooms = 0;
   std::string verdict;  // "higher", "lower"; "none" where the interval holds 0; "one room"
 };
+/// Columns "difference", "from", "up to" and, under the name `verdict`, what it is; and the cells below them.
+void add_difference_columns(Table& table, const std::string& unit, const std::string& verdict);
+void add_difference(std::vector<Cell>& row, const RoomwiseDifference& of);
 /// Nothing where no room has both. `mine` and `other` have an entry a room.
 std::optional<RoomwiseDifference> roomwise_difference(const std::vector<double>& mine,
                                                       const std::vector<double>& other);

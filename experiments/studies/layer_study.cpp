@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "experiments/applications/light_choice.hpp"
 #include "experiments/studies/strip.hpp"
@@ -27,10 +28,10 @@ struct Method {
 
 /// Error of one picture against the truth, over pixels of a kind.
 struct Errors {
-  double glossy = 0, rough = 0;  // relMSE, eps 0.01
+  std::optional<double> glossy, rough;  // relMSE, eps 0.01
 };
 
-/// relMSE over shaded pixels that do not emit; glossy: roughness below `limit`. A kind without pixels gives NaN.
+/// relMSE over shaded pixels that do not emit; glossy: roughness below `limit`. A kind without pixels has none.
 Errors errors_of(const Scene& scene, const Image& picture, const Image& truth, double limit) {
   const std::size_t n = scene.photo.pixels();
   double sums[2] = {0, 0}, counts[2] = {0, 0};
@@ -41,7 +42,10 @@ Errors errors_of(const Scene& scene, const Image& picture, const Image& truth, d
       sums[rough] += relative_square(picture.data[c * n + i], truth.data[c * n + i]), counts[rough] += 1;
     }
   }
-  return {sums[0] / counts[0], sums[1] / counts[1]};
+  const auto mean_of = [&](int kind) {
+    return counts[kind] > 0 ? std::optional(sums[kind] / counts[kind]) : std::nullopt;
+  };
+  return {mean_of(0), mean_of(1)};
 }
 
 Series series(const std::string& label, Stroke stroke) {
@@ -132,12 +136,10 @@ class LayerStudy : public StudyRun {
         const Rendering r = render(scene, methods[m].settings, static_cast<std::uint32_t>(s + 1));
         const Errors e = errors_of(scene, r.radiance, truth, config_.real("study.glossy_below"));
         const std::string at = methods[m].name + "/";
-        MetricRecord record{step,
-                            0,
-                            {{at + "glossy", e.glossy},
-                             {at + "rough", e.rough},
-                             {at + "seconds", r.seconds},
-                             {at + "samples", static_cast<double>(methods[m].settings.spp)}}};
+        MetricRecord record{
+            step, 0, {{at + "seconds", r.seconds}, {at + "samples", static_cast<double>(methods[m].settings.spp)}}};
+        if (e.glossy) record.values.emplace_back(at + "glossy", *e.glossy);
+        if (e.rough) record.values.emplace_back(at + "rough", *e.rough);
         add_record(std::move(record));
         if (s == 0 && (methods[m].name == "li2020" || methods[m].name == "grid" || methods[m].equal_time))
           strip.push_back({methods[m].label, r.radiance});
@@ -146,17 +148,20 @@ class LayerStudy : public StudyRun {
     if (v < 4 && strip.size() == 6) write_strip(run_.artifact(fmt::format("view{}.png", v)), strip);
   }
 
+  /// Of the views that have it.
+  std::vector<double> of_views(const std::string& key, std::int64_t seed) const {
+    std::vector<double> all;
+    for (const MetricRecord& r : records_)
+      for (const auto& [name, value] : r.values)
+        if (name == key && (r.step - 1) % config_.integer("study.seeds") == seed) all.push_back(value);
+    return all;
+  }
+
   /// Mean over views for each seed, then mean and deviation over seeds.
   Measure over_seeds(const std::string& key) const {
-    const std::int64_t seeds = config_.integer("study.seeds");
     std::vector<double> per_seed;
-    for (std::int64_t s = 0; s < seeds; ++s) {
-      std::vector<double> of_views;
-      for (const MetricRecord& r : records_)
-        for (const auto& [name, value] : r.values)
-          if (name == key && (r.step - 1) % seeds == s && std::isfinite(value)) of_views.push_back(value);
-      if (!of_views.empty()) per_seed.push_back(mean(of_views));
-    }
+    for (std::int64_t s = 0; s < config_.integer("study.seeds"); ++s)
+      if (const std::vector<double> all = of_views(key, s); !all.empty()) per_seed.push_back(mean(all));
     return per_seed.empty() ? Measure{std::nan(""), 0, 0} : measure_of(per_seed);
   }
 
@@ -166,8 +171,9 @@ class LayerStudy : public StudyRun {
     table.note = fmt::format(
         "{} rooms of one view, true maps, {}x{}, light = {}, {} seeds. Ours: {}, {} points; the paper's: hemisphere "
         "visible normals, independent points. Glossy: roughness below {}; error: mean over views of relMSE (eps 0.01) "
-        "over pixels that do not emit, beside {} samples of the same light, whose noise is in it. Times ours: glossy "
-        "error over that of ours at equal time",
+        "over pixels that do not emit, beside {} samples of the same light, whose noise is in it. Samples: mean over "
+        "views, and the fewest "
+        "of one, whose error weighs most. Times ours: glossy error over that of ours at equal time",
         config_.integer("data.rooms"), config_.integer("data.width"), config_.integer("data.height"), ours_.light,
         config_.integer("study.seeds"), ours_.sampler, ours_.points, config_.real("study.glossy_below"),
         config_.integer("study.truth_spp"));
@@ -176,13 +182,15 @@ class LayerStudy : public StudyRun {
                      {"glossy", "relMSE", Best::Lowest, 3},
                      {"rough", "relMSE", Best::Lowest, 3},
                      {"time", "s a view"},
-                     {"times ours", "glossy"}};
+                     {"times ours", "glossy"},
+                     {"samples", "fewest of a view", Best::None, 4}};
     const double ours_at_equal_time = over_seeds("ours_equal/glossy").mean;
     for (const Method& m : methods()) {
       const Measure g = over_seeds(m.name + "/glossy");
       const bool as_long = m.equal_time || m.name == "grid" || m.name == "li2020";
       table.add({m.label, over_seeds(m.name + "/samples"), g, over_seeds(m.name + "/rough"),
-                 over_seeds(m.name + "/seconds"), as_long ? Cell(Measure{g.mean / ours_at_equal_time}) : Cell()});
+                 over_seeds(m.name + "/seconds"), as_long ? Cell(Measure{g.mean / ours_at_equal_time}) : Cell(),
+                 Measure{std::ranges::min(of_views(m.name + "/samples", 0))}});
     }
     write_table("layer", table);
     draw();

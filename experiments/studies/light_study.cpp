@@ -9,6 +9,7 @@
 
 #include "experiments/evaluation/detection.hpp"
 #include "experiments/studies/room_study.hpp"
+#include "experiments/studies/study_keys.hpp"
 #include "experiments/truth/lit_room.hpp"
 #include "experiments/truth/study_light.hpp"
 #include "host/io/datasets.hpp"
@@ -266,16 +267,10 @@ class LightStudy : public RoomStudy {
   }
 
   std::string setting() const {
-    const double clamp = config_.real("incident.clamp");
-    return fmt::format(
-        "{} rooms of {} x {} views, {} maps{}, {} photograph, {}", found().rooms(), rooms_.file.filename().string(),
-        config_.integer("incident.views"), config_.text("data.maps"),
-        config_.text("data.maps") == "predicted" ? " (depth by the predicted scale)" : "",
-        config_.flag("incident.clipped_picture") ? "clipped" : "HDR",
-        clamp > 0
-            ? fmt::format("in picture and truth one indirect contribution adds at most {:g} of the picture's white",
-                          clamp)
-            : std::string("no contribution clamped"));
+    return fmt::format("{} rooms of {} x {} views, {} maps{}, {}", found().rooms(), rooms_.file.filename().string(),
+                       config_.integer("incident.views"), config_.text("data.maps"),
+                       config_.text("data.maps") == "predicted" ? " (depth by the predicted scale)" : "",
+                       incident_text(config_));
   }
 
   Table ablation_table() const {

@@ -118,7 +118,8 @@ class MapsStudy : public RoomStudy {
     less.title = own_label() + "'s error less the others', room by room";
     less.note = conditions() + " Below 0 ours is better; the verdict is none where the interval holds 0." + lacking();
     errors.columns = {{"maps"}};
-    less.columns = {{"map"}, {"less"}, {"difference"}, {"ours is"}};
+    less.columns = {{"map"}, {"less"}};
+    add_difference_columns(less, "", "ours is");
     for (int m = 0; m < map_error_count; ++m)
       errors.columns.push_back(
           {info(static_cast<MapError>(m)).name, info(static_cast<MapError>(m)).unit, Best::None, 3});
@@ -128,8 +129,11 @@ class MapsStudy : public RoomStudy {
         const auto error = static_cast<MapError>(m);
         cells.push_back(with_interval(rooms(error, one.key)));
         if (one.key == kOurs) continue;
-        if (const auto d = roomwise_difference(rooms(error, kOurs), rooms(error, one.key)))
-          less.add({std::string(info(error).name), one.label, d->difference, d->verdict});
+        if (const auto d = roomwise_difference(rooms(error, kOurs), rooms(error, one.key))) {
+          std::vector<Cell> row{std::string(info(error).name), one.label};
+          add_difference(row, *d);
+          less.add(std::move(row));
+        }
       }
       errors.add(std::move(cells));
     }

@@ -159,14 +159,10 @@ class ObjectsStudy : public RoomStudy {
                      "energy {:g} to {:g} times the truth's. ",
                      kBlur, kNoise) +
                  conditions() + lacking();
-    table.columns = {{"maps"},
-                     {"object"},
-                     {"light"},
-                     {"less"},
-                     {"PSNR", "dB"},
-                     {"it is"},
-                     {"gradient energy", "times the truth's", Best::None, 2},
-                     {"the bar"}};
+    table.columns = {{"maps"}, {"object"}, {"light"}, {"less"}};
+    add_difference_columns(table, "dB, PSNR as shown", "it is");
+    table.columns.push_back({"gradient energy", "times the truth's", Best::None, 2});
+    table.columns.push_back({"the bar"});
     for (const std::string& maps : {kPredictedMaps, kTrueMaps})
       for (const std::string& shape : options_.shapes) {
         const std::optional<std::string> simple = best_simple(maps, shape);
@@ -179,8 +175,10 @@ class ObjectsStudy : public RoomStudy {
           if (!d || logs.empty()) continue;
           const double energy = std::exp(mean(logs));
           const bool reached = d->verdict == "higher" && energy >= kBlur && energy <= kNoise;
-          table.add({maps, shape, label(light), label(*simple), d->difference, d->verdict, Measure{energy},
-                     reached ? "reached" : "missed"});
+          std::vector<Cell> row{maps, shape, label(light), label(*simple)};
+          add_difference(row, *d);
+          row.insert(row.end(), {Measure{energy}, reached ? "reached" : "missed"});
+          table.add(std::move(row));
         }
       }
     return table;

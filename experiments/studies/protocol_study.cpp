@@ -173,16 +173,12 @@ class ProtocolStudy : public StudyRun {
   Table differences_table() const {
     Table table{
         own_label() + "'s error less the others', picture by picture",
-        {{"data", "", Best::None},
-         {"error", "", Best::None},
-         {"less", "", Best::None},
-         {"pictures", "", Best::None, 4},
-         {"difference"},
-         {"ours is", "", Best::None}},
+        {{"data"}, {"error"}, {"less"}, {"pictures", "", Best::None, 4}},
         {},
         "Below 0 ours is better; the verdict is none where the interval holds 0. Pictures: those of which both have "
         "the figure. " +
             conditions()};
+    add_difference_columns(table, "", "ours is");
     for (const Judged& set : sets_)
       for (const char* metric :
            {"normal_mean_degrees", "depth_si_log_rooted", "whdr_linear_percent", "whdr_display_percent", "albedo_mse",
@@ -191,9 +187,12 @@ class ProtocolStudy : public StudyRun {
           std::vector<double> ours = figures(metric, set, answerers_[0]), theirs = figures(metric, set, answerers_[m]);
           const std::size_t pictures = std::max(ours.size(), theirs.size());
           ours.resize(pictures, std::nan("")), theirs.resize(pictures, std::nan(""));
-          if (const auto d = roomwise_difference(ours, theirs))
-            table.add({set.label, std::string(metric), answerers_[m].label,
-                       Measure{static_cast<double>(d->difference.count)}, d->difference, d->verdict});
+          if (const auto d = roomwise_difference(ours, theirs)) {
+            std::vector<Cell> row{set.label, std::string(metric), answerers_[m].label,
+                                  Measure{static_cast<double>(d->rooms)}};
+            add_difference(row, *d);
+            table.add(std::move(row));
+          }
         }
     return table;
   }

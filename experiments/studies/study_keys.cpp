@@ -33,6 +33,15 @@ void add_rival_keys(Schema& schema) {
       "left out, and named as lacking");
 }
 
+std::string incident_text(const Config& config) {
+  const double clamp = config.real("incident.clamp");
+  return fmt::format(
+      "{} photograph, {}", config.flag("incident.clipped_picture") ? "clipped" : "HDR",
+      clamp > 0 ? fmt::format("in picture and truth one indirect contribution adds at most {:g} of the picture's white",
+                              clamp)
+                : std::string("no contribution clamped"));
+}
+
 void add_incident_keys(Schema& schema) {
   schema.section("incident", "Light along rays; study.seeds draws of rays.")
       .integer("incident.views", 3, "Views of each room", {1, 100})

@@ -1,5 +1,7 @@
 // Keys that studies of several kinds have; those of one kind are declared beside it.
 #pragma once
+#include <string>
+
 #include "host/io/config.hpp"
 
 namespace clerestory {
@@ -10,5 +12,8 @@ void add_light_keys(Schema& schema);      // light.weights, light.gain
 void add_maps_keys(Schema& schema);       // maps.weights
 void add_rival_keys(Schema& schema);      // study.rival: whose nets stand beside
 void add_incident_keys(Schema& schema);   // incident.*, data.maps: rooms with light along rays (lit_room_options)
+
+/// For a caption: which photograph the nets see, and what is clamped.
+std::string incident_text(const Config& config);
 
 }  // namespace clerestory

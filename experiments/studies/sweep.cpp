@@ -141,10 +141,10 @@ Cell merged(const std::vector<Cell>& cells) {
   std::vector<double> means;
   for (const Cell& cell : cells) {
     if (std::holds_alternative<std::string>(cell)) return cell;
-    if (const auto* m = std::get_if<Measure>(&cell); m && std::isfinite(m->mean)) means.push_back(m->mean);
+    if (const auto* m = std::get_if<Measure>(&cell)) means.push_back(m->mean);
   }
-  if (means.empty()) return {};
-  return measure_of(means);
+  if (std::ranges::none_of(means, [](double v) { return std::isfinite(v); })) return {};
+  return measure_of(means);  // one that is not finite shows
 }
 
 /// A row of some runs put together.

@@ -6,6 +6,7 @@
 
 #include "experiments/evaluation/detection.hpp"
 #include "experiments/studies/room_study.hpp"
+#include "experiments/studies/study_keys.hpp"
 #include "experiments/training/light_validation.hpp"
 #include "experiments/truth/lit_room.hpp"
 #include "host/io/resize.hpp"
@@ -132,17 +133,17 @@ class UncertaintyStudy : public RoomStudy {
   }
 
   std::string setting() const {
-    return fmt::format("{} rooms x {} views, {} maps", found().rooms(), config_.integer("incident.views"),
-                       config_.text("data.maps"));
+    return fmt::format("{} rooms x {} views, {} maps, {}", found().rooms(), config_.integer("incident.views"),
+                       config_.text("data.maps"), incident_text(config_));
   }
 
   Table constants_table() const {
     Table table;
     table.title = fmt::format("The constant of u = tanh(constant delta), {}: mean over views, deviation over {} draws",
                               setting(), config_.integer("study.seeds"));
-    table.columns = {{"constant", "", Best::None, 4},  {"relMSE, hits", "eps 0.01"},
-                     {"relMSE, all rays", "eps 0.01"}, {"log-RGB RMSE, hits"},
-                     {"log-RGB RMSE, all rays"},       {"u off the share of false hits", "mean over hits"}};
+    table.columns = {{"constant", "", Best::None, 4},        {"relMSE, hits", "eps 0.01"},
+                     {"relMSE, all rays", "eps 0.01"},       {"log-RGB RMSE, hits", "eps 0.01"},
+                     {"log-RGB RMSE, all rays", "eps 0.01"}, {"u off the share of false hits", "mean over hits"}};
     for (const std::int64_t k : config_.integers("uncertainty.constants")) {
       const auto errors = [&](const RadianceFigure& f, const char* rays) {
         return measure_or_nothing(seed_means(error_finding(f.key, rays, k)));

@@ -99,12 +99,15 @@ void LightStore::predict(const std::function<MapSet(const Image&)>& predict, Dep
   std::vector<MapSet> maps;
   for (std::size_t i = 0; i < names_.size(); ++i) {
     const std::shared_ptr<const LightView> view = get(i);
-    maps.push_back(predict(view->image));
+    MapSet predicted = predict(view->image);
     const std::lock_guard lock(mutex_);
-    if (!cache_[i]) continue;
-    LightView seen = *view;
-    see_predicted(seen, maps.back(), factor_of(unit, seen, maps.back().depth));
-    cache_[i] = std::make_shared<const LightView>(std::move(seen));
+    if (cache_[i]) {
+      LightView seen = *view;
+      see_predicted(seen, predicted, factor_of(unit, seen, predicted.depth));
+      cache_[i] = std::make_shared<const LightView>(std::move(seen));
+      predicted = {};  // a cached view stays, with its maps in it
+    }
+    maps.push_back(std::move(predicted));
   }
   const std::lock_guard lock(mutex_);
   predicted_ = std::move(maps), unit_ = unit;

@@ -56,6 +56,9 @@ class MapsTask : public TrainingTask {
   }
 
   void begin(TrainingProgress& progress) override {
+    // Before rooms are made: what is named wrongly is said at once.
+    const int longer = std::max(options_.model.size.width, options_.model.size.height);
+    for (const std::filesystem::path& folder : options_.data.frames) frames_.push_back(read_frame(folder, longer));
     const std::int64_t first = progress.history.views_seen_before();
     const auto position = static_cast<std::uint64_t>(first + progress.step * options_.train.batch);
     views_ = options_.data.stream.on
@@ -67,8 +70,6 @@ class MapsTask : public TrainingTask {
     const auto which = spread(validation_store_.size(), static_cast<std::size_t>(options_.data.validation_views));
     judged_ = read_for_judgement(validation_store_, which, &means);
     for (const JudgingList& list : options_.data.lists) lists_.push_back({list.name, read_list(list, means)});
-    const int longer = std::max(options_.model.size.width, options_.model.size.height);
-    for (const std::filesystem::path& folder : options_.data.frames) frames_.push_back(read_frame(folder, longer));
     means_ = progress.means, moment_steps_ = progress.moment_steps;
     stream_ = std::make_unique<BatchStream>(*views_, options_.data.augmentation, options_.run.seed, first,
                                             options_.train.batch, progress.step);

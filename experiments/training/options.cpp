@@ -5,12 +5,19 @@
 #include <numbers>
 #include <optional>
 
+#include "host/io/data_files.hpp"
 #include "host/ops/light/ask_field.hpp"
 #include "host/ops/light/ask_mlp.hpp"
 #include "host/ops/light/ray_mlp.hpp"
 
 namespace clerestory {
 namespace {
+
+/// A path, of the working folder or, where it is not there, of the data that come with the program.
+std::string found_text(const Config& config, const std::string& key) {
+  const std::string& path = config.text(key);
+  return path.empty() ? path : found_data(path).string();
+}
 
 void forbid(bool bad, const Config& config, const std::string& key, const std::string& what,
             const std::string& expected) {
@@ -132,6 +139,12 @@ LightTrainingOptions light_step_of(const Config& c, const Size& size, const Trai
     step.weights.out_of_view = step.weights.irradiance = 0;
     step.shade_width = step.shade_height = 0;
   }
+  if (step.weights.rerender > 0 && step.shade_width > 0) {
+    const int stride = size.width / step.shade_width;
+    forbid(stride * step.shade_width != size.width || stride * step.shade_height != size.height, c, "light.shade_width",
+           "the grid that is rendered again does not divide the view",
+           fmt::format("one step along both sides of {}x{}", size.width, size.height));
+  }
   step.radiance = radiance_loss_of(c.text("loss.radiance"));
   step.adam.beta1 = train.beta1, step.adam.beta2 = train.beta2, step.average = train.average;
   return step;
@@ -194,7 +207,7 @@ ModelSection model_of(const Config& c) {
   o.net = maps_net_of(c);
   if (o.kind == "light") o.light = light_net_of(c);
   o.size = {c.whole("model.width"), c.whole("model.height")};
-  o.encoder = c.text("model.encoder"), o.init = c.text("model.init"), o.gemm = c.text("model.gemm");
+  o.encoder = c.text("model.encoder"), o.init = found_text(c, "model.init"), o.gemm = c.text("model.gemm");
   return o;
 }
 
@@ -289,7 +302,7 @@ std::optional<PerceptualFeatures> features_of(const Config& c) {
 
 LossSection loss_of(const Config& c) {
   LossSection o;
-  o.perceptual_weights = c.text("loss.perceptual_weights");
+  o.perceptual_weights = found_text(c, "loss.perceptual_weights");
   LossWeights& w = o.weights;
   w.terms = map_losses_of(c.text("loss.terms"));
   const std::optional<PerceptualFeatures> features = features_of(c);
@@ -309,7 +322,7 @@ LightSection light_of(const Config& c, const TrainingOptions& o) {
   light.sampling = {c.real("light.clipped"), c.real("light.probe_rows"), a.flip, a.exposure_low,
                     a.exposure_high,         c.flag("light.ldr")};
   if (is_li2020_light(c)) light.sampling.probe_rows = 0;
-  light.maps = c.text("light.maps"), light.maps_weights = c.text("light.maps_weights");
+  light.maps = c.text("light.maps"), light.maps_weights = found_text(c, "light.maps_weights");
   return light;
 }
 

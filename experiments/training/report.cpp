@@ -6,6 +6,7 @@
 #include "experiments/training/network.hpp"
 #include "experiments/weights/weights.hpp"
 #include "host/io/files.hpp"
+#include "host/io/image.hpp"
 #include "host/report/metrics.hpp"
 #include "host/report/progress.hpp"
 #include "host/report/shared_text.hpp"
@@ -27,12 +28,6 @@ Plot curves(const std::vector<MetricRecord>& records, const std::string& prefix,
     plot.series.push_back(std::move(series));
   }
   return plot;
-}
-
-Image channel(const Image& image, int c) {
-  Image one(image.width, image.height, 1);
-  std::copy_n(image.plane(c), one.data.size(), one.data.begin());
-  return one;
 }
 
 /// Pictures of one size side by side; one channel becomes grey.

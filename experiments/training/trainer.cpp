@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <set>
 
 #include "experiments/training/checkpoint.hpp"
+#include "experiments/training/earlier_try.hpp"
 #include "experiments/training/network.hpp"
 #include "experiments/training/task.hpp"
 #include "experiments/weights/imported.hpp"
@@ -50,9 +48,6 @@ std::vector<std::string> settings_of(const Config& config) {
   return settings;
 }
 
-constexpr const char* kMapsFact = "hash of the maps' weights";
-constexpr const char *kGemmFact = "matrix products", *kChangedFact = "changed after step ";
-
 struct WholeCheckpoint {
   std::string path;
   TensorFile file;
@@ -64,6 +59,7 @@ class Trainer {
       : options_(training_options(config)),
         config_(config),
         run_(options_.run.root, options_.run.experiment, options_.run.variant, config, options_.run.seed),
+        before_(run_),
         command_(command) {}
 
   TrainingOutcome run();
@@ -80,21 +76,9 @@ class Trainer {
   /// The best weights so far are a file beside the checkpoint. Where it is damaged or gone, which is said, the best
   /// from here on is kept: the run must not end in weights that nobody can read.
   void check_best();
-  /// The tile that this run had on this device, so that it goes on with the same; "auto" where there was none.
-  std::string tile_before(const Device& device) const;
-  /// What an earlier try recorded, where it can be read.
-  std::optional<Provenance> read_before() const;
-  /// A fact that an earlier try recorded; none where there is none.
-  std::optional<std::string> fact_before(const std::string& name) const;
-  /// Throws usage_error where a light would go on under maps of other weights than it began with.
-  void check_maps_before() const;
-  /// Throws usage_error where the weights that this run began with have become others.
-  void check_init_before() const;
-  /// What an earlier try read that this one does not, and when it began.
-  void take_over_provenance();
-  /// Says and records what steps from here on have that those before had not: another device, kernels, products.
-  void note_changes();
   void resume_or_begin();
+  /// Files of weights that this run starts from, and that its loss looks through.
+  std::vector<std::filesystem::path> frozen_weights() const;
   /// The file of an encoder alone that a leg starts from: an imported one, or lite's; empty where there is none.
   std::filesystem::path encoder_to_begin_with() const;
   /// After those of `earlier`; `init` is the file or folder that it starts from.
@@ -142,9 +126,9 @@ class Trainer {
   TrainingOptions options_;
   const Config& config_;
   RunDirectory run_;
+  EarlierTry before_;
   std::vector<std::string> command_;
   Provenance provenance_;
-  std::optional<Provenance> before_;  // of an earlier try
   TrainingStates states_;
   std::unique_ptr<TrainingTask> task_;
   std::unique_ptr<MetricsWriter> metrics_;
@@ -164,9 +148,8 @@ class Trainer {
 
 TrainingOutcome Trainer::run() {
   const TrainingOutcome outcome{run_.path(), run_.artifact("weights.safetensors"), run_.done()};
-  before_ = read_before();
   if (outcome.skipped) {
-    check_init_before();
+    before_.check_weights(frozen_weights());
     say(fmt::format("{} is finished; nothing to do", run_.path().string()));
     return outcome;
   }
@@ -196,7 +179,7 @@ void Trainer::say_what_stays() const {
 void Trainer::prepare() {
   catch_interrupts();
   Device device = Device::open(options_.run.device);
-  device.use_tile(options_.run.tile == "auto" ? tile_before(device) : options_.run.tile);
+  device.use_tile(options_.run.tile == "auto" ? before_.tile(device) : options_.run.tile);
   device.use_gemm(options_.model.gemm);
   cores_ = device.info().cpu ? device.info().compute_units : 0;
   provenance_ = begin_provenance(command_, device.fingerprint());
@@ -223,76 +206,6 @@ void Trainer::prepare() {
     provenance_.facts[kMapsFact] = provenance_.inputs.back().hash;
   }
   for (const std::string& note : task_->notes()) run_.log(note);
-}
-
-std::optional<Provenance> Trainer::read_before() const {
-  if (!std::filesystem::exists(run_ / kProvenanceName)) return std::nullopt;
-  try {
-    return read_provenance(run_ / kProvenanceName);
-  } catch (const Error& e) {
-    if (e.kind() != ErrorKind::Usage) throw;
-    run_.log(fmt::format("{}; it is written anew", e.what()));
-    return std::nullopt;
-  }
-}
-
-std::optional<std::string> Trainer::fact_before(const std::string& name) const {
-  if (!before_) return std::nullopt;
-  const auto fact = before_->facts.find(name);
-  return fact == before_->facts.end() ? std::nullopt : std::optional(fact->second);
-}
-
-std::string Trainer::tile_before(const Device& device) const {
-  const std::optional<std::string> tile = fact_before("tile");
-  if (!tile || before_->device != device.fingerprint()) return "auto";  // all tiles give the same bits
-  return std::ranges::find(tiles(), *tile, &Tile::name) != tiles().end() ? *tile : "auto";
-}
-
-void Trainer::check_maps_before() const {
-  const auto now = provenance_.facts.find(kMapsFact);
-  const std::optional<std::string> then = fact_before(kMapsFact);
-  if (now != provenance_.facts.end() && then && *then != now->second)
-    throw usage_error("this run has learned under other maps", task_->maps_weights()->string(), "hash " + now->second,
-                      "the weights with hash " + *then + ", or a new run");
-}
-
-void Trainer::check_init_before() const {
-  if (!before_ || options_.model.init.empty()) return;
-  for (const std::filesystem::path& file : weights_files(options_.model.init)) {
-    const auto then = std::ranges::find(before_->inputs, file.string(), &FileRecord::path);
-    if (then == before_->inputs.end() || !std::filesystem::exists(file)) continue;
-    if (const std::string now = record_file(file).hash; now != then->hash)
-      throw usage_error(fmt::format("{} began with other weights", run_.path().string()), file.string(), "hash " + now,
-                        "the weights with hash " + then->hash + ", or a new leg: another run.variant");
-  }
-}
-
-void Trainer::take_over_provenance() {
-  if (!before_) return;
-  provenance_.started = before_->started;
-  provenance_.hashes.merge(before_->hashes);
-  for (const FileRecord& input : before_->inputs)
-    if (std::ranges::find(provenance_.inputs, input.path, &FileRecord::path) == provenance_.inputs.end())
-      provenance_.inputs.push_back(input);
-}
-
-void Trainer::note_changes() {
-  if (!before_) return;
-  for (const auto& [name, fact] : before_->facts)  // of steps that are kept
-    if (name.starts_with(kChangedFact) && std::atoll(name.c_str() + std::strlen(kChangedFact)) < progress_.step)
-      provenance_.facts[name] = fact;
-  std::vector<std::string> changes;
-  const auto compare = [&](const char* what, const std::string& then, const std::string& now) {
-    if (!then.empty() && then != now) changes.push_back(fmt::format("{} {} in place of {}", what, now, then));
-  };
-  const auto kernels = before_->hashes.find("kernels");
-  compare("device", before_->device, provenance_.device);
-  compare("kernels", kernels == before_->hashes.end() ? "" : kernels->second, provenance_.hashes["kernels"]);
-  compare("matrix products", fact_before(kGemmFact).value_or(""), provenance_.facts[kGemmFact]);
-  if (changes.empty()) return;
-  const std::string text = fmt::format("{}", fmt::join(changes, "; "));
-  run_.log("goes on otherwise than it began: " + text);
-  provenance_.facts[fmt::format("{}{}", kChangedFact, progress_.step)] = text;
 }
 
 std::optional<WholeCheckpoint> Trainer::whole_checkpoint() const {
@@ -337,11 +250,12 @@ void Trainer::check_best() {
 void Trainer::resume_or_begin() {
   const auto checkpoint = whole_checkpoint();
   if (checkpoint) {
-    check_maps_before();
-    check_init_before();
-    take_over_provenance();
+    if (const auto maps = task_->maps_weights()) before_.check_maps(provenance_, *maps);
+    before_.check_weights(frozen_weights());
+    before_.hand_on(provenance_);
     progress_ = go_on_from(checkpoint->file, checkpoint->path, *states_.trained, identity());
-    note_changes();
+    if (const std::string changes = before_.note_changes(provenance_, progress_.step); !changes.empty())
+      run_.log("goes on otherwise than it began: " + changes);
     run_.log(fmt::format("goes on after step {} ({})", progress_.step, duration_text(progress_.seconds)));
     check_best();
   } else {
@@ -386,6 +300,14 @@ void Trainer::resume_or_begin() {
 
   task_->begin(progress_);
   metrics_ = std::make_unique<MetricsWriter>(run_.metrics_path());
+}
+
+std::vector<std::filesystem::path> Trainer::frozen_weights() const {
+  std::vector<std::filesystem::path> files;
+  if (!options_.model.init.empty()) files = weights_files(options_.model.init);
+  if (options_.loss.weights.perceptual > 0 && !options_.loss.perceptual_weights.empty())
+    files.push_back(options_.loss.perceptual_weights);
+  return files;
 }
 
 std::filesystem::path Trainer::encoder_to_begin_with() const {
@@ -599,31 +521,6 @@ void Trainer::finish() {
 }
 
 }  // namespace
-
-void add_list(Judgement& judgement, const std::string& list, std::size_t views, const HistoryPoint& point) {
-  judgement.point.lists.push_back(list_errors(list, static_cast<std::int64_t>(views), point));
-  judgement.values.emplace_back("list/" + list, point.score);
-  judgement.text += fmt::format("; {} {:.3f}", list, point.score);
-}
-
-TrainingData data_of(const TrainingOptions& options, const std::vector<ViewName>& fixed, std::int64_t step) {
-  std::set<std::string> rooms;
-  for (const ViewName& name : fixed) rooms.insert(name.room.string());
-  TrainingData data{static_cast<std::int64_t>(rooms.size()), static_cast<std::int64_t>(fixed.size())};
-  if (!options.data.stream.on) return data;
-  const std::int64_t streamed =
-      streamed_rooms(options.data.stream, static_cast<std::uint64_t>(step * options.train.batch));
-  return {data.rooms + streamed, data.views + streamed * options.data.stream.rooms.views.count};
-}
-
-std::vector<ViewName> fixed_names(const TrainingOptions& options) {
-  if (options.data.stream.on && options.data.stream.fixed == 0) return {};
-  return name_views(options.data.train_roots, options.data.train_split);
-}
-
-std::string data_text(const TrainingOptions& options, std::size_t fixed) {
-  return options.data.stream.on ? stream_text(options.data.stream, fixed) : fmt::format("{} training views", fixed);
-}
 
 TrainingOutcome train(const Config& config, const std::vector<std::string>& command) {
   return Trainer(config, command).run();

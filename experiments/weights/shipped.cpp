@@ -53,9 +53,10 @@ std::optional<fs::path> shipped_light() {
   return std::nullopt;
 }
 
-fs::path weights_or_shipped(const fs::path& given) { return given.empty() ? shipped_weights() : given; }
+fs::path weights_or_shipped(const fs::path& given) { return given.empty() ? shipped_weights() : found_data(given); }
 
-fs::path light_or_shipped(const fs::path& given) {
+fs::path light_or_shipped(const fs::path& asked) {
+  const fs::path given = asked.empty() ? asked : found_data(asked);
   const std::string expected = "light_local.safetensors and light_global.safetensors";
   const std::optional<fs::path> shipped = given.empty() ? shipped_light() : std::nullopt;
   if (given.empty() && !shipped)

@@ -248,7 +248,7 @@ struct MapChunksOp : Op, Chunked {
     return adjoint_for(std::vector<bool>(node.inputs.size(), true), node, gradients);
   }
 
-  /// Rays of pixels beyond a last chunk that is not full are never written.
+  /// Rays of pixels or samples beyond a last chunk that is not full are never written.
   void check_states_gradients(const std::vector<bool>& wanted) const {
     const auto behind_maps = wanted.begin() + static_cast<std::ptrdiff_t>(inner->inputs.size());
     const auto has_rays = [&](const Node& node) {
@@ -256,10 +256,13 @@ struct MapChunksOp : Op, Chunked {
         return s.shape.h == domain.chunk_pixels && s.shape.w == domain.chunk_samples && s.shape.w > 1;
       });
     };
-    if (pixels() % domain.chunk_pixels != 0 && std::find(behind_maps, wanted.end(), true) != wanted.end() &&
+    const bool full = pixels() % domain.chunk_pixels == 0 && domain.samples % domain.chunk_samples == 0;
+    if (!full && std::find(behind_maps, wanted.end(), true) != wanted.end() &&
         std::ranges::any_of(inner->graph.nodes(), has_rays))
       throw Error(ErrorKind::Failed, "a state has no gradient from rays of a last chunk that is not full", "map_chunks",
-                  fmt::format("{} pixels, {} a chunk", pixels(), domain.chunk_pixels), "a divisor of all pixels");
+                  fmt::format("{} pixels, {} a chunk, {} samples, {} a chunk", pixels(), domain.chunk_pixels,
+                              domain.samples, domain.chunk_samples),
+                  "divisors of all pixels and of all samples");
   }
 
   /// Another map_chunks over the same domain: it runs the body again from the same seeds, and adds up what every chunk

@@ -23,9 +23,10 @@ struct ChunkOutput {
 /// this call has returned: what it captures must still be there. Ray tensors inside have the shape
 /// {1, C, chunk_pixels, chunk_samples}, samples fastest. Ops read the chunk at hand from Launch::chunk and do nothing
 /// for pixels or samples beyond it. Sums are added in chunk order: same bits run to run. A state that the body uses is
-/// the outer graph's of that name, and has a gradient there; a body that updates one is refused. Rays of pixels beyond
-/// a last chunk that is not full are never written: the gradient of a state that rays ask, a net's weights, is refused
-/// unless chunk_pixels divides all pixels.
+/// the outer graph's of that name, and has a gradient there; a body that updates one is refused. Rays of pixels or
+/// samples beyond a last chunk that is not full are never written: the gradient of a state that rays ask, a net's
+/// weights, is refused unless chunk_pixels divides all pixels and chunk_samples all samples. An input whose gradient is
+/// summed over rays by an op that knows no chunk (a number that rays are multiplied by) takes such a domain, too.
 std::vector<Value> map_chunks(Graph& graph, const ChunkDomain& domain, std::span<const Value> inputs,
                               const std::function<std::vector<ChunkOutput>(Graph&, std::span<const Value>)>& body);
 

@@ -40,8 +40,7 @@ class States {
   void set(const std::string& name, const Tensor& tensor);  // throws when the shape differs
   /// Throws Error when the state that is kept under that name has another shape.
   void check_shape(const StateOp& state) const;
-  void bind(const std::string& name, const TensorView& memory) { states_[name] = memory; }  // memory of somebody else
-  std::vector<std::string> names() const;                                                   // sorted
+  std::vector<std::string> names() const;  // sorted
   TensorView view(const std::string& name) const;
   Precision precision() const { return precision_; }
 

@@ -21,7 +21,10 @@ struct Stream {
     return z ^ (z >> 31);
   }
   double uniform() { return (static_cast<double>(next() >> 11) + 0.5) * 0x1p-53; }  // in (0, 1)
-  double normal() { return std::sqrt(-2 * std::log(uniform())) * std::cos(6.283185307179586 * uniform()); }
+  double normal() {
+    const double radius = std::sqrt(-2 * std::log(uniform()));  // first, whatever the compiler
+    return radius * std::cos(6.283185307179586 * uniform());
+  }
 };
 
 Tensor initial(const StateOp& state, std::uint64_t seed) {

@@ -204,6 +204,12 @@ Image scaled(Image image, double factor) {
   return image;
 }
 
+Image channel(const Image& image, int c) {
+  Image one(image.width, image.height, 1);
+  std::copy_n(image.plane(c), one.data.size(), one.data.begin());
+  return one;
+}
+
 Image every_nth(const Image& image, int stride, int x0, int y0) {
   Image out(image.width / stride, image.height / stride, image.channels);
   for (int c = 0; c < image.channels; ++c)

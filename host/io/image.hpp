@@ -30,6 +30,9 @@ struct Image {
 void scale(std::vector<float>& values, double factor);
 Image scaled(Image image, double factor);
 
+/// One channel of an image, as an image.
+Image channel(const Image& image, int c);
+
 /// Every `stride`-th pixel from (x, y) on; what is left of a step at the ends is not in it.
 Image every_nth(const Image& image, int stride, int x, int y);
 

@@ -58,7 +58,6 @@ void check_arguments(double a, double x) {
 
 }  // namespace
 
-double normal_cdf(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
 double normal_two_sided_p(double z) { return std::erfc(std::abs(z) / std::sqrt(2.0)); }
 
 double gamma_p(double a, double x) {

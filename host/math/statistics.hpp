@@ -44,8 +44,7 @@ double exposure_of(std::span<const float> rgb);
 /// usage_error naming `where` when no depth is valid.
 double scene_scale(std::span<const float> depth, const std::string& where = "depth");
 
-/// Standard normal distribution: P(Z <= x), and the two-sided p-value P(|Z| >= |z|), accurate in the tails.
-double normal_cdf(double x);
+/// Standard normal distribution: the two-sided p-value P(|Z| >= |z|), accurate in the tails.
 double normal_two_sided_p(double z);
 
 /// Regularised incomplete gamma functions P(a, x) and Q(a, x) = 1 - P, a > 0, x >= 0: series below x = a + 1,

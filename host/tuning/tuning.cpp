@@ -1,7 +1,10 @@
 #include "host/tuning/tuning.hpp"
 
+#include <link.h>
+
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <mutex>
 #include <set>
 
@@ -99,8 +102,23 @@ std::string gemm_kernels() {
   std::string sources;
   for (const char* file :
        {"nn/conv_cpu.cl", "nn/conv_winograd.cl", "nn/conv_gpu.cl", "nn/conv_pack.cl", "nn/im2col.cl"})
-    sources += kernel_source(file);
+    sources += kernel_hash(file);
   return fmt::format("{:016x}", hash_text(sources));
+}
+
+std::string clblast_version() {
+  std::string version = "unknown";
+  dl_iterate_phdr(
+      [](dl_phdr_info* library, std::size_t, void* to) {
+        constexpr std::string_view stem = "libclblast.so";
+        std::error_code error;
+        if (!std::filesystem::path(library->dlpi_name).filename().string().starts_with(stem)) return 0;
+        const std::string file = std::filesystem::canonical(library->dlpi_name, error).filename().string();
+        if (file.size() > stem.size() + 1) *static_cast<std::string*>(to) = file.substr(stem.size() + 1);
+        return 1;
+      },
+      &version);
+  return version;
 }
 
 fs::path tuning_file() {
@@ -158,9 +176,11 @@ std::optional<TuningInUse> tuning_in_use(const Device& device) {
 }
 
 std::string preferred_gemm(const Device& device) {
-  if (const auto used = tuning_in_use(device); used && (used->shipped || used->tuning.kernels == gemm_kernels()))
-    return used->tuning.gemm;
-  return "packed";  // untuned, CLBlast's gradient of weights takes most of a training step on a GPU
+  // Untuned, CLBlast's gradient of weights takes most of a training step on a GPU.
+  const auto used = tuning_in_use(device);
+  if (!used || (!used->shipped && used->tuning.kernels != gemm_kernels())) return "packed";
+  const bool other_clblast = used->tuning.clblast_version != clblast_version();  // its parameters are not used
+  return used->tuning.gemm == "clblast" && other_clblast ? "packed" : used->tuning.gemm;
 }
 
 }  // namespace clerestory

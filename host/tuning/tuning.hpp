@@ -43,6 +43,9 @@ std::string tuning_kind(const DeviceInfo& info);
 /// Identity of the kernels of convolutions and matrix products, as 16 hexadecimal digits.
 std::string gemm_kernels();
 
+/// Release of the CLBlast that is loaded: "1.5.3"; "unknown" where its file does not say.
+std::string clblast_version();
+
 /// $XDG_DATA_HOME/clerestory/tuning.json, else ~/.local/share/clerestory/tuning.json, else empty.
 std::filesystem::path tuning_file();
 /// The tunings of a file, none when there is no file. Throws usage_error naming file and fault.
@@ -60,8 +63,8 @@ struct TuningInUse {
 /// The user's own, else a shipped one. Read anew at every call. A file that is damaged is named once and passed over.
 std::optional<TuningInUse> tuning_in_use(const Device& device);
 
-/// Whose matrix products `auto` takes, "packed" or "clblast": those that were measured faster on the device, by the
-/// kernels of this program where the user has measured; without a measurement our own.
+/// Whose matrix products `auto` takes, "packed" or "clblast": those that were measured faster on the device, by
+/// this CLBlast where it won and by the kernels of this program where the user has measured; else our own.
 std::string preferred_gemm(const Device& device);
 
 }  // namespace clerestory

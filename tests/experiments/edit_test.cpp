@@ -23,6 +23,7 @@
 #include "host/math/statistics.hpp"
 #include "tests/experiments/bare_room.hpp"
 #include "tests/experiments/program.hpp"
+#include "tests/message_of.hpp"
 #include "tracer/views.hpp"
 
 namespace clerestory {
@@ -250,6 +251,15 @@ TEST_F(EditTest, WhatDoesNotSeeTheMaskStaysAsItIs) {
     }
     EXPECT_TRUE(elsewhere);
   }
+}
+
+TEST_F(EditTest, AMaskWithoutAnySurfaceIsRefused) {
+  Scene scene = scene_;
+  const std::vector<bool> floor_pixels = floor();
+  for (std::size_t i = 0; i < floor_pixels.size(); ++i)
+    if (floor_pixels[i]) scene.depth.data[i] = 0;
+  EXPECT_THAT(message_of<Error>([&] { apply_edit(scene, mask_of(floor_pixels), mirror()); }),
+              testing::AllOf(HasSubstr("no depth"), HasSubstr("--mask")));
 }
 
 TEST_F(EditTest, AnEditedEmitterStopsEmitting) {

@@ -361,9 +361,12 @@ TEST_F(ImportedRun, TheProgramImportsAndRefuses) {
   says({"weights", "features", out.string(), (folder / "picture.exr").string(), features.string()}, 0);
   EXPECT_EQ(read_safetensors(features).tensors.at("level0").shape, (std::vector<long>{1, 256, 9, 10}));
   EXPECT_THAT(says({"weights", "features", given.string(), (folder / "picture.exr").string(), features.string()}, 2),
+              HasSubstr("is there already"));
+  const std::string none = (folder / "none.safetensors").string();
+  EXPECT_THAT(says({"weights", "features", given.string(), (folder / "picture.exr").string(), none}, 2),
               HasSubstr("is no imported net"));
   write_exr(folder / "small.exr", Image(40, 31, 3));
-  EXPECT_THAT(says({"weights", "features", out.string(), (folder / "small.exr").string(), features.string()}, 2),
+  EXPECT_THAT(says({"weights", "features", out.string(), (folder / "small.exr").string(), none}, 2),
               HasSubstr("40x31"));
 }
 

@@ -62,16 +62,38 @@ TEST(Intervals, VerdictsNeedAnIntervalClearOfNothing) {
   ASSERT_TRUE(clear);
   EXPECT_EQ(clear->verdict, "higher") << "rooms are compared with themselves";
   EXPECT_EQ(roomwise_difference(base, better)->verdict, "lower");
-  EXPECT_NEAR(clear->difference.mean + roomwise_difference(base, better)->difference.mean, 0, 1e-12);
+  EXPECT_NEAR(clear->mean + roomwise_difference(base, better)->mean, 0, 1e-12);
   EXPECT_EQ(roomwise_difference(base, like)->verdict, "none");
   EXPECT_EQ(roomwise_difference(base, base)->verdict, "none");
-  EXPECT_EQ(roomwise_difference(base, base)->difference.deviation, 0);
+  EXPECT_EQ(roomwise_difference(base, base)->interval->low, 0);
+  EXPECT_EQ(roomwise_difference(base, base)->interval->high, 0);
+}
+
+TEST(Intervals, ATableShowsTheIntervalThatTheVerdictIsOf) {
+  // One room far off: the mean less half the interval lies below 0, the interval above it.
+  std::vector<double> mine(30, 0.1);
+  mine.back() = 6;
+  const std::vector<double> other(mine.size(), 0.0);
+  const auto d = roomwise_difference(mine, other);
+  ASSERT_TRUE(d && d->interval);
+  EXPECT_EQ(d->verdict, "higher");
+  EXPECT_LT(d->mean - 0.5 * (d->interval->high - d->interval->low), 0);
+  Table table{"Differences", {{"less"}}, {}};
+  add_difference_columns(table, "dB", "it is");
+  std::vector<Cell> row{"other"};
+  add_difference(row, *d);
+  table.add(row);
+  EXPECT_EQ(table.columns[2].name, "from");
+  EXPECT_EQ(std::get<Measure>(row[1]).mean, d->mean);
+  EXPECT_EQ(std::get<Measure>(row[2]).mean, d->interval->low);
+  EXPECT_EQ(std::get<Measure>(row[3]).mean, d->interval->high);
+  EXPECT_EQ(std::get<std::string>(row[4]), "higher");
 }
 
 TEST(Intervals, DifferencesAreOfRoomsThatBothHave) {
   const auto one = roomwise_difference({1, kNone, 3}, {kNone, 2, 1});
   ASSERT_TRUE(one);
-  EXPECT_EQ(one->difference.mean, 2);
+  EXPECT_EQ(one->mean, 2);
   EXPECT_EQ(one->verdict, "one room");
   EXPECT_FALSE(roomwise_difference({1, kNone}, {kNone, 1}));
 }

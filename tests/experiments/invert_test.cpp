@@ -19,6 +19,7 @@
 #include "host/math/statistics.hpp"
 #include "host/report/provenance.hpp"
 #include "tests/experiments/bare_room.hpp"
+#include "tests/message_of.hpp"
 #include "tests/roundings.hpp"
 
 namespace clerestory {
@@ -127,6 +128,21 @@ TEST_F(InvertTest, OnlySomeMapsMeansNoRerender) {
   EXPECT_THROW(read_run(out), Error);
   o.only = {"albdo"};
   EXPECT_THROW(invert(o), Error);
+}
+
+TEST_F(InvertTest, NoRoomIsMillimetresOrKilometresDeep) {
+  const auto refusal = [](auto change) {
+    InvertOptions o = options("deep");
+    o.gbuffer.clear(), o.only = {"depth"};
+    change(o);
+    return message_of([&] { invert(o); }, ErrorKind::Usage);
+  };
+  EXPECT_THAT(refusal([](InvertOptions& o) {
+                o.known = KnownDepth{5, 5, 2.5e6};
+              }),
+              testing::AllOf(testing::HasSubstr("--known"), testing::HasSubstr("99th percentile")));
+  EXPECT_THAT(refusal([](InvertOptions& o) { o.depth_scale = 1e-60; }), testing::HasSubstr("--depth-scale"));
+  EXPECT_FALSE(fs::exists(folder_ / "deep"));
 }
 
 TEST_F(InvertTest, AFailureLeavesTheOldRunAsItWas) {

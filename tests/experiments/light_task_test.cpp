@@ -1,4 +1,5 @@
 // Rays with known light out of generated views, batches of them, and a leg of training through the trainer.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,6 +17,7 @@
 #include "host/math/statistics.hpp"
 #include "host/report/progress.hpp"
 #include "tests/experiments/synthetic_views.hpp"
+#include "tests/message_of.hpp"
 #include "tests/roundings.hpp"
 #include "tracer/generate.hpp"
 
@@ -181,6 +183,9 @@ TEST_F(LightTask, MirroredBatchesAreTheSameRoom) {
   EXPECT_TRUE(seen);
   o.shade_width = 7;
   EXPECT_THROW(light_batch({v}, o, {}, {1}), Error);
+  EXPECT_THAT(message_of<Error>([&] { training_options(config("never", {"light.shade_width=7"})); }),
+              testing::AllOf(testing::HasSubstr("light.shade_width"), testing::HasSubstr("one step along both sides")))
+      << "before rooms are made";
 }
 
 TEST_F(LightTask, MapsOfBothKindsGiveOtherWeightsThanEither) {

@@ -264,10 +264,10 @@ TEST_F(Light, ThePapersWorkIsCounted) {
   EXPECT_EQ(out_of_view_flops(light_sizes("paper").out_of_view), 2.0 * 64 * (11140 - 196));
 
   Device device = Device::open();
-  const InvertWork all = invert_work(device, "paper", 320, 240, {}, "net", 100);
+  const InvertWork all = invert_work(device, "paper", 320, 240, {}, {"net", light_sizes("paper"), 100});
   PredictRequest only_depth;
   only_depth.albedo = only_depth.normal = only_depth.material = false;
-  const InvertWork depth = invert_work(device, "paper", 320, 240, only_depth, "image", 100);
+  const InvertWork depth = invert_work(device, "paper", 320, 240, only_depth, {"image", {}, 100});
   // DenseNet121 needs 2.9 GMAC for 224 x 224 (Huang et al. 2017, table 2, as counted by its implementations) at strides
   // up to 32; ours ends at stride 16, has a decoder more for each map, and looks at the photograph twice.
   EXPECT_GT(depth.maps, 2 * 2 * 2.8e9 * (320 * 240) / (224 * 224.0));

@@ -114,6 +114,21 @@ TEST_F(PerceptualRun, GoesOnInTheSameBits) {
   for (const auto& [name, tensor] : unbroken) EXPECT_EQ(found.at(name).values, tensor.values) << name;
 }
 
+// Nor is what they were read from: other weights of that name are refused.
+TEST_F(PerceptualRun, OtherFeaturesThanItBeganWithAreRefused) {
+  const fs::path features = folder / "features.safetensors";
+  fs::copy_file(kShippedMaps, features);
+  const std::vector<std::string> settings{
+      "train.steps=2",     "log.validate_every=0",           "log.checkpoint_every=1",
+      "loss.perceptual=1", "loss.perceptual_features=rooms", "loss.perceptual_weights=" + features.string()};
+  const TrainingOutcome whole = run("runs", settings);
+  const auto refusal = [&] { return message_of([&] { run("runs", settings); }, ErrorKind::Usage); };
+  fs::copy_file(run("other", {"train.steps=1"}).weights, features, fs::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal(), testing::AllOf(HasSubstr("began with other weights"), HasSubstr(features.string())));
+  fs::remove(whole.folder / "DONE"), fs::remove(whole.folder / "checkpoints/step-00000002.safetensors");
+  EXPECT_THAT(refusal(), HasSubstr("began with other weights"));
+}
+
 TEST_F(PerceptualRun, WithoutFeaturesThereIsNoSuchTerm) {
   const auto weight = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all{"train.steps=1"};

@@ -99,7 +99,6 @@ TEST_F(Files, KeepsTheOldFileUntilCommit) {
   EXPECT_EQ(entries(), 1u);
 }
 
-// A limit on file size makes write() fail as a full disk does: some bytes, then an error.
 TEST_F(Files, ALinkStaysAndItsFileIsReplaced) {
   std::filesystem::create_directories(folder / "disk");
   put("disk/file", "old");

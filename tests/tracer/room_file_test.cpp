@@ -13,6 +13,7 @@
 #include "host/error.hpp"
 #include "host/io/datasets.hpp"
 #include "host/io/files.hpp"
+#include "tests/message_of.hpp"
 #include "tests/tracer/scenes.hpp"
 #include "tracer/generate.hpp"
 #include "tracer/sky.hpp"
@@ -21,6 +22,7 @@ namespace clerestory {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 
 const fs::path kAssets = fs::path(CLERESTORY_SOURCE_DIR) / "assets";
@@ -101,6 +103,20 @@ TEST_F(RoomFiles, RoomsStandAgainBitByBit) {
       EXPECT_EQ(read.rooms[i].cameras, file.rooms[i].cameras);
     }
   }
+}
+
+// Rooms of a file have its names, which are looked for before anything is written.
+TEST_F(RoomFiles, AnotherDataSetIsNotWrittenOver) {
+  GenerateOptions made = small(Setting::Training);
+  RoomFile rooms = describe_rooms(test_device(), made);
+  rooms.rooms[0].name = "room-of-a-file";
+  write_room_file(folder / "rooms.rooms", rooms);
+  made.out = folder / "theirs", made.rooms.from = folder / "rooms.rooms";
+  std::filesystem::create_directories(folder / "theirs/room-of-a-file");
+  write_file(folder / "theirs/room-of-a-file/000_im.exr", "of somebody else");
+  EXPECT_THAT(message_of<Error>([&] { generate(test_device(), made); }),
+              AllOf(HasSubstr("another data set"), HasSubstr("room-of-a-file")));
+  EXPECT_EQ(read_file(folder / "theirs/room-of-a-file/000_im.exr"), "of somebody else");
 }
 
 TEST_F(RoomFiles, DataOfAFileIsThatOfTheRules) {

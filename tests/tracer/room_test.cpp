@@ -261,7 +261,7 @@ double directional_albedo(double albedo, double roughness, double metallic, doub
 }
 
 TEST(Room, BrightestMaterialsReflectAtMost95Percent) {
-  // The caps of kernels/trace/texture.clh, at their smoothest and at the roughness of lacquer; up to 70 degrees.
+  // The caps of kernels/trace/texture.clh, at the roughness of lacquer and above; up to 70 degrees.
   for (const double roughness : {0.25, 0.5, 1.0}) {
     for (const double cosine : {1.0, 0.8, 0.6, 0.35}) {
       EXPECT_LT(directional_albedo(0.78, roughness, 0, cosine), 0.95) << roughness << " " << cosine;

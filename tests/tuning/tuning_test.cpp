@@ -24,7 +24,7 @@ struct TuningFile : testing::Test {
     Tuning t;
     t.device = device.fingerprint(), t.kind = tuning_kind(device.info()), t.measured = "2026-01-31T12:00:00Z";
     t.complete = true, t.sets = 7, t.noise = 0.01;
-    t.clblast_version = "1.5.3", t.clblast = {{"Xgemm", {{"MWG", 64}, {"NWG", 32}}}};
+    t.clblast_version = clblast_version(), t.clblast = {{"Xgemm", {{"MWG", 64}, {"NWG", 32}}}};
     t.tile = "8x48", t.gemm = gemm, t.kernels = gemm_kernels();
     t.figures = {{"product 1x2x3", 12, 3, 2, 1}};
     return t;
@@ -62,6 +62,10 @@ TEST_F(TuningFile, AutoFollowsIt) {
   older.kernels = "of other kernels";
   keep_tuning(older);
   EXPECT_EQ(preferred_gemm(device), "packed") << "measured with kernels that this program does not have";
+  Tuning other = entry("clblast");
+  other.clblast_version = "1.0.0";
+  keep_tuning(other);
+  EXPECT_EQ(preferred_gemm(device), "packed") << "CLBlast of another release would run untuned";
 }
 
 TEST_F(TuningFile, AShippedOneIsForItsKindOfDeviceUnlessTheUserHasMeasured) {

@@ -1,6 +1,7 @@
 // Functions of one number (kernels/nn/activation.cl).
 #pragma once
 #include "host/graph/graph.hpp"
+#include "host/ops/tensor/elementwise.hpp"
 
 namespace clerestory {
 
@@ -9,5 +10,6 @@ enum class Function { Relu, Unit, SignedUnit, Exp, Log, Softplus, Square, Log1p,
 
 Value activate(Value x, Function function);
 inline Value relu(Value x) { return activate(x, Function::Relu); }
+inline Value clamp_to_unit(Value x) { return affine(relu(affine(relu(x), -1, 1)), -1, 1); }
 
 }  // namespace clerestory

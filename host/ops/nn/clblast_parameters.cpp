@@ -1,9 +1,7 @@
 #include "host/ops/nn/clblast_parameters.hpp"
 
 #include <clblast.h>
-#include <link.h>
 
-#include <filesystem>
 #include <mutex>
 #include <unordered_map>
 
@@ -65,21 +63,6 @@ void use(cl_device_id id, Held& h, const ClblastParameters& parameters) {
 }
 
 }  // namespace
-
-std::string clblast_version() {
-  std::string version = "unknown";
-  dl_iterate_phdr(
-      [](dl_phdr_info* library, std::size_t, void* to) {
-        constexpr std::string_view stem = "libclblast.so";
-        std::error_code error;
-        if (!std::filesystem::path(library->dlpi_name).filename().string().starts_with(stem)) return 0;
-        const std::string file = std::filesystem::canonical(library->dlpi_name, error).filename().string();
-        if (file.size() > stem.size() + 1) *static_cast<std::string*>(to) = file.substr(stem.size() + 1);
-        return 1;
-      },
-      &version);
-  return version;
-}
 
 ClblastParameters clblast_defaults(Device& device) {
   const std::lock_guard lock(guard());

@@ -6,9 +6,6 @@
 
 namespace clerestory {
 
-/// Release of the CLBlast that is loaded: "1.5.3"; "unknown" where its file does not say.
-std::string clblast_version();
-
 /// CLBlast's own, of every kernel that its matrix product runs or chooses by.
 ClblastParameters clblast_defaults(Device& device);
 

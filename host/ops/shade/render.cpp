@@ -128,103 +128,162 @@ RenderCounts render_counts(const Tensor& status, const Tensor& tally) {
   return counts;
 }
 
-HostRendered render_with_host_light(Device device, const RenderSpec& spec, const std::map<std::string, Tensor>& feeds,
-                                    std::uint32_t seed, const std::function<void(const HostRays&)>& fill) {
-  const auto feed = [&](const char* name) -> const Tensor& {
-    const auto found = feeds.find(name);
-    if (found == feeds.end()) throw Error(ErrorKind::Failed, "a map is missing", fmt::format("render: {}", name));
-    return found->second;
-  };
-  const Shape picture = feed("depth").shape;
-  const ChunkDomain domain = domain_of(spec, picture);
+namespace {
+
+using Feeds = std::map<std::string, Tensor>;
+
+const Tensor& fed(const Feeds& feeds, const char* name) {
+  const auto found = feeds.find(name);
+  if (found == feeds.end()) throw Error(ErrorKind::Failed, "a map is missing", fmt::format("render: {}", name));
+  return found->second;
+}
+
+Value input(Graph& graph, const Feeds& feeds, const char* name) { return graph.input(name, fed(feeds, name).shape); }
+
+/// Once: what is made of the whole picture.
+struct WholePicture {
+  Graph graph;
+  Value depth, points;
+  SsrtScene scene;
+  Executor executor;
+
+  WholePicture(const Device& device, const RenderSpec& spec, const Feeds& feeds)
+      : depth(input(graph, feeds, "depth")),
+        points(surface_points(depth, input(graph, feeds, "camera"))),
+        scene(traced_scene(spec, depth, input(graph, feeds, "normal"))),
+        executor(compile(graph, made(), device)) {
+    for (const char* name : {"depth", "camera"}) executor.feed(name, fed(feeds, name));
+    if (spec.facing) executor.feed("normal", fed(feeds, "normal"));
+    executor.run();
+  }
+
+  std::vector<Value> made() const {
+    std::vector<Value> values{points, scene.pyramid};
+    if (scene.boxes) values.push_back(scene.boxes);
+    return values;
+  }
+};
+
+/// Before the callback: a chunk's directions, weights, hits.
+struct DrawnRays {
+  Graph graph;
+  SurfaceMaps maps;
+  Value camera;
+  BrdfSamples samples;
+  SsrtHits hits;
+  Executor executor;
+
+  DrawnRays(const Device& device, const RenderSpec& spec, const ChunkDomain& domain, const Feeds& feeds,
+            const WholePicture& whole)
+      : maps{input(graph, feeds, "depth"),
+             {input(graph, feeds, "albedo"), input(graph, feeds, "normal"), input(graph, feeds, "material")}},
+        camera(input(graph, feeds, "camera")),
+        samples(sample_brdf(maps.depth, camera, maps.surfaces, maps.surfaces, domain.chunk_pixels, domain.chunk_samples,
+                            spec.sampling)),
+        hits(spec.trace ? trace(spec, traced(spec, feeds, whole), camera, samples.direction) : SsrtHits{}),
+        executor(compile(graph, made(), device)) {
+    for (const char* name : {"depth", "albedo", "normal", "material", "camera"}) executor.feed(name, fed(feeds, name));
+    if (!spec.trace) return;
+    executor.feed("range", fed(feeds, "range"));
+    executor.bind("pyramid", whole.executor.view(whole.scene.pyramid));
+    if (spec.facing) executor.bind("boxes", whole.executor.view(whole.scene.boxes));
+  }
+
+  Traced traced(const RenderSpec& spec, const Feeds& feeds, const WholePicture& whole) {
+    Traced t{
+        {maps.depth, graph.input("pyramid", whole.scene.pyramid.shape()), {}, {}}, input(graph, feeds, "range"), {}};
+    if (spec.facing) {
+      t.scene.normal = maps.surfaces.normal;
+      t.scene.boxes = graph.input("boxes", whole.scene.boxes.shape(), Type::Int);
+    }
+    return t;
+  }
+
+  std::vector<Value> made() const {
+    std::vector<Value> values{samples.direction, samples.weight, samples.pdf, samples.status};
+    if (hits.u) values.insert(values.end(), {hits.u, hits.pixel});
+    if (samples.lobes) values.insert(values.end(), {samples.lobes.specular, samples.lobes.density});
+    return values;
+  }
+
+  TensorView view(Value value) const { return value ? executor.view(value) : TensorView{}; }
+};
+
+/// After it: sums.
+struct SummedRays {
+  Graph graph;
+  SampleSums sums;
+  Value tally;
+  Executor executor;
+  TensorView radiance;  // for the callback to fill
+
+  SummedRays(Device& device, const RenderSpec& spec, const DrawnRays& drawn)
+      : sums(summed(spec, drawn.samples.weight.shape(), drawn.samples.pdf.shape())),
+        tally(concat(std::vector{sums.tally, sums.first})),
+        executor(compile(graph, {sums.mean, sums.squares, tally}, device)) {
+    const Shape rays = drawn.samples.weight.shape();
+    radiance = {device.allocate(static_cast<std::size_t>(rays.count()) * sizeof(float)), 0,
+                static_cast<int>(rays.item()), rays, Type::Real};
+    executor.bind("radiance", radiance);
+    executor.bind("weight", drawn.view(drawn.samples.weight));
+    executor.bind("pdf", drawn.view(drawn.samples.pdf));
+    if (!spec.trace) return;
+    executor.bind("u", drawn.view(drawn.hits.u));
+    executor.bind("hit", drawn.view(drawn.hits.pixel));
+  }
+
+  SampleSums summed(const RenderSpec& spec, const Shape& rays, const Shape& one) {
+    const Value u = spec.trace ? graph.input("u", one) : Value{};
+    const Value hit = spec.trace ? graph.input("hit", one, Type::Int) : Value{};
+    return accumulate_samples(graph.input("weight", rays), graph.input("radiance", rays), graph.input("pdf", one), u,
+                              hit, spec.spp);
+  }
+};
+
+/// A chunk's columns, to where their pixels lie in a batch of pictures.
+void place(const Tensor& columns, const Chunk& chunk, Tensor& to) {
+  const long plane = to.shape.plane();
+  for (int c = 0; c < columns.shape.c; ++c)
+    for (int p = 0; p < chunk.pixels; ++p) {
+      const long n = (chunk.first_pixel + p) / plane, at = (chunk.first_pixel + p) - n * plane;
+      to.real[static_cast<std::size_t>((n * to.shape.c + c) * plane + at)] = columns.at(0, c, p, 0);
+    }
+}
+
+void check_host_lit(const RenderSpec& spec, const ChunkDomain& domain) {
   if (spec.lamps) throw Error(ErrorKind::Failed, "lamps of another graph", "render_with_host_light");
   if (sample_chunks(domain) > 1)
     throw usage_error("more samples than one chunk holds", "spp", std::to_string(spec.spp),
                       fmt::format("at most {}", spec.chunk_rays));
-  const Shape rays{1, 3, domain.chunk_pixels, domain.chunk_samples},
-      one{1, 1, domain.chunk_pixels, domain.chunk_samples};
+}
 
-  // Once: what is made of the whole picture.
-  Graph whole;
-  const Value whole_depth = whole.input("depth", picture), whole_camera = whole.input("camera", feed("camera").shape);
-  const Value whole_points = surface_points(whole_depth, whole_camera);
-  const SsrtScene whole_scene = traced_scene(spec, whole_depth, whole.input("normal", feed("normal").shape));
-  std::vector<Value> prepared{whole_points, whole_scene.pyramid};
-  if (spec.facing) prepared.push_back(whole_scene.boxes);
-  Executor prepare(compile(whole, prepared, device));
-  for (const char* name : {"depth", "camera"}) prepare.feed(name, feed(name));
-  if (spec.facing) prepare.feed("normal", feed("normal"));
-  prepare.run();
+}  // namespace
 
-  // Before the callback: directions, weights, hits.
-  Graph first;
-  const auto map = [&](const char* name) { return first.input(name, feed(name).shape); };
-  const SurfaceMaps maps{map("depth"), {map("albedo"), map("normal"), map("material")}};
-  const Value camera = map("camera");
-  const BrdfSamples samples =
-      sample_brdf(maps.depth, camera, maps.surfaces, maps.surfaces, rays.h, rays.w, spec.sampling);
-  Traced traced;
-  if (spec.trace) {
-    traced = {{maps.depth, first.input("pyramid", whole_scene.pyramid.shape()), {}, {}}, map("range"), {}};
-    if (spec.facing) {
-      traced.scene.normal = maps.surfaces.normal;
-      traced.scene.boxes = first.input("boxes", whole_scene.boxes.shape(), Type::Int);
-    }
-  }
-  const SsrtHits hits = trace(spec, traced, camera, samples.direction);
-  std::vector<Value> made{samples.direction, samples.weight, samples.pdf, samples.status};
-  if (spec.trace) made.insert(made.end(), {hits.u, hits.pixel});
-  if (samples.lobes) made.insert(made.end(), {samples.lobes.specular, samples.lobes.density});
-  Executor draw(compile(first, made, device));
-  for (const char* name : {"depth", "albedo", "normal", "material", "camera"}) draw.feed(name, feed(name));
-  if (spec.trace) {
-    draw.feed("range", feed("range"));
-    draw.bind("pyramid", prepare.view(whole_scene.pyramid));
-    if (spec.facing) draw.bind("boxes", prepare.view(whole_scene.boxes));
-  }
-
-  // After it: sums.
-  Graph second;
-  const Value u = spec.trace ? second.input("u", one) : Value{};
-  const Value hit = spec.trace ? second.input("hit", one, Type::Int) : Value{};
-  const SampleSums sums = accumulate_samples(second.input("weight", rays), second.input("radiance", rays),
-                                             second.input("pdf", one), u, hit, spec.spp);
-  const Value tally = concat(std::vector{sums.tally, sums.first});
-  Executor sum(compile(second, {sums.mean, sums.squares, tally}, device));
-  const TensorView radiance{device.allocate(static_cast<std::size_t>(rays.count()) * sizeof(float)), 0,
-                            static_cast<int>(rays.item()), rays, Type::Real};
-  sum.bind("radiance", radiance);
-  sum.bind("weight", draw.view(samples.weight));
-  sum.bind("pdf", draw.view(samples.pdf));
-  if (spec.trace) {
-    sum.bind("u", draw.view(hits.u));
-    sum.bind("hit", draw.view(hits.pixel));
-  }
+HostRendered render_with_host_light(Device device, const RenderSpec& spec, const Feeds& feeds, std::uint32_t seed,
+                                    const std::function<void(const HostRays&)>& fill) {
+  const Shape picture = fed(feeds, "depth").shape;
+  const ChunkDomain domain = domain_of(spec, picture);
+  check_host_lit(spec, domain);
+  const WholePicture whole(device, spec, feeds);
+  DrawnRays drawn(device, spec, domain, feeds, whole);
+  SummedRays summed(device, spec, drawn);
 
   HostRendered result;
   const auto channels = [&](int c) { return Tensor(Shape{picture.n, c, picture.h, picture.w}); };
   result.radiance = channels(3), result.status = channels(1), result.tally = channels(kTallies);
   Tensor squares = channels(3);
-  const long plane = picture.plane();
-  for (int pixel = 0; pixel < picture.n * plane; pixel += domain.chunk_pixels) {
-    const Chunk chunk{pixel, static_cast<int>(std::min<long>(domain.chunk_pixels, picture.n * plane - pixel)), 0,
-                      spec.spp};
-    draw.run(seed, chunk);
-    const auto view = [&](Value v) { return v ? draw.view(v) : TensorView{}; };
-    fill({chunk, rays.h, rays.w, prepare.view(whole_points), draw.view(samples.direction), view(samples.lobes.specular),
-          view(samples.lobes.density), view(hits.pixel), radiance});
-    sum.run(seed, chunk);
-    const auto place = [&](const Tensor& columns, Tensor& to) {
-      for (int c = 0; c < columns.shape.c; ++c)
-        for (int p = 0; p < chunk.pixels; ++p) {
-          const long n = (pixel + p) / plane, at = (pixel + p) - n * plane;
-          to.real[static_cast<std::size_t>((n * to.shape.c + c) * plane + at)] = columns.at(0, c, p, 0);
-        }
-    };
-    place(sum.fetch(sums.mean), result.radiance);
-    place(sum.fetch(sums.squares), squares);
-    place(sum.fetch(tally), result.tally);
-    place(draw.fetch(samples.status), result.status);
+  const int pixels = static_cast<int>(picture.n * picture.plane());
+  for (int first = 0; first < pixels; first += domain.chunk_pixels) {
+    const Chunk chunk{first, std::min(domain.chunk_pixels, pixels - first), 0, spec.spp};
+    drawn.executor.run(seed, chunk);
+    fill({chunk, domain.chunk_pixels, domain.chunk_samples, whole.executor.view(whole.points),
+          drawn.view(drawn.samples.direction), drawn.view(drawn.samples.lobes.specular),
+          drawn.view(drawn.samples.lobes.density), drawn.view(drawn.hits.pixel), summed.radiance});
+    summed.executor.run(seed, chunk);
+    place(summed.executor.fetch(summed.sums.mean), chunk, result.radiance);
+    place(summed.executor.fetch(summed.sums.squares), chunk, squares);
+    place(summed.executor.fetch(summed.tally), chunk, result.tally);
+    place(drawn.executor.fetch(drawn.samples.status), chunk, result.status);
   }
 
   Graph last;
