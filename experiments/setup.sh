@@ -3,7 +3,7 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 packages=(g++ cmake ninja-build pkg-config ccache
   opencl-clhpp-headers ocl-icd-opencl-dev pocl-opencl-icd libclblast-dev
-  libopenimageio-dev libopenexr-dev zlib1g-dev libtinygltf-dev libdraco-dev libstb-dev libembree-dev libhdf5-dev
+  libopenimageio-dev libopenexr-dev zlib1g-dev libtinygltf-dev libdraco-dev libembree-dev libhdf5-dev
   libglm-dev libtomlplusplus-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev libgtest-dev libgmock-dev gnuplot-nox)
 
 install_packages() {

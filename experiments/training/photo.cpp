@@ -22,17 +22,19 @@ enum Purpose : std::uint64_t {
   contrast_draw,
   gamma_draw,
   radius_draw,
-  angle_draw
+  angle_draw,
+  quality_draw
 };
 
-constexpr double kMostFallOff = 0.4;     // of light in the corners
-constexpr double kMostBlur = 0.8;        // pixels of the nets' input
-constexpr double kMostTint = 0.15;       // ln of the gain of red and of blue
-constexpr double kMostShotNoise = 2e-3;  // variance over signal, white at 1
-constexpr double kMostReadNoise = 1e-2;  // standard deviation
-constexpr double kMostContrast = 0.5;    // part of the smooth step in the tone curve
-constexpr double kMostGamma = 0.15;      // |ln| of the exponent beside 1 / 2.2
-constexpr double kPhotoGamma = 2.2;      // of pictures that are read
+constexpr double kMostFallOff = 0.4;                      // of light in the corners
+constexpr double kMostBlur = 0.8;                         // pixels of the nets' input
+constexpr double kMostTint = 0.15;                        // ln of the gain of red and of blue
+constexpr double kMostShotNoise = 2e-3;                   // variance over signal, white at 1
+constexpr double kMostReadNoise = 1e-2;                   // standard deviation
+constexpr double kMostContrast = 0.5;                     // part of the smooth step in the tone curve
+constexpr double kMostGamma = 0.15;                       // |ln| of the exponent beside 1 / 2.2
+constexpr double kLeastQuality = 50, kMostQuality = 100;  // of a JPEG of the nets' size
+constexpr double kPhotoGamma = 2.2;                       // of pictures that are read
 
 double between(double low, double high, std::uint64_t key, Purpose purpose) {
   return low + (high - low) * keyed_uniform(key, 0, purpose);
@@ -84,15 +86,18 @@ void add_noise(Image& image, std::uint64_t key) {
   }
 }
 
-/// What eight bits keep of the tone curve, read as the nets' pictures are.
+/// What a JPEG keeps of the tone curve in eight bits, read as the nets' pictures are.
 void develop(Image& image, std::uint64_t key) {
   const double contrast = between(0, kMostContrast, key, contrast_draw);
   const double gamma = std::exp(between(-kMostGamma, kMostGamma, key, gamma_draw)) / kPhotoGamma;
   for (float& v : image.data) {
     const double encoded = std::pow(std::clamp(static_cast<double>(v), 0.0, 1.0), gamma);
     const double toned = encoded + contrast * (encoded * encoded * (3 - 2 * encoded) - encoded);
-    v = static_cast<float>(std::pow(std::round(255 * toned) / 255, kPhotoGamma));
+    v = static_cast<float>(toned);
   }
+  const int quality = static_cast<int>(std::lround(between(kLeastQuality, kMostQuality, key, quality_draw)));
+  image = decode_image(encode_jpeg(image, quality, Encoding::Linear, "photo.jpg"), "photo.jpg");
+  for (float& v : image.data) v = static_cast<float>(std::pow(static_cast<double>(v), kPhotoGamma));
 }
 
 void scale(Image& image, double r, double g, double b) {

@@ -154,9 +154,7 @@ class Bytes : public OIIO::Filesystem::IOMemReader {
   }
 };
 
-Decoded decode(const std::filesystem::path& path) {
-  const std::string where = path.string();
-  std::string bytes = read_file(path);
+Decoded decode(const std::string& bytes, const std::string& where) {
   const Format format = format_of(bytes, where);
   Bytes reader(bytes);
   const auto input = OIIO::ImageInput::create(format.plugin);
@@ -191,6 +189,8 @@ Decoded decode(const std::filesystem::path& path) {
   return out;
 }
 
+Decoded decode(const std::filesystem::path& path) { return decode(read_file(path), path.string()); }
+
 std::string list(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 }  // namespace
@@ -224,6 +224,8 @@ std::string place_of(const Image& image, std::size_t index) {
 }
 
 Image read_image(const std::filesystem::path& path) { return decode(path).image; }
+
+Image decode_image(const std::string& bytes, const std::string& where) { return decode(bytes, where).image; }
 
 std::pair<Image, bool> read_image_and_alpha(const std::filesystem::path& path) {
   Decoded decoded = decode(path);

@@ -49,6 +49,9 @@ constexpr std::uint64_t max_image_values = std::uint64_t{1} << 28;
 /// `max_image_values` or more than the file can hold (checked before memory is taken).
 Image read_image(const std::filesystem::path& path);
 
+/// The same of a file in memory, which messages call `where`.
+Image decode_image(const std::string& bytes, const std::string& where);
+
 /// The same, and whether alpha was dropped.
 std::pair<Image, bool> read_image_and_alpha(const std::filesystem::path& path);
 
@@ -88,5 +91,7 @@ void write_png(const std::filesystem::path& path, const Image& image, Encoding e
 
 /// The PNG itself in memory, for a report that embeds it.
 std::string encode_png(const Image& image, Encoding encoding, const std::string& where);
+/// Alike a JPEG, of quality 1 to 100, with colour at half the size as cameras keep it.
+std::string encode_jpeg(const Image& image, int quality, Encoding encoding, const std::string& where);
 
 }  // namespace clerestory

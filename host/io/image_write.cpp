@@ -122,10 +122,10 @@ void write_exr(const std::filesystem::path& path, const Image& image, ExrType ty
   write_file(path, bytes);
 }
 
-std::string encode_png(const Image& image, Encoding encoding, const std::string& where) {
-  check_to_write(image, where);
-  if (image.channels != 1 && image.channels != 3)
-    throw Error(ErrorKind::Failed, "a PNG has one or three channels", where, fmt::format("{}", image.channels));
+namespace {
+
+/// Pixels as 8-bit formats have them, channels side by side.
+std::vector<unsigned char> codes_of(const Image& image, Encoding encoding, const std::string& where) {
   std::vector<unsigned char> codes(image.data.size());
   for (std::size_t i = 0; i < image.data.size(); ++i) {
     const float value = image.data[i];
@@ -133,19 +133,41 @@ std::string encode_png(const Image& image, Encoding encoding, const std::string&
       throw Error(ErrorKind::Failed, "a value to write is not finite", where,
                   fmt::format("{} at {}", value, place_of(image, i)));
     const float v = std::clamp(value, 0.0f, 1.0f);
-    const std::size_t to = i % image.pixels() * image.channels + i / image.pixels();  // PNG interleaves channels
+    const std::size_t to = i % image.pixels() * image.channels + i / image.pixels();
     codes[to] =
         static_cast<unsigned char>(std::lround(255 * (encoding == Encoding::Gamma ? std::pow(v, 1 / 2.2f) : v)));
   }
+  return codes;
+}
+
+/// `format`: "png", or "jpeg" with its quality in `compression`.
+std::string encode_8bit(const Image& image, const char* format, const std::string& compression, Encoding encoding,
+                        const std::string& where) {
+  check_to_write(image, where);
+  if (image.channels != 1 && image.channels != 3)
+    throw Error(ErrorKind::Failed, fmt::format("a {} has one or three channels", format), where,
+                fmt::format("{}", image.channels));
+  const std::vector<unsigned char> codes = codes_of(image, encoding, where);
   std::vector<unsigned char> buffer;
   OIIO::Filesystem::IOVecOutput proxy(buffer);
-  const auto output = OIIO::ImageOutput::create("png");
-  if (!output) throw Error(ErrorKind::Failed, "no encoder for PNG", where);
+  const auto output = OIIO::ImageOutput::create(format);
+  if (!output) throw Error(ErrorKind::Failed, fmt::format("no encoder for {}", format), where);
   output->set_ioproxy(&proxy);
-  const OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeUInt8);
+  OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeUInt8);
+  if (!compression.empty()) spec.attribute("Compression", compression);
   if (!output->open(where, spec) || !output->write_image(OIIO::TypeUInt8, codes.data()) || !output->close())
     throw Error(ErrorKind::Failed, "encoding failed: " + output->geterror(), where);
   return {buffer.begin(), buffer.end()};
+}
+
+}  // namespace
+
+std::string encode_png(const Image& image, Encoding encoding, const std::string& where) {
+  return encode_8bit(image, "png", "", encoding, where);
+}
+
+std::string encode_jpeg(const Image& image, int quality, Encoding encoding, const std::string& where) {
+  return encode_8bit(image, "jpeg", fmt::format("jpeg:{}", quality), encoding, where);
 }
 
 void write_png(const std::filesystem::path& path, const Image& image, Encoding encoding) {

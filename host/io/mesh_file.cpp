@@ -1,8 +1,7 @@
-// glTF through tinygltf. Its own Draco path indexes with numbers of the file unchecked, so it is switched off here and
+// glTF through tinygltf. Its own Draco path indexes with numbers of the file unchecked, so it stays switched off and
 // Draco's streams are decoded below; parts of a file that hold no geometry are cut out before it sees them.
 #include "host/io/mesh_file.hpp"
 
-#undef TINYGLTF_ENABLE_DRACO
 #define TINYGLTF_IMPLEMENTATION
 #define TINYGLTF_NO_STB_IMAGE
 #define TINYGLTF_NO_STB_IMAGE_WRITE

@@ -212,6 +212,23 @@ TEST(Photo, ExposureOfTheSceneDoesNotMatterAndBrightStaysBrighter) {
   }
 }
 
+// Noise and focus alone do not make blocks: pictures differ from cells of 8x8 to cells more than within them.
+TEST(Photo, IsAJpeg) {
+  double across = 0, within = 0;
+  for (std::uint64_t key = 0; key < 40; ++key) {
+    const Image photo = as_photographed(gradient(128, 96), key);
+    for (int y = 0; y < photo.height; ++y)
+      for (int x = 1; x + 1 < photo.width; ++x) {
+        const double bend =
+            std::abs(2.0 * static_cast<double>(photo.at(1, y, x)) - static_cast<double>(photo.at(1, y, x - 1)) -
+                     static_cast<double>(photo.at(1, y, x + 1)));
+        if (x % 8 == 0 || x % 8 == 7) across += bend / 2;
+        if (x % 8 == 3 || x % 8 == 4) within += bend / 2;
+      }
+  }
+  EXPECT_GT(across, 1.05 * within);
+}
+
 TEST(Photo, OfABlackPictureIsFinite) {
   const Image photo = as_photographed(Image(8, 6, 3), 5);
   for (const float v : photo.data) EXPECT_TRUE(std::isfinite(v) && v >= 0);

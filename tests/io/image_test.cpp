@@ -315,6 +315,31 @@ TEST_F(Images, OrientationOfRadianceFiles) {
       }
 }
 
+// Of a size that blocks of 16 do not divide: the rest of a block is nobody's.
+TEST_F(Images, AJpegInMemoryKeepsWhatItsQualitySays) {
+  Image picture(37, 29, 3);
+  for (int c = 0; c < 3; ++c)
+    for (int y = 0; y < 29; ++y)
+      for (int x = 0; x < 37; ++x)
+        picture.at(c, y, x) = 0.2f + 0.012f * static_cast<float>(x) + 0.004f * static_cast<float>(y * (c + 1));
+  const auto error = [&](int quality) {
+    const Image read = decode_image(encode_jpeg(picture, quality, Encoding::Linear, "a.jpg"), "a.jpg");
+    EXPECT_EQ(read.width, 37);
+    EXPECT_EQ(read.height, 29);
+    double sum = 0;
+    for (std::size_t i = 0; i < picture.data.size(); ++i)
+      sum += std::pow(static_cast<double>(read.data[i]) - static_cast<double>(picture.data[i]), 2);
+    return std::sqrt(sum / static_cast<double>(picture.data.size()));
+  };
+  EXPECT_LT(error(100), 3.0 / 255) << "colours at half the size, and the rounding of two transforms";
+  EXPECT_GT(error(5), 2 * error(95));
+  const Image grey = decode_image(encode_jpeg(Image(9, 7, 1, 0.5f), 90, Encoding::Linear, "g.jpg"), "g.jpg");
+  EXPECT_EQ(grey.channels, 1);
+  for (const float v : grey.data) EXPECT_NEAR(v, 0.5, 1.5 / 255);
+  expect_error([&] { decode_image(encode_jpeg(picture, 90, Encoding::Linear, "a").substr(0, 400), "half"); },
+               {"half", "Premature end"});
+}
+
 TEST_F(Images, APartOfAPictureIsRefused) {
   OIIO::ImageSpec part(2, 2, 3, OIIO::TypeFloat);
   part.x = 1, part.y = 1, part.full_width = 4, part.full_height = 3;
