@@ -128,6 +128,8 @@ void check_views(const Manifest& manifest, const fs::path& room, const SayProble
     problem(view_file(room, id, "im"), missing ? "the view is missing" : "the view is none of the set");
   });
   for (const std::string& id : ids) {
+    if (!fs::exists(view_file(room, id, "im"))) continue;  // said above
+    checked(problem, [&] { read_view(room, id); });
     checked(problem, [&] { read_camera(view_file(room, id, "camera", "json")); });
     checked(problem, [&] { read_map(view_file(room, id, "emission"), 3); });
     checked(problem, [&] { read_map(view_file(room, id, "variance"), 3); });

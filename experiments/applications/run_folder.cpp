@@ -174,9 +174,10 @@ void ResultFiles::commit(Provenance& provenance) const {
     provenance.outputs.push_back(record_file(staged(file)));
     provenance.outputs.back().path = file.filename().string();
   }
-  write_provenance(staged(record_), provenance);  // all are written before the first is in its place
+  AtomicFile record(record_);
+  record.write(provenance_json(provenance));  // all are written before the first is in its place
   for (const fs::path& file : results_) fs::rename(staged(file), file);
-  fs::rename(staged(record_), record_);
+  record.commit();
 }
 
 }  // namespace clerestory

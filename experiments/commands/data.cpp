@@ -152,7 +152,9 @@ std::vector<DataCheck> check_set(const DataArguments& arguments) {
   for (std::size_t i = 0; i < checks.size(); ++i)
     check_split(manifest, manifest.splits[i], dir, manifest.splits[i].rooms,
                 [&](const std::filesystem::path& file, const std::string& what) {
-                  checks[i].problems.push_back({file.string(), what});
+                  const auto same = [&](const auto& p) { return p.file == file.string() && p.what == what; };
+                  auto& known = checks[i].problems;
+                  if (std::ranges::none_of(known, same)) known.push_back({file.string(), what});
                 });
   return checks;
 }

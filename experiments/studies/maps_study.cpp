@@ -98,8 +98,8 @@ class MapsStudy : public RoomStudy {
 
   std::string conditions() const {
     return fmt::format(
-        "{} rooms of {}, one photograph of {}x{} each, {} samples a pixel, clipped at white and stored in 8 bits; ± "
-        "half the interval of 95 % by a bootstrap over rooms.",
+        "{} rooms of {}, one photograph of {}x{} each, {} samples a pixel, clipped at white and stored in 8 bits; "
+        "interval of 95 % by a bootstrap over rooms, ± half of it or from and up to.",
         found().rooms(), rooms_.file.filename().string(), config_.integer("data.width"), config_.integer("data.height"),
         config_.integer("data.spp"));
   }

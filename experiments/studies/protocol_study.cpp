@@ -121,8 +121,9 @@ class ProtocolStudy : public StudyRun {
 
   std::string conditions() const {
     return fmt::format(
-               "By the conventions of Zhu et al. 2022 (docs/commands.md); mean over pictures ± half the interval of 95 "
-               "% by a bootstrap over them. Our rooms: {} of {}, {}x{}, {} samples a pixel.",
+               "By the conventions of Zhu et al. 2022 (docs/commands.md); mean over pictures and its interval of 95 % "
+               "by a bootstrap over them, ± half of it or from and up to. Our rooms: {} of {}, {}x{}, {} samples a "
+               "pixel.",
                rooms_.seeds.size(), rooms_.file.filename().string(), config_.integer("data.width"),
                config_.integer("data.height"), config_.integer("data.spp")) +
            lacking();

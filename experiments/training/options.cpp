@@ -191,7 +191,7 @@ std::vector<JudgingList> lists_of(const Config& c) {
   for (const std::string& name : c.texts("data.photographed")) {
     const auto found = std::ranges::find(lists, name, &JudgingList::name);
     if (found == lists.end()) throw usage_error("is no list of data.lists", c.where("data.photographed"), name);
-    lists.push_back({name + ", photographed", found->folder, true});
+    lists.push_back({name + ", photographed as JPEG", found->folder, true});
   }
   return lists;
 }

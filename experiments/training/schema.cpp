@@ -76,10 +76,10 @@ void add_data_keys(Schema& s) {
   s.reals("data.exposure", {0.85, 0.95},
           "range of the 95th percentile of luminance, drawn anew each time; 0.9 is what inference uses", {0.01, 10});
 
-  s.real(
-      "data.photographs", 0,
-      "share of the views seen through a camera: clipping, white balance, tone curve, noise, blur, vignetting (maps)",
-      {0, 1});
+  s.real("data.photographs", 0,
+         "share of the views seen through a camera: clipping, white balance, tone curve, noise, blur, vignetting, JPEG "
+         "(maps)",
+         {0, 1});
   s.real("data.painted", 0, "share of the views that have other colours and patterns each time they are seen (maps)",
          {0, 1})
       .later();

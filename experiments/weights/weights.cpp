@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <deque>
 #include <set>
 
 #include "experiments/weights/imported.hpp"
@@ -170,17 +171,17 @@ void write_weights(const std::filesystem::path& path, const States& states, cons
 
 void write_light(const std::filesystem::path& folder, const States& states, const History& history,
                  const WeightsFacts& facts) {
-  const auto unfinished = [&](const std::string& part) { return light_file(folder, part).string() + ".partial"; };
+  std::deque<AtomicFile> files;  // all are written before one is in its place: a pair of unlike parts is none
   for (const std::string part : light_parts) {
     WeightsFacts own = facts;
     std::erase_if(own.states, [&](const auto& state) { return !state.first.starts_with(part + "."); });
     TensorFile file = weights_of(states, history, own);
     file.metadata["kind"] = "light", file.metadata["part"] = part, file.metadata[kGain] = facts_text(facts.gain);
     store_moments(file, facts.moments, part + ".");
-    write_safetensors(unfinished(part), file, FloatStorage::F16);
+    const std::filesystem::path path = light_file(folder, part);
+    write_safetensors(files.emplace_back(path), path.string(), file, FloatStorage::F16);
   }
-  // Both are written before either is in its place: a pair of unlike parts is none.
-  for (const std::string part : light_parts) std::filesystem::rename(unfinished(part), light_file(folder, part));
+  for (AtomicFile& file : files) file.commit();
 }
 
 std::vector<std::filesystem::path> weights_files(const std::filesystem::path& path) {

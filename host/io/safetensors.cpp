@@ -270,8 +270,7 @@ TensorFile read_finite_safetensors(const std::filesystem::path& path) {
   return file;
 }
 
-void write_safetensors(const std::filesystem::path& path, const TensorFile& file, FloatStorage storage) {
-  const std::string where = path.string();
+void write_safetensors(AtomicFile& out, const std::string& where, const TensorFile& file, FloatStorage storage) {
   std::vector<Stored> order;
   for (const auto& [name, tensor] : file.tensors) {
     if (name == metadata_key) throw Error(ErrorKind::Failed, "this name is taken by the format", where, name);
@@ -300,11 +299,15 @@ void write_safetensors(const std::filesystem::path& path, const TensorFile& file
   }
   text.resize((text.size() + 7) / 8 * 8, ' ');
 
-  AtomicFile out(path);
   const std::uint64_t header_bytes = text.size();
   out.write(&header_bytes, 8);
   out.write(text);
   for (const Stored& s : order) out.write(s.bytes());
+}
+
+void write_safetensors(const std::filesystem::path& path, const TensorFile& file, FloatStorage storage) {
+  AtomicFile out(path);
+  write_safetensors(out, path.string(), file, storage);
   out.commit();
 }
 

@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "host/io/files.hpp"
+
 namespace clerestory {
 
 struct StoredTensor {
@@ -51,7 +53,9 @@ TensorFile read_finite_safetensors(const std::filesystem::path& path);
 
 enum class FloatStorage { F32, F16 };
 /// Writes wide types first and equal ones in the order of their names, so equal content gives equal bytes. F16 rounds
-/// to nearest even and throws Error on a finite value beyond 65504. Atomic.
+/// to nearest even and throws Error on a finite value beyond 65504. Atomic: both of two files that belong together by
+/// writing them before either is committed.
+void write_safetensors(AtomicFile& out, const std::string& where, const TensorFile& file, FloatStorage storage);
 void write_safetensors(const std::filesystem::path& path, const TensorFile& file,
                        FloatStorage storage = FloatStorage::F32);
 

@@ -163,7 +163,7 @@ TEST_F(TrainingRun, StreamedItEndsInTheSameBitsWhenKilledAndIsJudgedByLists) {
   ASSERT_EQ(last.lists.size(), 2u);
   EXPECT_EQ(last.lists[0].list, "flat");
   EXPECT_EQ(last.lists[0].views, 11);  // of train.txt and of val.txt
-  EXPECT_EQ(last.lists[1].list, "flat, photographed");
+  EXPECT_EQ(last.lists[1].list, "flat, photographed as JPEG");
   EXPECT_NE(last.lists[0].errors, last.lists[1].errors);
   EXPECT_THAT(text_of(resumed.folder / "report.html"), HasSubstr("flat, photographed"));
 
