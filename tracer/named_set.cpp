@@ -129,9 +129,9 @@ void check_views(const Manifest& manifest, const fs::path& room, const SayProble
   });
   for (const std::string& id : ids) {
     if (!fs::exists(view_file(room, id, "im"))) continue;  // said above
-    checked(problem, [&] { read_view(room, id); });
-    checked(problem, [&] { read_camera(view_file(room, id, "camera", "json")); });
-    checked(problem, [&] { read_map(view_file(room, id, "emission"), 3); });
+    checked(problem, [&] { read_view(room, id); });        // with camera and emission where they are there
+    for (const fs::path& file : {view_file(room, id, "camera", "json"), view_file(room, id, "emission")})
+      if (!fs::exists(file)) problem(file, "is missing");
     checked(problem, [&] { read_map(view_file(room, id, "variance"), 3); });
     if (!manifest.light.wanted) continue;
     checked(problem, [&] { read_envmaps(room, id, manifest.views.width, manifest.views.height); });

@@ -24,8 +24,16 @@ struct WeightsArguments {
   std::optional<double> gain;
 };
 
+/// What is read is looked for among the data that come with the program, too.
+WeightsArguments with_found_paths(WeightsArguments arguments) {
+  for (std::filesystem::path* path : {&arguments.file, &arguments.picture})
+    if (!path->empty()) *path = found_data(*path);
+  for (std::string& file : arguments.files) file = found_data(file).string();
+  return arguments;
+}
+
 void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
-  const TensorFile file = read_safetensors(found_data(arguments.file));
+  const TensorFile file = read_safetensors(arguments.file);
   std::size_t numbers = 0;
   nlohmann::ordered_json out;
   std::string text, not_finite_text;
@@ -46,7 +54,7 @@ void inspect(const WeightsArguments& arguments, const CommonOptions& common) {
   out["numbers"] = numbers;
   out["checksums"] = file.checksummed;
   text += fmt::format("\n{} tensors, {} numbers, {} bytes\n", file.tensors.size(), numbers,
-                      std::filesystem::file_size(found_data(arguments.file)));
+                      std::filesystem::file_size(arguments.file));
   text += file.checksummed ? "checksums agree\n" : "no checksums: damage to this file would not be found\n";
   text += not_finite_text;
   if (!common.json || !common.json->empty()) std::fputs(terminal_text(text).c_str(), stdout);
@@ -63,13 +71,12 @@ void export_maps(const WeightsArguments& arguments, Device device) {
   if (arguments.gain)
     throw usage_error("a gain is of the light out of view, and these are weights of maps", "--gain",
                       fmt::format("{}", *arguments.gain), "none");
-  const LoadedWeights loaded = load_weights(found_data(arguments.file), std::move(device));
-  if (loaded.history.legs.empty())
-    throw usage_error("the file says nothing of its training", found_data(arguments.file).string());
+  const LoadedWeights loaded = load_weights(arguments.file, std::move(device));
+  if (loaded.history.legs.empty()) throw usage_error("the file says nothing of its training", arguments.file.string());
   const std::filesystem::path folder = arguments.out.has_parent_path() ? arguments.out.parent_path() : ".";
   make_directories(folder);
   check_weights_folder(folder, {arguments.out});
-  write_maps(arguments.out, loaded, read_moments(found_data(arguments.file)));
+  write_maps(arguments.out, loaded, read_moments(arguments.file));
   std::printf("%s\n%s\n", arguments.out.c_str(), write_folder_card(folder, arguments.out).c_str());
 }
 
@@ -87,27 +94,26 @@ void export_light(const WeightsArguments& arguments, Device device) {
   if (arguments.out.extension() == ".safetensors")
     throw usage_error("the light's weights are two files, and OUT the folder for both", "OUT", arguments.out.string(),
                       "a folder such as nets/weights");
-  const LoadedLight loaded = load_light(found_data(arguments.file), std::move(device));
+  const LoadedLight loaded = load_light(arguments.file, std::move(device));
   const double gain = gain_of(arguments, loaded.net);
   make_directories(arguments.out);
   check_weights_folder(arguments.out, weights_files(arguments.out));
   write_light(arguments.out, *loaded.states, loaded.history,
               {loaded.preset, light_text(loaded.net), loaded.size, loaded.history.legs.back().commit,
-               light_states(loaded.net), read_moments(found_data(arguments.file)), gain});
+               light_states(loaded.net), read_moments(arguments.file), gain});
   for (const std::filesystem::path& file : weights_files(arguments.out)) std::printf("%s\n", file.c_str());
   std::printf("%s\n", write_folder_card(arguments.out, arguments.out / "maps.safetensors").c_str());
 }
 
 void export_weights(const WeightsArguments& arguments, const CommonOptions& common) {
-  const bool light = read_history(weights_files(found_data(arguments.file))[0]).kind() == "light";
+  const bool light = read_history(weights_files(arguments.file)[0]).kind() == "light";
   (light ? export_light : export_maps)(arguments, Device::open(common.device));
 }
 
 void average(const WeightsArguments& arguments, const CommonOptions& common) {
   if (std::filesystem::exists(arguments.out))
     throw usage_error("is there already", "OUT", arguments.out.string(), "a new file");
-  std::vector<std::filesystem::path> files;
-  for (const std::string& file : arguments.files) files.push_back(found_data(file));
+  const std::vector<std::filesystem::path> files(arguments.files.begin(), arguments.files.end());
   const LoadedWeights mean = average_weights(files, Device::open(common.device));
   if (arguments.out.has_parent_path()) make_directories(arguments.out.parent_path());
   write_maps(arguments.out, mean, read_moments(files.back()));
@@ -118,7 +124,7 @@ void average(const WeightsArguments& arguments, const CommonOptions& common) {
 void import_weights(const WeightsArguments& arguments, const CommonOptions& common) {
   if (std::filesystem::exists(arguments.out) && !is_imported(arguments.out))
     throw usage_error("is there already, and no import wrote it", arguments.out.string(), "", "another name");
-  const ImportedNet imported = import_net(found_data(arguments.file));
+  const ImportedNet imported = import_net(arguments.file);
   if (arguments.out.has_parent_path()) make_directories(arguments.out.parent_path());
   write_safetensors(arguments.out, imported.file);
   std::size_t numbers = 0;
@@ -136,10 +142,10 @@ void import_weights(const WeightsArguments& arguments, const CommonOptions& comm
 void write_features(const WeightsArguments& arguments, const CommonOptions& common) {
   if (std::filesystem::exists(arguments.out))
     throw usage_error("is there already", "OUT", arguments.out.string(), "a new file");
-  const Photo photo = read_photo(found_data(arguments.picture));
+  const Photo photo = read_photo(arguments.picture);
   Device device = Device::open(common.device);
   device.use_gemm(common.gemm);
-  write_safetensors(arguments.out, imported_features(found_data(arguments.file), photo.image, device));
+  write_safetensors(arguments.out, imported_features(arguments.file, photo.image, device));
   std::printf("%s\n", arguments.out.c_str());
 }
 
@@ -151,7 +157,7 @@ void add_weights_commands(CommandLine& line) {
   line.add("weights inspect", "What a file holds: metadata, and each tensor with its shape")
       .argument("FILE", "Weights or checkpoint (.safetensors)", arguments->file)
       .common({Common::Json, Common::Quiet})
-      .run([arguments](const CommonOptions& common) { inspect(*arguments, common); });
+      .run([arguments](const CommonOptions& common) { inspect(with_found_paths(*arguments), common); });
   line.add("weights export",
            "Weights for inference in half precision, with CARD.md and plots of validation beside them")
       .argument("FILE", "Checkpoint or weights of `clerestory train`, or a folder with the light's two files",
@@ -165,7 +171,7 @@ void add_weights_commands(CommandLine& line) {
               "as FILE says",
               arguments->gain)
       .common({Common::Device, Common::Quiet})
-      .run([arguments](const CommonOptions& common) { export_weights(*arguments, common); });
+      .run([arguments](const CommonOptions& common) { export_weights(with_found_paths(*arguments), common); });
   line.add("weights average", "The mean of weights of maps that legs of one training left: often better than each")
       .argument("OUT", "What to write, in half precision, with second moments and mean maps of the last FILE",
                 arguments->out)
@@ -175,19 +181,19 @@ void add_weights_commands(CommandLine& line) {
           "Nobody has judged the mean yet: `clerestory train CONFIG --init OUT train.steps=1 train.rate=0` does, with\n"
           "model.width and model.height as FILE has them, and `weights export` of that run writes its card.")
       .common({Common::Device, Common::Quiet})
-      .run([arguments](const CommonOptions& common) { average(*arguments, common); });
+      .run([arguments](const CommonOptions& common) { average(with_found_paths(*arguments), common); });
   line.add("weights import", "Weights that torchvision's DenseNet121, ResNet34 or VGG16 learned elsewhere, as ours")
       .argument("FILE", "Its state_dict(), saved as safetensors", arguments->file)
       .argument("OUT", "What to write: for `train --init` (DenseNet121, ResNet34) or loss.perceptual_weights (VGG16)",
                 arguments->out)
       .common({Common::Json, Common::Quiet})
-      .run([arguments](const CommonOptions& common) { import_weights(*arguments, common); });
+      .run([arguments](const CommonOptions& common) { import_weights(with_found_paths(*arguments), common); });
   line.add("weights features", "What an imported net makes of a picture, to be compared with torchvision's")
       .argument("FILE", "What `weights import` wrote", arguments->file)
       .argument("PICTURE", "PNG, JPEG, EXR or HDR", arguments->picture)
       .argument("OUT", "Features of each level (.safetensors)", arguments->out)
       .common({Common::Device, Common::Gemm, Common::Quiet})
-      .run([arguments](const CommonOptions& common) { write_features(*arguments, common); });
+      .run([arguments](const CommonOptions& common) { write_features(with_found_paths(*arguments), common); });
 }
 
 }  // namespace clerestory

@@ -172,8 +172,8 @@ class LayerStudy : public StudyRun {
         "{} rooms of one view, true maps, {}x{}, light = {}, {} seeds. Ours: {}, {} points; the paper's: hemisphere "
         "visible normals, independent points. Glossy: roughness below {}; error: mean over views of relMSE (eps 0.01) "
         "over pixels that do not emit, beside {} samples of the same light, whose noise is in it. Samples: mean over "
-        "views, and the fewest "
-        "of one, whose error weighs most. Times ours: glossy error over that of ours at equal time",
+        "views, and the fewest of one, whose error weighs most. Times ours: glossy error over that of ours at equal "
+        "time",
         config_.integer("data.rooms"), config_.integer("data.width"), config_.integer("data.height"), ours_.light,
         config_.integer("study.seeds"), ours_.sampler, ours_.points, config_.real("study.glossy_below"),
         config_.integer("study.truth_spp"));

@@ -78,8 +78,8 @@ void put_rays(LightBatch& batch, const LightRays& rays, int samples, const std::
 /// The coarse grid of pixels that are rendered again.
 void put_shading(LightBatch& batch, const Prepared& p, const LightTrainingOptions& o, std::uint64_t key,
                  const std::string& at) {
-  const int stride = p.image.width / o.shade_width;
-  if (stride * o.shade_width != p.image.width || stride * o.shade_height != p.image.height)
+  const int stride = shade_stride(o, p.image.width, p.image.height);
+  if (stride == 0)
     throw usage_error("the grid that is rendered again does not divide the view", "light.shade_width",
                       fmt::format("{}x{}", o.shade_width, o.shade_height),
                       fmt::format("one step along both sides of {}x{}", p.image.width, p.image.height));
@@ -169,6 +169,11 @@ std::map<std::string, Tensor> ray_tensors(const LightRays& rays, int samples) {
   return {{"points", planar(rays.points)},
           {"directions", planar(rays.directions)},
           {"skip", Tensor::of_int({1, 1, rows, samples}, rays.skip)}};
+}
+
+int shade_stride(const LightTrainingOptions& options, int width, int height) {
+  const int stride = width / options.shade_width;
+  return stride * options.shade_width == width && stride * options.shade_height == height ? stride : 0;
 }
 
 LightBatch light_batch(const std::vector<std::shared_ptr<const LightView>>& views, const LightTrainingOptions& o,

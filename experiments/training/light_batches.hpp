@@ -34,6 +34,10 @@ LightRays draw_rays(const LightView& view, int rows, int samples, double probe_r
 /// "points", "directions" {1, 3, rows, samples} and "skip" {1, 1, rows, samples} as the light's graphs take them.
 std::map<std::string, Tensor> ray_tensors(const LightRays& rays, int samples);
 
+/// Steps between the pixels that are rendered again, along both sides of a view of that size; 0 where the grid does not
+/// divide it.
+int shade_stride(const LightTrainingOptions& options, int width, int height);
+
 /// Views side by side; `keys` key what is drawn for each: rays, mirroring, exposure, clipping, the coarse grid's place.
 /// Throws usage_error when the coarse grid does not divide the view evenly.
 LightBatch light_batch(const std::vector<std::shared_ptr<const LightView>>& views, const LightTrainingOptions& options,

@@ -139,12 +139,9 @@ LightTrainingOptions light_step_of(const Config& c, const Size& size, const Trai
     step.weights.out_of_view = step.weights.irradiance = 0;
     step.shade_width = step.shade_height = 0;
   }
-  if (step.weights.rerender > 0 && step.shade_width > 0) {
-    const int stride = size.width / step.shade_width;
-    forbid(stride * step.shade_width != size.width || stride * step.shade_height != size.height, c, "light.shade_width",
-           "the grid that is rendered again does not divide the view",
-           fmt::format("one step along both sides of {}x{}", size.width, size.height));
-  }
+  forbid(step.weights.rerender > 0 && step.shade_width > 0 && shade_stride(step, size.width, size.height) == 0, c,
+         "light.shade_width", "the grid that is rendered again does not divide the view",
+         fmt::format("one step along both sides of {}x{}", size.width, size.height));
   step.radiance = radiance_loss_of(c.text("loss.radiance"));
   step.adam.beta1 = train.beta1, step.adam.beta2 = train.beta2, step.average = train.average;
   return step;

@@ -93,37 +93,6 @@ std::string encode_exr(const Image& image, ExrType type, const std::vector<std::
   return stream.bytes();
 }
 
-}  // namespace
-
-bool fits_half(const Image& image) {
-  float largest = 0;
-  for (const float v : image.data)
-    if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
-  return !overflows_half(largest) && (largest == 0 || largest >= kDark);
-}
-
-void write_exr(const std::filesystem::path& path, const Image& image, ExrType type, std::vector<std::string> names,
-               const ExrText& text) {
-  const std::string where = path.string();
-  check_to_write(image, where);
-  if (names.empty() && image.channels == 1) names = {"Y"};
-  if (names.empty() && image.channels == 3) names = {"R", "G", "B"};
-  if (static_cast<int>(names.size()) != image.channels)
-    throw Error(ErrorKind::Failed, "one name per channel is needed", where, fmt::format("{} names", names.size()),
-                fmt::format("{}", image.channels));
-  std::string bytes;
-  try {
-    bytes = encode_exr(image, type, names, text, where);
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw Error(ErrorKind::Failed, std::string("encoding failed: ") + error.what(), where);
-  }
-  write_file(path, bytes);
-}
-
-namespace {
-
 /// Pixels as 8-bit formats have them, channels side by side.
 std::vector<unsigned char> codes_of(const Image& image, Encoding encoding, const std::string& where) {
   std::vector<unsigned char> codes(image.data.size());
@@ -161,6 +130,33 @@ std::string encode_8bit(const Image& image, const char* format, const std::strin
 }
 
 }  // namespace
+
+bool fits_half(const Image& image) {
+  float largest = 0;
+  for (const float v : image.data)
+    if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
+  return !overflows_half(largest) && (largest == 0 || largest >= kDark);
+}
+
+void write_exr(const std::filesystem::path& path, const Image& image, ExrType type, std::vector<std::string> names,
+               const ExrText& text) {
+  const std::string where = path.string();
+  check_to_write(image, where);
+  if (names.empty() && image.channels == 1) names = {"Y"};
+  if (names.empty() && image.channels == 3) names = {"R", "G", "B"};
+  if (static_cast<int>(names.size()) != image.channels)
+    throw Error(ErrorKind::Failed, "one name per channel is needed", where, fmt::format("{} names", names.size()),
+                fmt::format("{}", image.channels));
+  std::string bytes;
+  try {
+    bytes = encode_exr(image, type, names, text, where);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(ErrorKind::Failed, std::string("encoding failed: ") + error.what(), where);
+  }
+  write_file(path, bytes);
+}
 
 std::string encode_png(const Image& image, Encoding encoding, const std::string& where) {
   return encode_8bit(image, "png", "", encoding, where);
